@@ -66,6 +66,7 @@ def write_beside(folder: Path, data: bytes, mode: int = 0o666) -> Path:
     handle = os.open(part, _NEW, mode)
     try:
         try:
+            # A system call may write less than it was given.
             rest = memoryview(data)
             while rest:
                 rest = rest[os.write(handle, rest) :]

@@ -92,6 +92,7 @@ def exchange(one: Path, two: Path) -> bool:
     one, two : pathlib.Path
         Absolute, on one disk.
     """
+    # The C library has the call that Python lacks: both names change in one step.
     names = os.fsencode(one), os.fsencode(two)
     library = ctypes.CDLL(None, use_errno=True) if sys.platform != "win32" else None
     if library is None:
@@ -125,8 +126,11 @@ def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
     """
     real = folder.resolve()
     twin = real.parent / (twin_prefix(real) + random_digits())
+    # New files reach the disk before their names change.
     sync_tree(stage)
     try:
+        # A folder cannot be swapped if a process works in it, or if it has another owner or other
+        # files.
         here, old, new = Path.cwd(), real.stat(), stage.stat()
         if here == real or real in here.parents or os.path.ismount(real):
             return False
@@ -134,11 +138,14 @@ def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
             return False
         if any(True for _ in names.foreign_in(real, (stage.name, lock))):
             return False
+
+        # The new folder takes over permissions and lies next to the old one until the swap.
         shutil.copystat(real, stage)
         os.utime(stage)  # copied with the rest
         stage.rename(twin)
     except OSError:
         return False
+
     if not exchange(twin, real):
         twin.rename(stage)
         return False
@@ -166,6 +173,7 @@ def discard(old: Path, new: Path, names: Names) -> None:
 
 def discard_twins(folder: Path, names: Names) -> None:
     """Remove what killed runs left next to a folder; the caller holds the claim on it."""
+    # Twins carry a hash of the folder's name, so that other folders' twins are left alone.
     real = folder.resolve()
     with suppress(OSError):
         for path in [*real.parent.glob(f"{glob.escape(twin_prefix(real))}{'[0-9a-f]' * N_RANDOM}")]:
@@ -210,12 +218,17 @@ def replace_files(
         "old": [path.as_posix() for path in old if path.name != MARK],
         "new": [path.as_posix() for path in files_in(stage) if path.name != MARK],
     }
+
+    # Find obstacles before anything changes.
     for name in listed["new"]:
         _require_place(_inside(folder, PurePosixPath(name)))
+
+    # The rename decides: from then on a killed run is finished by the next one.
     (stage / _LIST).write_text(json.dumps(listed), encoding="utf-8")
     sync_tree(stage)
     stage.rename(folder / journal)
     sync_folder(folder)
+
     try:
         finish(folder, names, journal)
     except KeyboardInterrupt:
@@ -233,13 +246,18 @@ def finish(folder: Path, names: Names, journal: str) -> bool:
     source = folder / journal
     if source.is_symlink() or not source.is_dir():
         return False
+
+    # From here, each step can be repeated, so that a second kill does no harm.
     new, old = _read_list(source / _LIST, names)
     if (source / MARK).is_file():
         (source / MARK).replace(folder / MARK)
         sync_folder(folder)
+
+    # Old files go first, except those that a new one replaces in one step.
     for name in old:
         if name not in new or (source / name).is_file():
             _inside(folder, name).unlink(missing_ok=True)
+
     moved: set[Path] = {folder}
     for name in new:
         if (source / name).is_file():
@@ -247,12 +265,16 @@ def finish(folder: Path, names: Names, journal: str) -> bool:
             target.parent.mkdir(exist_ok=True)
             (source / name).replace(target)
             moved.add(target.parent)
+
     for name in old:
         with suppress(OSError):
             if name.parent != PurePosixPath():
                 (folder / name.parent).rmdir()  # if it is empty
+
+    # Names reach the disk before the journal goes; without it nothing is repeated.
     for place in moved:
         sync_folder(place)
+
     with suppress(FileNotFoundError):
         (folder / MARK).unlink()
     shutil.rmtree(source)
@@ -278,6 +300,8 @@ def _read_list(path: Path, names: Names) -> tuple[list[PurePosixPath], list[Pure
         return [], []
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise OSError(errno.EINVAL, f"{path} is not a list of files") from error
+
+    # A journal from elsewhere must not remove or write other files.
     for name in (*new, *old):
         if name not in names:
             raise OSError(errno.EINVAL, f"{path} names {name}, which geosurf does not write")

@@ -62,6 +62,9 @@ class Lock:
             except KeyboardInterrupt:
                 os.close(handle)
                 raise
+
+            # A file that was removed while we waited is not a claim: try the one that took its
+            # place.
             if got and (not self.works or _is_at(handle, self._path)):
                 self._handle = handle
                 return True

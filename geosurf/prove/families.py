@@ -82,6 +82,8 @@ def make_case(family: str, number: int, seed: int = 0) -> Case:
             f"there is no family {family!r} of stress cases; there are {', '.join(FAMILIES)}."
             f"{did_you_mean(family, FAMILIES)}"
         )
+
+    # Seeds of three numbers: cases do not depend on each other or on how many were made before.
     rng = np.random.default_rng([seed, zlib.crc32(family.encode()), number])
     surfaces, known = FAMILIES[family](rng, number)
     return Case(family, number, seed, tuple(surfaces), known.pop("self", False), known)
@@ -112,6 +114,8 @@ def _nodes(n: int, start: float = 0.0, step: float = 1.0) -> tuple[np.ndarray, n
 def _bumps(rng: np.random.Generator, height: float = 1.0) -> Callable[..., np.ndarray]:
     """A smooth random function of x and y."""
     k, phase = rng.uniform(-1.5, 1.5, (3, 2)), rng.uniform(0, 6.28, 3)
+
+    # Sum of three waves with random directions and phases.
     return lambda x, y: (
         height * sum(np.sin(a * x + b * y + c) for (a, b), c in zip(k, phase, strict=True))
     )
@@ -133,6 +137,8 @@ def _wall(
     """A fault over a straight trace (2, 2), perhaps leaning."""
     ends = np.asarray(ends, dtype=float)
     n = int(rng.integers(2, 4))
+
+    # Rows of nodes from low to high; `lean` moves them eastwards with elevation.
     t, z = np.meshgrid(np.linspace(0, 1, n), np.linspace(low, high, int(rng.integers(2, 4))))
     x = ends[0, 0] + t * (ends[1, 0] - ends[0, 0]) + lean * z
     y = ends[0, 1] + t * (ends[1, 1] - ends[0, 1])
@@ -150,6 +156,7 @@ def _moved(surfaces: list[TriSurface], scale: float, offset: Any) -> list[TriSur
 
 
 def _random_soups(rng: np.random.Generator, number: int) -> Draw:
+    # Eight triangles of size 1 around random places: some meet, some do not.
     triangles = rng.random((2, 4, 1, 3)) + rng.uniform(-0.5, 0.5, (2, 4, 3, 3))
     return [soup("A", triangles[0]), soup("B", triangles[1])], {"self": True}
 
@@ -167,6 +174,8 @@ def _lattice_soups(rng: np.random.Generator, number: int) -> Draw:
 
 def _catalogue(rng: np.random.Generator, number: int) -> Draw:
     pair = CATALOGUE[number % len(CATALOGUE)]
+
+    # All orders of both triangles, one after the other, in a random frame.
     turn = number // len(CATALOGUE)
     first, second = (
         BASE[list(ORDERS[turn % 6])],
@@ -174,6 +183,7 @@ def _catalogue(rng: np.random.Generator, number: int) -> Draw:
     )
     triangles = moved(rng, turn, first, second)
     surfaces = [soup(name, corners) for name, corners in zip("AB", triangles, strict=True)]
+
     if rng.integers(2):
         surfaces.reverse()
     return surfaces, {"kind": pair.kind, "count": pair.count, "name": pair.name}
@@ -202,17 +212,22 @@ def _aligned_grids(rng: np.random.Generator, number: int) -> Draw:
     if kind == 1:  # nodes on the middles of edges and faces
         x, y = _nodes(4, 0.5)
         return [top, grid("Base", x, y, 0.5 * rng.integers(0, 5, x.shape))], {}
+
+    # A wall through nodes, or along a column of nodes or cell middles.
     at = rng.integers(0, 4, 2) if kind == 2 else np.sort(rng.integers(0, 7, 2)) / 2
     ends = [(at[0], -1), (at[1], 4)] if kind == 2 else [(at[0], 0), (at[0], 3)]
     return [top, _wall(rng, "F1", ends, -1, 3, float(rng.integers(0, 2)) / 2)], {}
 
 
 def _near_parallel(rng: np.random.Generator, number: int) -> Draw:
+    # From clearly crossing to parallel within 1e-8.
     slope = 10.0 ** -(number % 9)
     x, y = _nodes(4)
     z = rng.uniform(-1, 1) * x + rng.uniform(-1, 1) * y
     if number % 2:
         z = z + _bumps(rng)(x, y)
+
+    # The tilt is 0 at a place that is not a node, so that the surfaces cross there.
     tilt = rng.uniform(-1, 1, 2) * slope
     other = z + tilt[0] * (x - 1.37) + tilt[1] * (y - 1.61)
     return [grid("Top", x, y, z), grid("Base", x, y, other, rising=bool(rng.integers(2)))], {}
@@ -223,6 +238,7 @@ def _slivers(rng: np.random.Generator, number: int) -> Draw:
 
     def draw() -> Any:
         """Corners of one triangle at random."""
+        # The third corner leaves the line of the first two by the aspect.
         start, along, across = rng.uniform(-1, 4, 3), *rng.normal(size=(2, 3))
         start[2] = rng.uniform(-1, 1)
         return [start, start + 3 * along, start + rng.uniform(0, 3) * along + aspect * across]
@@ -232,10 +248,13 @@ def _slivers(rng: np.random.Generator, number: int) -> Draw:
 
 
 def _gaps(rng: np.random.Generator, number: int) -> Draw:
+    # Gaps from 1e-9 m down to 1e-14 m: powers of two, so that they are exact.
     gap = 2.0 ** -(30 + number % 16)
     x, y = _nodes(4)
     z = np.round(_bumps(rng)(x, y) * 64) / 64
     shift = rng.integers(0, 3) / 4
+
+    # Flat tops may be shifted sideways; others need the same nodes, or the gap would close.
     flat_top = number % 2
     if flat_top:
         z, x2, y2 = np.full(x.shape, z[0, 0]), x + shift, y - shift
@@ -246,6 +265,8 @@ def _gaps(rng: np.random.Generator, number: int) -> Draw:
 
 def _offsets(rng: np.random.Generator, number: int) -> Draw:
     surfaces = _horizon_and_fault(rng)
+
+    # Map coordinates of millions of metres; elevations of thousands.
     offset = rng.uniform(1e6, 1e7, 3) * [1, 1, 3e-4] * rng.choice([-1, 1], 3)
     if number % 3 == 0:  # a model as wide as a continent
         return _moved(surfaces, float(rng.uniform(1e5, 1e6)), offset), {}
@@ -271,20 +292,26 @@ def _holes(rng: np.random.Generator, number: int) -> Draw:
 
 def _pinch_outs(rng: np.random.Generator, number: int) -> Draw:
     x, y = _nodes(5)
+
+    # The thickness is cut off at 0, so that both surfaces coincide where it ends.
     z = rng.integers(-8, 9, x.shape) / 8
     thick = np.maximum(
         0, rng.integers(-3, 4) + rng.integers(1, 4) * (x - 2) + rng.integers(-2, 3) * y
     )
+
     scale = 10.0 ** -rng.integers(0, 8)
     return [grid("Top", x, y, z + scale * thick), grid("Base", x, y, z)], {}
 
 
 def _strips(rng: np.random.Generator, number: int) -> Draw:
     t, y = np.meshgrid(np.linspace(-1.5, 1.5, int(rng.integers(5, 10))), np.arange(3.0))
+
+    # A cubic loop: the strip passes through itself.
     x, z = t**3 - t * rng.uniform(0.6, 1.2), 1.0 - t**2
     if number % 2:
         x, z = np.round(4 * x) / 4, np.round(4 * z) / 4
     strip = grid("S", x, y + rng.uniform(-0.3, 0.3) * t, z, role="surface")
+    # Rounding may leave triangles without area, which are not allowed.
     keep = [not flat(c) for c in strip.vertices[strip.triangles]]
     strip = TriSurface("S", "surface", strip.vertices, strip.triangles[keep])
     return [strip], {"self": True}
@@ -318,6 +345,7 @@ def _triple_lines(rng: np.random.Generator, number: int) -> Draw:
 
 
 def _overlaps(rng: np.random.Generator, number: int) -> Draw:
+    # Planes with slopes of quarters: exact in float64, shifted within themselves.
     shift = rng.integers(0, 13, 2) / 4
     slope = rng.integers(-2, 3, 2) / 4
     x, y = _nodes(4)
@@ -329,6 +357,8 @@ def _overlaps(rng: np.random.Generator, number: int) -> Draw:
         surfaces.append(
             _wall(rng, "F1", rng.integers(0, 7, (2, 2)) / 2 + [[0, 0], [4, 0]], -4, 4, 0)
         )
+
+    # The area that both cover, on the map and then on the slope [m2].
     size = np.maximum(0, 3 - shift)
     return surfaces, {"area": float(size.prod() * np.sqrt(1 + slope @ slope))}
 

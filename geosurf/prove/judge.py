@@ -65,16 +65,20 @@ def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Ver
     >>> judge_contact(P, P + [1, 1, 0], intersect_triangles(P, P + [1, 1, 0])).wrong
     []
     """
+    # The truth comes from fractions alone.
     verdict = Verdict()
     first, second = exact.rational(P), exact.rational(Q)
     corners = exact.meet(first, second)
     kind = KINDS[len(corners)] if len(corners) < 3 else "area"
     verdict.check(contact.kind == kind, f"contact is {contact.kind}, expected {kind}")
+
     coplanar = not any(exact.sides(first, second))
     verdict.check(contact.coplanar == coplanar, f"coplanar is {contact.coplanar}, which is wrong")
     crossing = kind == "segment" and exact.straddles(first, second)
     crossing = crossing and exact.straddles(second, first)
     verdict.check(contact.crossing == crossing, f"crossing is {contact.crossing}, which is wrong")
+
+    # Each exact corner has a computed one within 1 ulp, with the same features.
     n = len(contact.points)
     verdict.check(n == len(corners), f"contact has {n} points, expected {len(corners)}")
     if verdict.wrong or not corners:
@@ -84,6 +88,8 @@ def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Ver
         row = nearest(contact.points, corner)
         verdict.measure(contact.points[row], corner, ulp, f"point {k} of the contact")
         names = exact.feature(first, corner), exact.feature(second, corner)
+
+        # Several features may share a place: any of them may name it.
         found = [
             pair
             for pair, point in zip(contact.features, contact.points, strict=True)
@@ -121,6 +127,7 @@ def judge_patches(
     _judge_moves(given, patches, verdict)
     x = patches.local
     ulp = ulp_of(x)
+    # Pieces of each surface against their parent triangles.
     for i, source in enumerate(patches.sources):
         mine = patches.surface_of_triangle == i
         parent = patches.parent_of_triangle[mine]
@@ -128,8 +135,10 @@ def judge_patches(
         _judge_children(source.name, corners, x[patches.triangles[mine]], parent, ulp, verdict)
     if verdict.wrong:
         return verdict  # the test of crossing pairs needs triangles with an area
+
     rows, number = np.unique(np.sort(patches.triangles, axis=1), axis=0, return_inverse=True)
     pairs = crossing_pairs(x, rows)
+    # Without self-intersections, triangles of one surface may cross each other.
     if not itself:
         owners = np.zeros((len(rows), len(given)), dtype=bool)
         owners[number.ravel(), patches.surface_of_triangle] = True
@@ -151,6 +160,7 @@ def _judge_moves(given: Sequence[TriSurface], patches: Patches, verdict: Verdict
         if same:
             steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
             count, far = count + int((steps > 0).sum()), max(far, float(steps.max()))
+
     reported = patches.report["moved_vertices"], patches.report["largest_move"]
     verdict.check(reported == (count, far), f"moves are {(count, far)}, but reported as {reported}")
 
@@ -164,16 +174,21 @@ def _judge_children(
     verdict: Verdict,
 ) -> None:
     """Children (n, 3, 3) cover their parents, face as they do and lie on them."""
+    # Signed areas along the axis on which the parent is widest: no square roots.
     vectors = area_vectors(parents)
     axis, way = _facing(parents, vectors)
     axis, way = axis[parent], way[parent]
     mine = area_vectors(children)[np.arange(len(parent)), axis]
+
     sides = np.abs(children - np.roll(children, 1, axis=1)).max(axis=(1, 2))
+    # Floats decide clear cases; the others are decided in fractions.
     for k in np.flatnonzero(~(mine * way > np.maximum(1e-14 * sides**2, TINY))):
         facing = exact.normal_of(exact.rational(children[k]))[axis[k]]
         facing *= int(way[k])
         what = f"{name}: a piece of triangle {parent[k]} "
         verdict.check(facing > 0, what + ("has no area" if facing == 0 else "is turned over"))
+
+    # The area of a triangle is half the length of its vector: compare sums of lengths.
     largest = np.maximum(np.abs(vectors).max(axis=1, keepdims=True), TINY)
     size = np.linalg.norm(vectors / largest, axis=1)  # without squares that underflow
     normal = vectors / largest / np.maximum(size, TINY)[:, None]
@@ -181,12 +196,14 @@ def _judge_children(
     total = np.bincount(
         parent, (area_vectors(children) * normal[parent]).sum(axis=1), minlength=len(parents)
     )
+
     count = np.bincount(parent, minlength=len(parents))
     reach = np.abs(parents - np.roll(parents, 1, axis=1)).max(axis=(1, 2))
     slack = 1e-12 * size + 8 * ulp * reach * (count + 2)
     for k in np.flatnonzero(~(np.abs(total - size) <= slack)):
         lack = (size[k] - total[k]) / 2
         verdict.check(False, f"{name}: pieces of triangle {k} are {lack:.3g} m² short")
+
     points, owners = children.reshape(-1, 3), np.repeat(parent, 3)
     judge_distance(f"{name}: a piece", points, parents[owners], ulp, verdict)
 
@@ -196,9 +213,11 @@ def _facing(parents: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.nd
     axis = np.abs(vectors).argmax(axis=1)
     largest = vectors[np.arange(len(vectors)), axis]
     sides = np.abs(parents - np.roll(parents, 1, axis=1)).max(axis=(1, 2))
+
     way = np.sign(largest).astype(np.int64)
     second = np.sort(np.abs(vectors), axis=1)[:, 1]  # where two axes tie, the first is exact
     clear = np.abs(largest) > np.maximum(np.maximum(1e-14 * sides**2, TINY), second * (1 + 1e-12))
+    # Where floats leave the axis or the sign open, fractions decide.
     for k in np.flatnonzero(~clear):
         normal = exact.normal_of(exact.rational(parents[k]))
         axis[k] = max(range(3), key=lambda i: abs(normal[i]))
@@ -208,6 +227,7 @@ def _facing(parents: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.nd
 
 def _judge_corners(patches: Patches, met: Any, ulp: float, verdict: Verdict) -> None:
     """Whatever two triangles have in common begins and ends in vertices that both have."""
+    # Vertices of the pieces of each triangle, by (surface, row).
     vertices: dict[tuple[int, int], set[int]] = {}
     owners = zip(
         patches.surface_of_triangle.tolist(), patches.parent_of_triangle.tolist(), strict=True
@@ -260,6 +280,8 @@ def judge_order(one: Patches, two: Patches) -> Verdict:
 def _pieces(patches: Patches, name: str) -> np.ndarray:
     """Triangles of one surface (n, 9), corners and rows in lexicographic order."""
     rows = patches.triangles[patches.surface_of_triangle == patches.names.index(name)]
+
+    # Number points by coordinates, so that the order of rows does not matter.
     number = np.empty(len(patches.local), dtype=np.int64)
     number[np.lexsort(patches.local.T[::-1])] = np.arange(len(number))
     rows = np.take_along_axis(rows, np.argsort(number[rows], axis=1), axis=1)

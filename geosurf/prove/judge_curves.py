@@ -44,22 +44,27 @@ def judge_curves(
     corners = [s.vertices[s.triangles] - curves.origin for s in surfaces]
     ulp = ulp_of(*corners)
     pairs = {tuple(p) for p in curves.surfaces_of_segment.tolist()} | {(m.i, m.j) for m in met}
+    # Pairs with curves, contacts or exact meetings.
     for i, j in sorted(pairs | {t.surfaces for t in curves.contacts}):
         mine = [m for m in met if (m.i, m.j) == (i, j) and not m.joined]
         rows = (curves.surfaces_of_segment == (i, j)).all(axis=1)
         ends = curves.local[curves.segments[rows]]
         what = f"{curves.names[i]} and {curves.names[j]}"
+        # Ends and middles of all segments lie on both surfaces.
         for points in (ends[:, 0], ends[:, 1], ends.mean(axis=1)):
             for k in (i, j):
                 _judge_on_surface(what, points, corners[k], ulp, verdict)
+
         touches = [t for t in curves.contacts if t.surfaces == (i, j)]
         verdict.check(
             bool(mine) or not complete or not (len(ends) or touches),
             f"{what} have a gap, but are reported to meet",
         )
+
         areas = any(len(m.corners) > 2 for m in mine)
         if areas and not any(t.kind == "area" for t in touches):
             verdict.check(False, f"{what} overlap, but no area is reported")
+        # Inside an area there are no curves, except where triangles cross.
         if areas:
             _judge_through_areas(what, mine, (corners[i], corners[j]), ends, ulp, verdict)
         if not areas and not any(t.kind == "area" for t in touches):
@@ -79,6 +84,7 @@ def judge_curves(
 def _judge_on_surface(
     what: str, points: np.ndarray, corners: np.ndarray, ulp: float, verdict: Verdict
 ) -> None:
+    # Each point against each triangle: stress cases are small.
     """Points (n, 3) lie on the nearest of triangles (m, 3, 3)."""
     n, m = len(points), len(corners)
     far = distances(np.repeat(points, m, axis=0), np.tile(corners, (n, 1, 1))).reshape(n, m)
@@ -137,6 +143,8 @@ def _judge_covered(name: str, ends: Any, a: Any, b: Any, ulp: float, verdict: Ve
     for k in range(2):
         on &= from_segment(ends[:, k], a, b) <= NEAR * ulp
     covered = np.linalg.norm(ends[on, 1] - ends[on, 0], axis=1).sum()
+
+    # The covered length may lack rounding at both ends of each segment.
     lack = np.linalg.norm(b - a) - covered
     slack = NEAR * ulp * (2 + on.sum())
     verdict.check(lack <= slack, f"{name}: {lack:.3g} m of the line are missing in the curves")

@@ -145,11 +145,13 @@ def run_case(case: Case) -> Outcome:
     outcome = Outcome()
     itself = case.self_intersections
     contact = None
+    # Two single triangles: the direct question as well.
     with _Attempt(outcome, "intersect_triangles"):
         if len(case.surfaces) == 2 and all(s.n_triangle == 1 for s in case.surfaces):
             P, Q = (s.vertices[s.triangles[0]] for s in case.surfaces)
             contact = intersect_triangles(P, Q)
             outcome.take(judge.judge_contact(P, Q, contact))
+
     met, complete, of = None, False, None
     with _Attempt(outcome, "intersect_surfaces"):
         curves = intersect_surfaces(case.surfaces, self_intersections=itself)
@@ -157,10 +159,12 @@ def run_case(case: Case) -> Outcome:
         of = curves.origin
         outcome.take(judge.judge_curves(case.surfaces, curves, met, complete))
         outcome.take(judge.judge_known(case.known, contact, curves))
+
     with _Attempt(outcome, "rebuild_surfaces"):
         patches = rebuild_surfaces(case.surfaces, self_intersections=itself)
         outcome.repaired = patches.report["moved_vertices"] > 0
         outcome.move = patches.report["largest_move"]
+        # Moved vertices have other meetings than the input.
         if met is None or outcome.repaired or (patches.origin != of).any():
             met, _ = judge.meetings(patches.sources, patches.origin, MOST_PAIRS, itself)
         outcome.take(judge.judge_patches(case.surfaces, patches, met, itself))
@@ -224,10 +228,12 @@ def run_stress(
     names = list(dict.fromkeys(families or FAMILIES))
     for name in names:
         make_case(name, 0, seed)  # an unknown one is named before anything runs
+
     report = progress or (lambda line: None)
     run_case(make_case("overlaps", 1))  # kernels are compiled before clocks start
     report(HEAD)
     results = []
+
     for name in names:
         row = FamilyResult(name)
         start = time.perf_counter()

@@ -104,8 +104,11 @@ def meetings(
         if i < j or f < g
     ]
     chosen = pairs
+    # A sample at equal distances; the caller learns that it is not complete.
     if len(pairs) > most:
         chosen = [pairs[k] for k in np.linspace(0, len(pairs) - 1, most).astype(int)]
+
+    # Neighbours in one surface share corners that both have: not a meeting.
     found = []
     for i, f, j, g in chosen:
         P, Q = exact.rational(corners[i][f]), exact.rational(corners[j][g])

@@ -56,6 +56,7 @@ def dome_and_flat_fault(
     a, b = map(float, semi_axes)
     box = (0.0, 4000.0, 0.0, 4000.0, -2300.0, -1800.0)
     crest, side = -1900.0, 2000.0
+    # The paraboloid is lowest in the corners of the box.
     lowest = crest - height * ((side / a) ** 2 + (side / b) ** 2)
     if not (0 < a < side and 0 < b < side and height > 0 and lowest > box[4]):
         raise InputError(
@@ -68,8 +69,10 @@ def dome_and_flat_fault(
         """Height of the paraboloid."""
         return crest - height * (((x - side) / a) ** 2 + ((y - side) / b) ** 2)
 
+    # The mean of (x - side)^2 over the square is side^2 / 3.
     footprint = (2 * side) ** 2
     mean = crest - height * side**2 / 3 * (1 / a**2 + 1 / b**2)
+    # A paraboloid cap holds half of its cylinder.
     cap = math.pi * a * b * height / 2
     truth = _split_by_level(box, "Flat", level, footprint * (mean - box[4]), cap)
     truth |= {"curve_length": {("Top", "Flat"): ellipse_length(a, b)}, "n_curve": 1, "closed": True}
@@ -78,6 +81,7 @@ def dome_and_flat_fault(
         f"Flat: z = {level:g}; box {box}; all in metres before the offset. They meet in an ellipse "
         f"with semi-axes {a:g} and {b:g}; the cap above it holds pi a b h / 2."
     )
+
     horizons = {"Top": make_horizon("Top", box, n, dome, offset)}
     faults = {"Flat": _flat("Flat", box, level, n, offset)}
     return World("dome_and_flat_fault", horizons, faults, shifted(box, offset), truth, formula)
@@ -127,6 +131,7 @@ def egg_box(
         raise InputError(f"level is {level}, expected between 0 (saddles) and 1 (crests).")
     if periods < 1:
         raise InputError(f"periods is {periods}, expected 1 or more.")
+
     side, middle = 4000.0, -2050.0
     box = (0.0, side, 0.0, side, -2300.0, -1800.0)
     wave = 2 * math.pi * periods / side
@@ -135,6 +140,7 @@ def egg_box(
         """Height of the egg box."""
         return middle + height * np.sin(wave * x) * np.sin(wave * y)
 
+    # Crests and basins of one sign: each period has two per square.
     n_dome = 2 * periods**2
     length, cap = _one_dome(level)
     flat = middle + level * height
@@ -151,6 +157,7 @@ def egg_box(
         f"sin u sin v = {level:g} are {n_dome} equal loops; their length and the caps above them "
         "are quadratures that converge exponentially (trapezia around, Gauss across)."
     )
+
     horizons = {"Top": make_horizon("Top", box, n, domes, offset)}
     faults = {"Flat": _flat("Flat", box, flat, n, offset)}
     return World("egg_box", horizons, faults, shifted(box, offset), truth, formula)
@@ -164,6 +171,7 @@ def ellipse_length(a: float, b: float) -> float:
     >>> round(ellipse_length(1.0, 1.0) / math.pi, 12)
     2.0
     """
+    # Gauss's iteration: it doubles the digits in each step (Abramowitz & Stegun 17.6).
     a, b = max(a, b), min(a, b)
     total, power = a * a - 0.5 * (a * a - b * b), 1.0
     while a - b > 1e-12 * a:
@@ -202,6 +210,7 @@ def _flat(name: str, box: Box, level: float, n: int, offset: Offset) -> xarray.D
 
 def _one_dome(level: float) -> tuple[float, float]:
     """Length of one loop ``cos s cos t = level``, and the volume of its cap over the level."""
+    # Polar coordinates around the crest: rim(phi) by Newton's method, 512 angles.
     phi = np.linspace(0.0, 2 * math.pi, 512, endpoint=False)
     c, s = np.cos(phi), np.sin(phi)
     rho = np.full_like(phi, math.acos(level))
@@ -209,8 +218,12 @@ def _one_dome(level: float) -> tuple[float, float]:
         value = np.cos(rho * c) * np.cos(rho * s) - level
         slope = -c * np.sin(rho * c) * np.cos(rho * s) - s * np.cos(rho * c) * np.sin(rho * s)
         rho = rho - value / slope
+
+    # The derivative of the radius along the rim gives its length.
     turn = rho * (s * np.sin(rho * c) * np.cos(rho * s) - c * np.cos(rho * c) * np.sin(rho * s))
     rim = np.sqrt(rho**2 + (turn / slope) ** 2)
+
+    # Forty Gauss points along each radius for the volume; trapezia around converge exponentially.
     node, weight = np.polynomial.legendre.leggauss(40)
     r = rho[:, None] * (0.5 + 0.5 * node)
     over = np.cos(r * c[:, None]) * np.cos(r * s[:, None]) - level

@@ -98,9 +98,11 @@ def faulted(
     if not 0.0 <= tilt <= 3.0:
         raise InputError(f"tilt is {tilt} degrees, expected 0 to 3, so that zones stay in the box.")
     spec = _KINDS[kind]
+
     slope = math.tan(math.radians(tilt))
     horizons = {key: _through(0.8 * slope, 0.6 * slope, (1000.0, 800.0, z)) for key, z in _LEVELS}
     grids = {key: make_horizon(key, _BOX, n, _height_of(c), offset) for key, c in horizons.items()}
+
     faults = {
         key: _plane_fault(key, _BOX, n, plane[0], plane[1], plane[2], offset)
         for key, plane in spec.items()
@@ -128,6 +130,7 @@ def faulted(
 
 def _movement(plane: tuple) -> np.ndarray:
     """Vector (3,) by which a hanging wall moves [m]."""
+    # Unit vector down dip, scaled so that its vertical part is the throw.
     down = _frame(plane[1], plane[2])[1]
     moved: np.ndarray = plane[3] * down / -down[2]
     return moved
@@ -159,11 +162,14 @@ def _zones(
         away = main[:2] * np.sign(spec[spec[key][4]][3]) * (-1.0 if spec[key][5] == "+" else 1.0)
         if float(away @ down[:2]) * np.sign(spec[key][3]) > 0:
             hanging.append(key)
+    # The hanging walls that a sector belongs to add up.
     shift = sum((_movement(spec[key]) for key in hanging), np.zeros(3))
     tops = []
+    # A plane z = z0 + p x + q y, moved by (dx, dy, dz), is z = z0 - p dx - q dy + dz + p x + q y.
     for z0, p, q in horizons.values():
         level = z0 - p * shift[0] - q * shift[1] + shift[2]
         tops.append(_above((float(level), p, q)))
+
     found = {}
     for i, zone in enumerate(zone_names(list(horizons))):
         upper = [_other_side(tops[i - 1])] if i > 0 else []
@@ -173,6 +179,7 @@ def _zones(
 
 def _truth(spec: dict[str, tuple], horizons: dict) -> dict[str, Any]:
     """Volumes of all zones in all sectors, and areas across all faults."""
+    # Sectors of the faults, each cut into zones: convex, so volumes are exact.
     planes = {key: _hanging(*plane[:3]) for key, plane in spec.items()}
     solid = box_polyhedron(_BOX)
     sectors = _sides(spec)
@@ -181,6 +188,8 @@ def _truth(spec: dict[str, tuple], horizons: dict) -> dict[str, Any]:
         block = _clipped(solid, _walls(planes, sides))
         for zone, half_spaces in _zones(spec, horizons, sides).items():
             volumes[zone, sides] = float(volume(_clipped(block, half_spaces)))
+
+    # Across a fault, zone a above meets zone b below in the section of both with its plane.
     areas: dict[tuple[str, str, str], float] = {}
     for fault in spec:
         for one, two in product(sectors, sectors):
@@ -219,6 +228,8 @@ def _area(ring: list[tuple[Fraction, Fraction, Fraction]]) -> float:
     """Area of a plane convex ring [m2]."""
     if len(ring) < 3:
         return 0.0
+
+    # A fan of triangles from the first corner; sums of cross products in fractions.
     total = [Fraction(0)] * 3
     for b, c in pairwise(ring[1:]):
         p = [u - v for u, v in zip(b, ring[0], strict=True)]

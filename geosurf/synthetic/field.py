@@ -41,6 +41,7 @@ class _SmallFault:
     def along_across(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates along strike, and across it to the right (down dip)."""
         a = math.radians(self.strike)
+        # Strike is clockwise from north; the second coordinate points to the right of it.
         dx, dy = x - self.x, y - self.y
         return dx * math.sin(a) + dy * math.cos(a), dx * math.cos(a) - dy * math.sin(a)
 
@@ -51,6 +52,7 @@ class _SmallFault:
     def moved(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far the hanging wall has gone down and the footwall up."""
         s, c = self.along_across(x, y)
+        # Throw falls smoothly to 0 at the tips (|s| = half) and away from the fault (200 m on).
         profile = np.clip(1.0 - (s / self.half) ** 2, 0.0, None) ** 1.5
         away = np.exp(-((np.maximum(np.abs(c) - 200.0, 0.0) / 700.0) ** 2))
         half = 0.5 * self.throw * profile * away
@@ -170,9 +172,11 @@ def _picked(
 ) -> np.ndarray:
     """Height of a horizon at places in the map: of both walls and the fault, the middle one."""
     level, part = _LEVELS[name]
+
     z = level + part * _relief(x, y)
     for fault in (_FAULTS[key] for key in faults):
         down, up = fault.moved(x, y)
+        # The middle of fault and both walls: the horizon lies on the fault between its cut-offs.
         z = np.clip(fault.elevation(x, y), z - share * down, z + share * up)
     return z
 
@@ -189,6 +193,7 @@ def _wall(
 
 def _relief(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Height of the structure over its datum [m]."""
+    # A broad dome, a shoulder, a regional tilt and a ripple, all in metres.
     dome = 110.0 * np.exp(-(((x - 3300.0) / 2100.0) ** 2) - ((y - 2500.0) / 1700.0) ** 2)
     shoulder = 35.0 * np.exp(-(((x - 1100.0) / 900.0) ** 2) - ((y - 3600.0) / 1000.0) ** 2)
     tilt = -0.008 * (x - 3000.0) + 0.004 * (y - 2500.0)
@@ -209,9 +214,12 @@ def _faults(n: int, offset: Offset) -> dict[str, xarray.Dataset]:
 
 def _small_fault(key: str, fault: _SmallFault, n: int, offset: Offset) -> xarray.Dataset:
     """A plane that dies out: less high towards its tips, taller than what it cuts."""
+    # Along strike from tip to tip; the upper and lower rims come closer towards the tips.
     s = np.linspace(-fault.half, fault.half, n)[None, :]
     tall = 1.0 - 0.25 * (s / fault.half) ** 2
     z = _DATUM + tall * np.linspace(400.0, -400.0, max(n // 2, 5))[:, None]
+
+    # Down dip, the plane moves away from the strike line by depth over tangent.
     c = (_DATUM - z) / math.tan(math.radians(fault.dip))
     a = math.radians(fault.strike)
     x = fault.x + s * math.sin(a) + c * math.cos(a)

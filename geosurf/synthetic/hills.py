@@ -94,11 +94,13 @@ def hills(
             _height_of(layer, n, noise),
             offset,
         )
+
     sheets = {}
     for k in range(faults):
         east = _SPACING * (k - 0.5 * (faults - 1))
         make = _plane if shape == "plane" else _sheet
         sheets[f"F{k + 1}"] = make(f"F{k + 1}", m, east, offset)
+
     truth = {"n_curve": horizons * faults, "closed": False}
     formula = (
         "Three waves of 50 to 130 m height and 1.7 to 7.3 km length over a datum of -2000 m, "
@@ -147,6 +149,7 @@ def _sheet(name: str, m: int, east: float, offset: Offset) -> xarray.Dataset:
     # the dip's cotangent grows linearly with depth; its integral is the heave
     steep, gentle = (1.0 / math.tan(math.radians(dip)) for dip in (70.0, 58.0))
     heave = (top - foot) * (steep * t + 0.5 * (gentle - steep) * t * t)
+
     trace = 420.0 * np.sin(_TURN * y / 8700.0 + 0.5) + 60.0 * np.sin(_TURN * y / 2300.0)
     x = 4300.0 + east + 0.11 * y + trace + heave * (1.0 + 0.08 * np.sin(_TURN * y / 6100.0))
     return make_fault(name, x, y, top + (foot - top) * t, offset)
@@ -155,6 +158,8 @@ def _sheet(name: str, m: int, east: float, offset: Offset) -> xarray.Dataset:
 def _plane(name: str, m: int, east: float, offset: Offset) -> xarray.Dataset:
     """A plane of two triangles: strike 7.3 degrees, dip 65."""
     strike, dip = math.radians(7.3), math.radians(65.0)
+
+    # s runs along strike, d down dip [m].
     s = np.array([[-7500.0, 7500.0], [-7500.0, 7500.0]])
     d = np.array([[-1500.0, -1500.0], [1500.0, 1500.0]])
     x = 5013.7 + east + s * math.sin(strike) + d * math.cos(strike) * math.cos(dip)

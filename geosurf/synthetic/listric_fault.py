@@ -54,6 +54,7 @@ def listric(
         raise InputError(f"radius is {radius} m, expected 2300 to 3000, so that it fits the box.")
     if not 0.1 <= tilt <= 4:
         raise InputError(f"tilt is {tilt} degrees, expected 0.1 to 4.")
+
     box = (0.0, 4000.0, 0.0, 3000.0, -2800.0, -1000.0)
     east, top = radius + 500.0, -800.0  # axis of the cylinder
     slope, depth = math.tan(math.radians(tilt)), -1900.0
@@ -63,6 +64,7 @@ def listric(
         """Easting of the fault, u below the axis of its cylinder."""
         return east - np.sqrt(radius**2 - u**2)
 
+    # Integrals of the arc over depth, and of that integral: volumes of the footwall by slices.
     first, second = _circle_integrals(radius)
     bottom = box[4] - top
     width, breadth = box[1] - box[0], box[3] - box[2]
@@ -70,9 +72,11 @@ def listric(
     foot_below = east * breadth * (depth - box[4]) - (
         (second(ends[1]) - second(ends[0])) / slope - first(bottom) * breadth
     )
+
     high = box[5] - top
     foot = breadth * (east * (high - bottom) - (first(high) - first(bottom)))
     whole = width * breadth * (high - bottom)
+
     volumes = {
         ("above Top", ("F1+",)): whole - foot - (below - foot_below),
         ("above Top", ("F1-",)): foot - foot_below,

@@ -20,6 +20,7 @@ NO_DATA = -99999.0
 
 def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
     """Return a TSurf file of a surface, with numeric vertex data as properties."""
+    # A property has one or more columns for each vertex; GOCAD takes numbers only.
     numeric = {
         key: value.reshape(len(value), -1).astype(np.float64)
         for key, value in surface.vertex_data.items()
@@ -27,6 +28,7 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
     }
     lost = [key for key in surface.vertex_data if key not in numeric]
     notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
+
     lines = _head("TSurf", name, surface.crs)
     if numeric:
         lines += [
@@ -34,6 +36,8 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
             "NO_DATA_VALUES " + " ".join(repr(NO_DATA) for _ in numeric),
             "ESIZES " + " ".join(str(value.shape[1]) for value in numeric.values()),
         ]
+
+        # No value may look like the mark of absent values, since it would be read as absent.
         table = np.concatenate(list(numeric.values()), axis=1)
         if np.isinf(table).any() or (table == NO_DATA).any():
             raise OutputError(
@@ -44,6 +48,8 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
         word = "PVRTX"
     else:
         vertices, word = surface.vertices, "VRTX"
+
+    # One TFACE holds all vertices and triangles, so that no vertex is repeated.
     lines.append("TFACE")
     lines += _vertex_lines(word, vertices)
     lines += _triangle_lines(surface.triangles)
@@ -53,6 +59,8 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
 def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
     """Return a TSurf file of a shell, one TFACE per surface that bounds it."""
     lines = _head("TSurf", name, unit.crs)
+
+    # Vertices stand once, before the first part; the others refer to them.
     for i, row in enumerate(np.unique(unit.surface_of_triangle).tolist()):
         lines.append("TFACE")
         if i == 0:
@@ -69,9 +77,12 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
         title = " x ".join(curves.names[row] for row in pair)
         lines += _head("PLine", title if name is None else f"{name} {title}", curves.crs)
         n_written = 0
+
+        # Ids count on from curve to curve of one object.
         for curve, owner in zip(curves.curves, curves.surfaces_of_curve.tolist(), strict=True):
             if tuple(owner) != pair:
                 continue
+            # A closed curve repeats its first point, but not its vertex.
             closed = len(curve) > 2 and curve[0] == curve[-1]
             rows = curve[:-1] if closed else curve
             ids = np.arange(n_written + 1, n_written + 1 + len(rows))
@@ -85,6 +96,7 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
         raise OutputError(
             "there are no curves to write, and a PLine file needs at least one. Write .vtp instead."
         )
+    # The last END is added with the bytes.
     return _encoded(lines[:-1]), []
 
 

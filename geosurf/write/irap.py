@@ -37,6 +37,9 @@ def irap_classic(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
             f"horizon {name!r} has a value of {UNDEFINED_CLASSIC}, which means 'undefined' in "
             "IRAP. Write .nc instead."
         )
+
+    # The header has four lines: sizes and steps, limits, columns and rotation with its pivot,
+    # zeros.
     words = [
         UNDEFINED_CLASSIC if math.isnan(value) else repr(value) for value in values.ravel().tolist()
     ]
@@ -46,6 +49,7 @@ def irap_classic(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
         f"{ncol} {rotation!r} {x!r} {y!r}",
         "0 0 0 0 0 0 0",
     ]
+
     lines += [" ".join(words[i : i + PER_LINE]) for i in range(0, len(words), PER_LINE)]
     return ("\n".join(lines) + "\n").encode("ascii"), [_direction(horizon)]
 
@@ -55,6 +59,8 @@ def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
     (x, y, xinc, yinc, rotation), values = regular_grid(horizon, name)
     nrow, ncol = values.shape
     xmax, ymax = x + (ncol - 1) * xinc, y + (nrow - 1) * yinc
+
+    # Records of Fortran, big-endian: header fields, then one record of float32 for each row.
     single = np.where(np.isnan(values), UNDEFINED_BINARY, values).astype(">f4")
     records = [
         struct.pack(">ii6f", -996, nrow, x, xmax, y, ymax, xinc, yinc),
@@ -63,6 +69,8 @@ def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
         *(row.tobytes() for row in single),
     ]
     data = b"".join(struct.pack(">i", len(r)) + r + struct.pack(">i", len(r)) for r in records)
+
+    # What float32 moves: nodes are farthest off in a corner of the grid.
     exact = (x, y, xinc, yinc, rotation)
     rounded = tuple(float(np.float32(value)) for value in exact)
     moved = max(
@@ -70,6 +78,7 @@ def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
         for row in (0, nrow - 1)
         for column in (0, ncol - 1)
     )
+
     lost = np.abs(single.astype(np.float64) - values)
     largest = float(np.nanmax(lost)) if np.isfinite(lost).any() else 0.0
     rounding = (
@@ -94,18 +103,23 @@ def regular_grid(horizon: xr.DataArray, name: str) -> tuple[Geometry, np.ndarray
         )
     if horizon.easting.ndim == horizon.northing.ndim == 1:
         horizon = horizon.transpose("northing", "easting").sortby(["northing", "easting"])
+
     values = np.asarray(horizon.values, dtype=np.float64)
     if np.isinf(values).any():
         raise OutputError(
             f"horizon {name!r} has infinite values. Set missing nodes to NaN instead."
         )
+
     easting = np.asarray(horizon.easting.values, dtype=np.float64)
     northing = np.asarray(horizon.northing.values, dtype=np.float64)
     if easting.ndim == northing.ndim == 1:
         easting, northing = np.meshgrid(easting, northing)
+
+    # The stated geometry is exact; one fitted to the nodes has rounding.
     stated = _stated(horizon)
     if stated is not None and _fits(stated, easting, northing, exact=True):
         return stated, values
+
     fitted = _fitted(easting, northing)
     if not _fits(fitted, easting, northing, exact=False):
         raise OutputError(
@@ -118,6 +132,8 @@ def regular_grid(horizon: xr.DataArray, name: str) -> tuple[Geometry, np.ndarray
 def _node(grid: tuple[float, ...], row: int, column: int) -> tuple[float, float]:
     x, y, xinc, yinc, rotation = grid
     cos, sin = math.cos(math.radians(rotation)), math.sin(math.radians(rotation))
+
+    # The step along columns, turned by the rotation, and the one along rows at a right angle [m].
     return (
         x + column * xinc * cos - row * yinc * sin,
         y + column * xinc * sin + row * yinc * cos,
@@ -139,6 +155,8 @@ def _fitted(easting: np.ndarray, northing: np.ndarray) -> Geometry:
     """Return the geometry that the corner nodes imply; single rows get a step of 1."""
     nrow, ncol = easting.shape
     x, y = float(easting[0, 0]), float(northing[0, 0])
+
+    # Steps between corner nodes average the rounding of all columns and rows.
     along = (float(easting[0, -1]) - x, float(northing[0, -1]) - y)
     across = (float(easting[-1, 0]) - x, float(northing[-1, 0]) - y)
     if ncol > 1:
@@ -147,6 +165,8 @@ def _fitted(easting: np.ndarray, northing: np.ndarray) -> Geometry:
         rotation = math.degrees(math.atan2(-across[0], across[1])) if nrow > 1 else 0.0
     xinc = math.hypot(*along) / (ncol - 1) if ncol > 1 else 1.0
     yinc = math.hypot(*across) / (nrow - 1) if nrow > 1 else 1.0
+
+    # A negative step along rows where rows run clockwise from columns.
     left_handed = along[0] * across[1] - along[1] * across[0] < 0
     return x, y, xinc, -yinc if left_handed else yinc, rotation
 
@@ -159,6 +179,7 @@ def _fits(grid: Geometry, easting: np.ndarray, northing: np.ndarray, *, exact: b
     row = np.arange(easting.shape[0])[:, None]
     east = x + (column * xinc * math.cos(turn) - row * yinc * math.sin(turn))
     north = y + (column * xinc * math.sin(turn) + row * yinc * math.cos(turn))
+
     slack = 1e-9 if exact else SLACK
     # float64 itself moves nodes by a few units in the last place
     scale = max(abs(x), abs(y), 1.0) * 8 * np.finfo(np.float64).eps

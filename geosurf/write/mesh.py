@@ -32,6 +32,8 @@ def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes,
     """Return a surface in the format of `suffix`."""
     notes = [NAMES_LOST]
     keeps_data = suffix in (".vtu", ".vtk", ".ply")
+
+    # VTK formats hold arrays of any width, PLY one number for each vertex, the others none.
     data = {}
     for key, value in surface.vertex_data.items():
         flat = value.ndim == 1 or suffix in (".vtu", ".vtk")

@@ -23,10 +23,12 @@ STANDARD_NAMES = {"easting": "projection_x_coordinate", "northing": "projection_
 
 def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
     """Return a horizon as one variable ``elevation`` (or ``depth``) with CF attributes."""
+    # The name of the variable says what is positive, as CF readers expect.
     what = f"horizon {name!r}"
     sign = elevation_sign(horizon.attrs.get("positive"), what)
     metres_per_unit(horizon.attrs.get("units"), what)
     key = "elevation" if sign > 0 else "depth"
+
     data = horizon.rename(key)
     data.attrs = dict(horizon.attrs) | {"long_name": name}
     if (crs := crs_of(horizon)) is not None:
@@ -53,6 +55,7 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
             f"{what}: writing NetCDF needs h5netcdf, which is not installed. "
             'Install it with: pip install "geosurf[io]"'
         )
+
     dataset = dataset.copy()
     # encodings are those of the file it was read from, and may not fit
     dataset = dataset.drop_encoding()
@@ -62,7 +65,9 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
         if key in STANDARD_NAMES:
             variable.attrs.setdefault("units", "m")
             variable.attrs.setdefault("standard_name", STANDARD_NAMES[str(key)])
+
     dataset.attrs.setdefault("Conventions", "CF-1.11")
+    # h5netcdf writes to a path; the bytes then take the way of all other files.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         file = Path(folder) / "out.nc"
         try:

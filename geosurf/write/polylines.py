@@ -63,6 +63,8 @@ def _lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
             "this Dataset has no lines in space such as those of Scene.fault_polygons. Write "
             ".nc instead."
         )
+
+    # The points of all lines follow one another; `count` has how many each line has.
     points = np.stack([lines[axis].values for axis in axes], axis=1)
     ends = np.cumsum(lines["count"].values)
     parts = np.split(points, ends[:-1])

@@ -80,6 +80,7 @@ def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[s
     files: dict[PurePath, bytes] = {}
     entries = []
     for i, unit in enumerate(units.values()):
+        # File names keep letters and digits only; the index keeps the true name.
         slug = re.sub(r"[^A-Za-z0-9+-]+", "_", unit.name).strip("_") or "unit"
         file = PurePath(stem) / f"{i:03d}_{slug[:60]}.vtp"
         files[file] = vtp_of_unit(unit, unit.name)[0]
