@@ -248,7 +248,7 @@ def _slivers(rng: np.random.Generator, number: int) -> Draw:
 
 
 def _gaps(rng: np.random.Generator, number: int) -> Draw:
-    # Gaps from 1e-9 m down to 1e-14 m: powers of two, so that they are exact.
+    # Gaps from 1e-9 m down to 3e-14 m: powers of two, so that they are exact.
     gap = 2.0 ** -(30 + number % 16)
     x, y = _nodes(4)
     z = np.round(_bumps(rng)(x, y) * 64) / 64

@@ -108,7 +108,7 @@ def meetings(
     if len(pairs) > most:
         chosen = [pairs[k] for k in np.linspace(0, len(pairs) - 1, most).astype(int)]
 
-    # Neighbours in one surface share corners that both have: not a meeting.
+    # Neighbours in one surface meet in their common corners only; `joined` marks them.
     found = []
     for i, f, j, g in chosen:
         P, Q = exact.rational(corners[i][f]), exact.rational(corners[j][g])

@@ -140,7 +140,7 @@ def egg_box(
         """Height of the egg box."""
         return middle + height * np.sin(wave * x) * np.sin(wave * y)
 
-    # Crests and basins of one sign: each period has two per square.
+    # Crests above the level: two in each square of one period.
     n_dome = 2 * periods**2
     length, cap = _one_dome(level)
     flat = middle + level * height
