@@ -2,6 +2,7 @@
 
 =================  ====================================================================
 search.py          `find_contacts`: surfaces -> contacts of their triangles
+checked.py         surfaces that the search accepts; errors for all others
 gather.py          the faces that may meet, in one numbering
 tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)

@@ -11,6 +11,7 @@ dial.py         smooth curves to a tolerance: which method applies where
 sides.py        lattices as smooth surfaces (cubic patches), with bounds of their error
 loops.py        closed loops that no lattice line crosses
 walk.py         curves followed by Newton's method between starting points
+strand.py       curves of triangles, with parameters on both smooth surfaces
 lift.py         curves of triangles lifted onto the smooth surfaces
 ==============  =======================================================================
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from geosurf.arrangement.search import Contacts, check_surfaces, find_contacts
+from geosurf.arrangement.checked import check_surfaces
+from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import is_number
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (

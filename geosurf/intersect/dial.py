@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.search import check_surfaces, find_contacts
+from geosurf.arrangement.checked import check_surfaces
+from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
-from geosurf.intersect.lift import Line, lift_strand, strand_of
+from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
 from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
+from geosurf.intersect.strand import Line, strand_of
 from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.meshes.polylines import weld_lines
 from geosurf.model import CurveIssue, Curves, Touch, TriSurface, frozen

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.intersect.lift import NOISE, Line, doubt_along
+from geosurf.intersect.lift import NOISE, doubt_along
 from geosurf.intersect.sides import Candidates, Side
+from geosurf.intersect.strand import Line
 from geosurf.kernels.smooth.coverage import NEAR_SEED, SEED, TOO_CLOSE, check_pairs, keys_of
 from geosurf.kernels.smooth.lift import LIFTED, lift_points
 from geosurf.kernels.smooth.resample import SAFETY

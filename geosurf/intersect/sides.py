@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.arrangement.search import check_surfaces
+from geosurf.arrangement.checked import check_surfaces
 from geosurf.errors import SurfaceError
 from geosurf.kernels.smooth.control_nets import nets_of
 from geosurf.kernels.smooth.coverage import cones_of

@@ -11,9 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.intersect.lift import Line
 from geosurf.intersect.loops import find_lost
 from geosurf.intersect.sides import Candidates, Side
+from geosurf.intersect.strand import Line
 from geosurf.kernels.smooth.trace import AT_RIM, CLOSED
 
 

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "Case": "geosurf.prove.families",
+    "Case": "geosurf.prove.case",
     "FAMILIES": "geosurf.prove.families",
     "make_case": "geosurf.prove.families",
     "replay": "geosurf.prove.stress",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
+from geosurf.prove.case import Case
 from geosurf.prove.catalogue import (
     BASE,
     CATALOGUE,
@@ -23,32 +23,17 @@ from geosurf.prove.catalogue import (
     turned,
 )
 from geosurf.prove.rational import flat
+from geosurf.prove.shapes import (
+    bumps,
+    grid,
+    make_wall,
+    scaled_and_moved,
+    solid_triangles,
+    soup,
+    square_nodes,
+)
 
 Draw = tuple[list[TriSurface], dict[str, Any]]
-
-
-@dataclass(frozen=True)
-class Case:
-    """Surfaces to intersect, and what is known about them.
-
-    Attributes
-    ----------
-    family : str
-    number, seed : int
-        What it was made from.
-    surfaces : tuple of TriSurface
-    self_intersections : bool
-        Whether surfaces may cross themselves.
-    known : dict
-        What must come out: ``kind`` and ``count`` of two triangles, ``apart``, ``area`` [m2].
-    """
-
-    family: str
-    number: int
-    seed: int
-    surfaces: tuple[TriSurface, ...]
-    self_intersections: bool = False
-    known: dict[str, Any] = field(default_factory=dict)
 
 
 def make_case(family: str, number: int, seed: int = 0) -> Case:
@@ -92,66 +77,6 @@ def make_case(family: str, number: int, seed: int = 0) -> Case:
 # ---- how surfaces are made -------------------------------------------------------------
 
 
-def soup(name: str, corners: Any) -> TriSurface:
-    """A surface of separate triangles (n, 3, 3)."""
-    corners = np.asarray(corners, dtype=float).reshape(-1, 3)
-    return TriSurface(name, "surface", corners, np.arange(len(corners)).reshape(-1, 3))
-
-
-def grid(
-    name: str, x: Any, y: Any, z: Any, *, role: str = "horizon", rising: bool = True
-) -> TriSurface:
-    """A surface over nodes (n_row, n_col); NaN in z where there is none."""
-    x, y, z = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (x, y, z)))
-    lattice = Lattice(x.copy(), y.copy(), z.copy(), rising=rising, reverse=False)
-    return TriSurface(name, role, lattice=lattice)
-
-
-def _nodes(n: int, start: float = 0.0, step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    return np.meshgrid(start + step * np.arange(n), start + step * np.arange(n))
-
-
-def _bumps(rng: np.random.Generator, height: float = 1.0) -> Callable[..., np.ndarray]:
-    """A smooth random function of x and y."""
-    k, phase = rng.uniform(-1.5, 1.5, (3, 2)), rng.uniform(0, 6.28, 3)
-
-    # Sum of three waves with random directions and phases.
-    return lambda x, y: (
-        height * sum(np.sin(a * x + b * y + c) for (a, b), c in zip(k, phase, strict=True))
-    )
-
-
-def _solid(draw: Callable[[], np.ndarray], count: int) -> np.ndarray:
-    """Triangles (count, 3, 3) with an area."""
-    out: list[np.ndarray] = []
-    while len(out) < count:
-        corners = np.asarray(draw(), dtype=float)
-        if not flat(corners):
-            out.append(corners)
-    return np.array(out)
-
-
-def _wall(
-    rng: np.random.Generator, name: str, ends: Any, low: float, high: float, lean: float
-) -> TriSurface:
-    """A fault over a straight trace (2, 2), perhaps leaning."""
-    ends = np.asarray(ends, dtype=float)
-    n = int(rng.integers(2, 4))
-
-    # Rows of nodes from low to high; `lean` moves them eastwards with elevation.
-    t, z = np.meshgrid(np.linspace(0, 1, n), np.linspace(low, high, int(rng.integers(2, 4))))
-    x = ends[0, 0] + t * (ends[1, 0] - ends[0, 0]) + lean * z
-    y = ends[0, 1] + t * (ends[1, 1] - ends[0, 1])
-    return grid(name, x, y, z, role="fault", rising=bool(rng.integers(2)))
-
-
-def _moved(surfaces: list[TriSurface], scale: float, offset: Any) -> list[TriSurface]:
-    return [
-        TriSurface(s.name, s.role, s.vertices * scale + np.asarray(offset), s.triangles)
-        for s in surfaces
-    ]
-
-
 # ---- the families ----------------------------------------------------------------------
 
 
@@ -164,7 +89,7 @@ def _random_soups(rng: np.random.Generator, number: int) -> Draw:
 def _lattice_triangles(
     rng: np.random.Generator, extent: int, counts: Iterable[int]
 ) -> list[np.ndarray]:
-    return [_solid(lambda: rng.integers(0, extent + 1, (3, 3)), n) for n in counts]
+    return [solid_triangles(lambda: rng.integers(0, extent + 1, (3, 3)), n) for n in counts]
 
 
 def _lattice_soups(rng: np.random.Generator, number: int) -> Draw:
@@ -198,34 +123,34 @@ def _regions(rng: np.random.Generator, number: int) -> Draw:
             corner[2] = (place % 3 - 1) * rng.integers(1, 9)
         return np.array(corners)
 
-    second = _solid(draw, 1)[0]
+    second = solid_triangles(draw, 1)[0]
     triangles = moved(rng, number, BASE[list(ORDERS[number % 6])], second)
     return [soup("A", triangles[0]), soup("B", triangles[1])], {}
 
 
 def _aligned_grids(rng: np.random.Generator, number: int) -> Draw:
-    x, y = _nodes(4)
+    x, y = square_nodes(4)
     top = grid("Top", x, y, rng.integers(0, 3, x.shape), rising=bool(rng.integers(2)))
     kind = number % 4
     if kind == 0:  # the same nodes, so that triangles share columns
         return [top, grid("Base", x, y, rng.integers(0, 3, x.shape))], {}
     if kind == 1:  # nodes on the middles of edges and faces
-        x, y = _nodes(4, 0.5)
+        x, y = square_nodes(4, 0.5)
         return [top, grid("Base", x, y, 0.5 * rng.integers(0, 5, x.shape))], {}
 
     # A wall through nodes, or along a column of nodes or cell middles.
     at = rng.integers(0, 4, 2) if kind == 2 else np.sort(rng.integers(0, 7, 2)) / 2
     ends = [(at[0], -1), (at[1], 4)] if kind == 2 else [(at[0], 0), (at[0], 3)]
-    return [top, _wall(rng, "F1", ends, -1, 3, float(rng.integers(0, 2)) / 2)], {}
+    return [top, make_wall(rng, "F1", ends, -1, 3, float(rng.integers(0, 2)) / 2)], {}
 
 
 def _near_parallel(rng: np.random.Generator, number: int) -> Draw:
     # From clearly crossing to parallel within 1e-8.
     slope = 10.0 ** -(number % 9)
-    x, y = _nodes(4)
+    x, y = square_nodes(4)
     z = rng.uniform(-1, 1) * x + rng.uniform(-1, 1) * y
     if number % 2:
-        z = z + _bumps(rng)(x, y)
+        z = z + bumps(rng)(x, y)
 
     # The tilt is 0 at a place that is not a node, so that the surfaces cross there.
     tilt = rng.uniform(-1, 1, 2) * slope
@@ -243,15 +168,17 @@ def _slivers(rng: np.random.Generator, number: int) -> Draw:
         start[2] = rng.uniform(-1, 1)
         return [start, start + 3 * along, start + rng.uniform(0, 3) * along + aspect * across]
 
-    x, y = _nodes(4)
-    return [grid("Top", x, y, _bumps(rng)(x, y)), soup("S", _solid(draw, 3))], {"self": True}
+    x, y = square_nodes(4)
+    return [grid("Top", x, y, bumps(rng)(x, y)), soup("S", solid_triangles(draw, 3))], {
+        "self": True
+    }
 
 
 def _gaps(rng: np.random.Generator, number: int) -> Draw:
     # Gaps from 1e-9 m down to 3e-14 m: powers of two, so that they are exact.
     gap = 2.0 ** -(30 + number % 16)
-    x, y = _nodes(4)
-    z = np.round(_bumps(rng)(x, y) * 64) / 64
+    x, y = square_nodes(4)
+    z = np.round(bumps(rng)(x, y) * 64) / 64
     shift = rng.integers(0, 3) / 4
 
     # Flat tops may be shifted sideways; others need the same nodes, or the gap would close.
@@ -269,29 +196,29 @@ def _offsets(rng: np.random.Generator, number: int) -> Draw:
     # Map coordinates of millions of metres; elevations of thousands.
     offset = rng.uniform(1e6, 1e7, 3) * [1, 1, 3e-4] * rng.choice([-1, 1], 3)
     if number % 3 == 0:  # a model as wide as a continent
-        return _moved(surfaces, float(rng.uniform(1e5, 1e6)), offset), {}
-    return _moved(surfaces, float(10.0 ** rng.uniform(0, 3)), offset), {}
+        return scaled_and_moved(surfaces, float(rng.uniform(1e5, 1e6)), offset), {}
+    return scaled_and_moved(surfaces, float(10.0 ** rng.uniform(0, 3)), offset), {}
 
 
 def _horizon_and_fault(rng: np.random.Generator) -> list[TriSurface]:
-    x, y = _nodes(4)
+    x, y = square_nodes(4)
     ends = rng.uniform(-0.5, 3.5, (2, 2))
-    wall = _wall(rng, "F1", ends, -3, 3, rng.uniform(-0.5, 0.5))
-    return [grid("Top", x, y, _bumps(rng)(x, y)), wall]
+    wall = make_wall(rng, "F1", ends, -3, 3, rng.uniform(-0.5, 0.5))
+    return [grid("Top", x, y, bumps(rng)(x, y)), wall]
 
 
 def _holes(rng: np.random.Generator, number: int) -> Draw:
-    x, y = _nodes(6)
-    z = _bumps(rng)(x, y)
+    x, y = square_nodes(6)
+    z = bumps(rng)(x, y)
     z[rng.random(z.shape) < 0.2] = np.nan
     z[2:4, 2:4] = 0.25  # one cell at least
     # a grid is upright in files: its axes are one-dimensional
     top = TriSurface("Top", "horizon", lattice=Lattice(x[0], y[:, 0], z))
-    return [top, _wall(rng, "F1", rng.uniform(0, 5, (2, 2)), -3, 3, rng.uniform(-0.5, 0.5))], {}
+    return [top, make_wall(rng, "F1", rng.uniform(0, 5, (2, 2)), -3, 3, rng.uniform(-0.5, 0.5))], {}
 
 
 def _pinch_outs(rng: np.random.Generator, number: int) -> Draw:
-    x, y = _nodes(5)
+    x, y = square_nodes(5)
 
     # The thickness is cut off at 0, so that both surfaces coincide where it ends.
     z = rng.integers(-8, 9, x.shape) / 8
@@ -338,9 +265,11 @@ def _triple_lines(rng: np.random.Generator, number: int) -> Draw:
         sheets.append(grid(f"S{k}", *np.moveaxis(rows, -1, 0), role="fault"))
     solid = [s for s in sheets if not any(flat(c) for c in s.vertices[s.triangles])]
     while len(solid) < 2:
-        solid.append(soup(f"T{len(solid)}", _solid(lambda: rng.integers(-9, 10, (3, 3)), 1)))
+        solid.append(
+            soup(f"T{len(solid)}", solid_triangles(lambda: rng.integers(-9, 10, (3, 3)), 1))
+        )
     hair = 10.0 ** -rng.integers(6, 14) if number % 3 == 2 else 0.0
-    shifted = _moved(solid[1:2], 1.0, hair * rng.normal(size=3))
+    shifted = scaled_and_moved(solid[1:2], 1.0, hair * rng.normal(size=3))
     return [solid[0], *shifted, *solid[2:]], {"self": True}
 
 
@@ -348,14 +277,14 @@ def _overlaps(rng: np.random.Generator, number: int) -> Draw:
     # Planes with slopes of quarters: exact in float64, shifted within themselves.
     shift = rng.integers(0, 13, 2) / 4
     slope = rng.integers(-2, 3, 2) / 4
-    x, y = _nodes(4)
+    x, y = square_nodes(4)
     surfaces = []
     for name, (dx, dy) in (("Top", (0, 0)), ("Base", shift)):
         z = slope[0] * (x + dx) + slope[1] * (y + dy)
         surfaces.append(grid(name, x + dx, y + dy, z, rising=bool(rng.integers(2))))
     if number % 2:
         surfaces.append(
-            _wall(rng, "F1", rng.integers(0, 7, (2, 2)) / 2 + [[0, 0], [4, 0]], -4, 4, 0)
+            make_wall(rng, "F1", rng.integers(0, 7, (2, 2)) / 2 + [[0, 0], [4, 0]], -4, 4, 0)
         )
 
     # The area that both cover, on the map and then on the slope [m2].
@@ -376,12 +305,12 @@ def _self_overlaps(rng: np.random.Generator, number: int) -> Draw:
             corners[:, 2] = corners[:, 0]
         return corners
 
-    pool = _solid(draw, 4)
+    pool = solid_triangles(draw, 4)
     surfaces = []
     for name in "ABC"[: 1 + number % 3]:
         rows = rng.integers(0, len(pool), int(rng.integers(2, 5)))
         mine = [pool[k][rng.permutation(3)] for k in rows]
-        surfaces.append(soup(name, [*mine, *_solid(draw, int(rng.integers(0, 3)))]))
+        surfaces.append(soup(name, [*mine, *solid_triangles(draw, int(rng.integers(0, 3)))]))
     return surfaces, {"self": bool(number % 2) or len(surfaces) == 1}
 
 
@@ -438,19 +367,3 @@ FAMILIES: dict[str, Callable[[np.random.Generator, int], Draw]] = {
     "near-degenerate": _rounded,
     "shifted planes": _shifted_planes,
 }
-
-
-def shuffled(case: Case) -> Case:
-    """The same case with surfaces, vertices, triangles and corners in another order."""
-    rng = np.random.default_rng([case.seed, case.number, 7])
-    out = []
-    for surface in case.surfaces:
-        new = rng.permutation(surface.n_vertex)
-        vertices = np.empty_like(surface.vertices)
-        vertices[new] = surface.vertices
-        faces = new[surface.triangles][rng.permutation(surface.n_triangle)]
-        turns = rng.integers(0, 3, len(faces))
-        faces = np.stack([np.roll(face, k) for face, k in zip(faces, turns, strict=True)])
-        out.append(TriSurface(surface.name, surface.role, vertices, faces))
-    order = rng.permutation(len(out))
-    return replace(case, surfaces=tuple(out[i] for i in order))

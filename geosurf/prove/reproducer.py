@@ -13,7 +13,7 @@ import numpy as np
 from geosurf.errors import GeosurfError, InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model import Lattice, TriSurface
-from geosurf.prove.families import Case
+from geosurf.prove.case import Case
 
 
 def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:

@@ -17,7 +17,8 @@ from geosurf.files.atomic import write_whole
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Patches
 from geosurf.prove import judge
-from geosurf.prove.families import FAMILIES, Case, make_case, shuffled
+from geosurf.prove.case import Case, shuffled
+from geosurf.prove.families import FAMILIES, make_case
 from geosurf.prove.reproducer import load_case, save_case
 from geosurf.rebuild import rebuild_surfaces
 

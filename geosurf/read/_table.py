@@ -13,115 +13,25 @@ from __future__ import annotations
 import csv
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geosurf.errors import FormatError, InputError
-from geosurf.model.expected import listed
-from geosurf.read._common import COMMA, is_number, line_blocks, number, numbers, read_text
+from geosurf.errors import FormatError
+from geosurf.read._columns import (
+    Draft,
+    Table,
+    checked_columns,
+    checked_decimal,
+    is_value,
+    named_places,
+    numbered_places,
+    three_words,
+)
+from geosurf.read._common import COMMA, line_blocks, read_text
 
-# spellings of the three columns, lower case
-USUAL = {
-    "x": ("x", "x_utme", "easting", "east"),
-    "y": ("y", "y_utmn", "northing", "north"),
-    "z": ("z", "z_tvdss", "elevation", "depth"),
-}
-END_MARK = 999.0  # three of these on a line end a polyline
 ROWS = 50_000  # of csv that are taken apart at a time
-Columns = tuple[str, ...] | tuple[int, ...] | None
-
-
-@dataclass
-class Table:
-    """Points as they stand in a file.
-
-    Attributes
-    ----------
-    points : ndarray of float64, shape (n, 3)
-        x, y, z; lines that end a polyline are 999, 999, 999.
-    lines : ndarray of int64, shape (n,)
-        Line of each, counted from 1.
-    labels : list of str or None
-        Words of one more column.
-    """
-
-    points: np.ndarray
-    lines: np.ndarray
-    labels: list[str] | None = None
-
-
-@dataclass
-class _Draft:
-    """What is known of a table while its lines go by."""
-
-    path: Path
-    columns: Columns
-    decimal: str
-    width: int | None = None  # values on each line, if a header states it
-    places: list[int] | None = None  # of x, y and z
-    header: bool = False
-    points: list[np.ndarray] = field(default_factory=list)
-    lines: list[np.ndarray] = field(default_factory=list)
-
-    def take(self, words: list[str], lines: Any) -> None:
-        """Add x, y, z of some rows: three words for each of their lines."""
-        if not words:
-            return
-
-        lines = np.asarray(lines, dtype=np.int64)
-        if self.decimal == ",":
-            words = [_with_point(self.path, lines[k // 3], word) for k, word in enumerate(words)]
-
-        # All words at once; one by one only to name the first that is wrong.
-        values = numbers(words)
-        if values is None:  # report the first invalid one
-            values = np.array(
-                [
-                    number(word, self.path, lines[k // 3], "x, y or z")
-                    for k, word in enumerate(words)
-                ]
-            )
-        self.points.append(values.reshape(-1, 3))
-        self.lines.append(lines)
-
-    def table(self, labels: list[str] | None = None) -> Table:
-        """Return what was taken."""
-        if not self.points:
-            below = " below the header" if self.header else ""
-            raise FormatError(
-                f"{self.path}: the file has no points{below}, expected x y z on each line. "
-                "Export the file again."
-            )
-        return Table(np.concatenate(self.points), np.concatenate(self.lines), labels)
-
-
-def checked_columns(columns: Any) -> Columns:
-    """Return three names in lower case or three numbers from 1, or the reason why not."""
-    if columns is None:
-        return None
-    how = "give three names or numbers"
-    one = isinstance(columns, str | int)
-    # One word alone is listed as one, which is too few.
-    words = (columns,) if one else listed(columns, "columns are words or numbers", how)
-    names = all(isinstance(word, str) for word in words)
-    counts = all(type(word) is int and word > 0 for word in words)
-
-    if len(words) != 3 or not (names or counts):
-        raise InputError(
-            f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
-            "'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5)."
-        )
-    return tuple(word.strip().lower() if isinstance(word, str) else word for word in words)
-
-
-def checked_decimal(decimal: Any) -> str:
-    """Return the decimal sign, or raise an error for anything else."""
-    if not isinstance(decimal, str) or decimal not in (".", ","):
-        raise InputError(f"decimal is {decimal!r}, expected '.' or ','. Write decimal=','.")
-    return decimal
 
 
 def read_table(
@@ -149,7 +59,7 @@ def read_table(
     ------
     FormatError, InputError
     """
-    draft = _Draft(path, checked_columns(columns), checked_decimal(decimal))
+    draft = Draft(path, checked_columns(columns), checked_decimal(decimal))
 
     text = read_text(path)
     if path.suffix.lower() == ".csv":
@@ -160,7 +70,7 @@ def read_table(
 
 
 # ------------------------------------------------------------------------- text
-def _take_piece(draft: _Draft, first: int, piece: str) -> None:
+def _take_piece(draft: Draft, first: int, piece: str) -> None:
     """Take whole lines of a text: the fast way if each has three values, else row by row."""
     # The fast way: three bare numbers on each line that is not empty.
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
@@ -180,10 +90,10 @@ def _take_piece(draft: _Draft, first: int, piece: str) -> None:
         # The first line without any number is the header.
         if not draft.header and not draft.points and not lines and _is_header(draft, [words]):
             draft.header, draft.width = True, len(words)
-            draft.places = _places(draft, [word.lower() for word in words], i)
+            draft.places = named_places(draft, [word.lower() for word in words], i)
             continue
 
-        found += _three(draft, words, i)
+        found += three_words(draft, words, i)
         lines.append(i)
     draft.take(found, lines)
 
@@ -201,17 +111,12 @@ def _words_per_line(piece: str) -> np.ndarray:
     return np.diff(ends, prepend=0)
 
 
-def _is_header(draft: _Draft, rows: list[list[str]]) -> bool:
+def _is_header(draft: Draft, rows: list[list[str]]) -> bool:
     """Whether a first line has words only."""
-    return bool(rows) and not any(_counts(draft, word) for word in rows[0])
+    return bool(rows) and not any(is_value(draft, word) for word in rows[0])
 
 
-def _counts(draft: _Draft, word: str) -> bool:
-    """Whether a word is a number with the decimal sign of this file."""
-    return is_number(word.replace(",", ".", 1) if draft.decimal == "," else word)
-
-
-def _words(draft: _Draft, line: str, i: int) -> list[str]:
+def _words(draft: Draft, line: str, i: int) -> list[str]:
     """Split a line at its separators; a comma that may be a decimal sign is refused."""
     line = line.strip()
 
@@ -231,86 +136,8 @@ def _words(draft: _Draft, line: str, i: int) -> list[str]:
     return line.replace(",", " ").replace(";", " ").split()
 
 
-def _three(draft: _Draft, words: list[str], i: int) -> list[str]:
-    """Words of x, y and z on one line, by the header, `columns`, or as the only numbers."""
-    ends = len(words) >= 3 and words[0].startswith("999") and _are_end_mark(words)
-    if ends:
-        return ["999", "999", "999"]
-
-    if draft.width is not None and len(words) != draft.width:
-        raise FormatError(
-            f"{draft.path}, line {i}: found {len(words)} values, expected {draft.width} as in the "
-            "header. Correct that line or export the file again."
-        )
-
-    # Places come from names, numbers of columns, or the only three numbers of the line.
-    if draft.columns is None and not draft.header:
-        draft.places = _only_numbers(draft, words, i)
-    elif draft.places is None:
-        draft.places = _numbered(draft, i)
-    if max(draft.places) >= len(words):
-        raise FormatError(
-            f"{draft.path}, line {i}: found {len(words)} values, expected at least "
-            f"{max(draft.places) + 1}. Correct that line or export the file again."
-        )
-    return [words[k] for k in draft.places]
-
-
-def _numbered(draft: _Draft, i: int) -> list[int]:
-    """Places that the caller gave as numbers, where there is no header to look for names in."""
-    columns = draft.columns or ()
-    if any(isinstance(word, str) for word in columns):
-        raise FormatError(
-            f"{draft.path}, line {i}: the file has no header with the columns "
-            f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, "
-            "2, 3)."
-        )
-    return [int(k) - 1 for k in columns]
-
-
-def _only_numbers(draft: _Draft, words: list[str], i: int) -> list[int]:
-    """Places of the three numbers of a line, which are those of the lines before."""
-    if len(words) < 3:
-        raise FormatError(
-            f"{draft.path}, line {i}: found {len(words)} values, expected x y z. "
-            "Correct that line or export the file again."
-        )
-
-    if len(words) == 3 and draft.places in (None, [0, 1, 2]):
-        return [0, 1, 2]  # the reader reports a word that is not a number
-    # Exactly three numbers among other words: these are x, y and z.
-    found = [k for k, word in enumerate(words) if _counts(draft, word)]
-    if len(found) != 3:
-        raise FormatError(
-            f"{draft.path}, line {i}: found {len(found)} numbers and no header, so the columns "
-            "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
-            "columns=(3, 4, 5)."
-        )
-    if draft.places not in (None, found):
-        raise FormatError(
-            f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in found]}, on the "
-            f"lines before in {[k + 1 for k in draft.places or []]}. Give the right columns, "
-            "as in columns=(1, 2, 3)."
-        )
-    return found
-
-
-def _are_end_mark(words: list[str]) -> bool:
-    return all(is_number(word) and float(word) == END_MARK for word in words)
-
-
-def _with_point(path: Path, line: int, word: str) -> str:
-    """Return a number with a decimal comma as one with a point."""
-    if "." in word or word.count(",") > 1:
-        raise FormatError(
-            f"{path}, line {line}: found {word!r}, expected a number with one decimal comma at "
-            "most. Leave decimal=',' out, or export numbers without thousands separators."
-        )
-    return word.replace(",", ".")
-
-
 # -------------------------------------------------------------------------- csv
-def _from_csv(draft: _Draft, text: str, labels: Sequence[str]) -> Table:
+def _from_csv(draft: Draft, text: str, labels: Sequence[str]) -> Table:
     """Points of csv, by its header; without one by numbers of columns."""
     first = text[: text.find("\n")]
     at_comma = "," in first and not (draft.decimal == "," and ";" in first)
@@ -333,22 +160,22 @@ def _from_csv(draft: _Draft, text: str, labels: Sequence[str]) -> Table:
     return draft.table(None if named is None else found)
 
 
-def _csv_header(draft: _Draft, row: list[str], labels: Sequence[str]) -> int | None:
+def _csv_header(draft: Draft, row: list[str], labels: Sequence[str]) -> int | None:
     """Take the first row of csv; return the column of labels."""
     header = [word.strip().lower() for word in row]
     draft.width = len(header)
-    draft.header = not any(_counts(draft, word) for word in header)
+    draft.header = not any(is_value(draft, word) for word in header)
 
     if draft.header or not draft.columns or isinstance(draft.columns[0], str):
-        draft.places = _places(draft, header, 1)
+        draft.places = named_places(draft, header, 1)
     else:  # numbers from the first line on
-        draft.places = _numbered(draft, 1)
-        draft.take(_three(draft, row, 1), [1])
+        draft.places = numbered_places(draft, 1)
+        draft.take(three_words(draft, row, 1), [1])
     return next((header.index(word) for word in labels if word in header), None)
 
 
 def _csv_rows(
-    draft: _Draft, reader: Any, named: int | None
+    draft: Draft, reader: Any, named: int | None
 ) -> Iterator[tuple[list[str], list[int], list[str]]]:
     """Yield x, y, z in words, line numbers and labels, some rows at a time."""
     # Rows in portions, so that words do not take twenty times the memory of the file.
@@ -373,29 +200,3 @@ def _csv_rows(
             if named is not None:
                 labels.append(row[named].strip())
         yield words, lines, labels
-
-
-def _places(draft: _Draft, header: list[str], line: int) -> list[int]:
-    """Where x, y and z are in a header of lower case, by their usual names or the caller's."""
-    if draft.columns is not None and not isinstance(draft.columns[0], str):
-        places = [int(k) - 1 for k in draft.columns]
-        if max(places) >= len(header):
-            raise FormatError(
-                f"{draft.path}, line {line}: the header has {len(header)} columns, but "
-                f"columns={draft.columns}. Columns are counted from 1."
-            )
-        return places
-
-    # Each axis needs exactly one column with a known name.
-    at = []
-    for k, (axis, usual) in enumerate(USUAL.items()):
-        spellings = usual if draft.columns is None else draft.columns[k : k + 1]
-        found = [i for i, word in enumerate(header) if word in spellings]
-        if len(found) != 1:
-            raise FormatError(
-                f"{draft.path}, line {line}: found {len(found)} columns for {axis} in "
-                f"{header}, expected one of {', '.join(map(str, spellings))} (upper or lower "
-                "case). Rename the columns; for points, you can also set columns=."
-            )
-        at.append(found[0])
-    return at

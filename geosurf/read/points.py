@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import FormatError
+from geosurf.read._columns import END_MARK
 from geosurf.read._common import agreed_scale, agreed_sign
-from geosurf.read._table import END_MARK, read_table
+from geosurf.read._table import read_table
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

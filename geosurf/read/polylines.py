@@ -14,8 +14,9 @@ import numpy as np
 
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
+from geosurf.read._columns import END_MARK, Table
 from geosurf.read._common import agreed_scale, agreed_sign
-from geosurf.read._table import END_MARK, Table, read_table
+from geosurf.read._table import read_table
 
 LABELS = ("poly_id", "stick_id")  # columns with the number of the polyline, lower case
 

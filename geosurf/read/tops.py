@@ -13,8 +13,8 @@ import numpy as np
 from geosurf.conventions import counted, did_you_mean, elevation_sign
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model.expected import listed, path_of
+from geosurf.read._columns import checked_decimal
 from geosurf.read._common import COMMA, agreed_scale, agreed_sign, is_number, number, otherwise
-from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import Layout, layout_of
 from geosurf.warning import warn
 

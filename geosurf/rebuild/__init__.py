@@ -1,14 +1,15 @@
 """Rebuild surfaces: split them along their common curves into one welded mesh.
 
-=============  ==========================================================================
-patches.py     `rebuild_surfaces`: contacts of triangles -> patches
-assemble.py    pieces and patches from cut and uncut triangles
-soundness.py   which triangles could cross after rounding: those are tested exactly
-repair.py      vertices moved where rounding would make triangles cross
-moves.py       warning: vertices that a repair moved
-ghosts.py      `trim_sheets`: torn horizons trimmed at their faults
-own.py         intersections of a surface with itself
-=============  ==========================================================================
+=================  ====================================================================
+patches.py         `rebuild_surfaces`: contacts of triangles -> patches
+assemble.py        pieces and patches from cut and uncut triangles
+soundness.py       which triangles could cross after rounding: those are tested exactly
+repair.py          vertices moved where rounding would make triangles cross
+moves.py           warning: vertices that a repair moved
+ghosts.py          `trim_sheets`: torn horizons trimmed at their faults
+own.py             intersections of a surface with itself
+equal_vertices.py  vertices of one surface in the same place
+=================  ====================================================================
 
 Cut triangles get a constrained Delaunay triangulation of implicit points (Attene 2020, Levy 2024).
 """

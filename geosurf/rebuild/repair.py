@@ -27,7 +27,7 @@ from geosurf.kernels.contacts.packed_contact import on_boundaries
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
-from geosurf.rebuild.assemble import first_of_equals
+from geosurf.rebuild.equal_vertices import first_of_equals
 from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
 

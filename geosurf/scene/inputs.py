@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn, TypeVar
 
-from geosurf.arrangement.search import check_voxel_size
+from geosurf.arrangement.checked import check_voxel_size
 from geosurf.conventions import did_you_mean, elevation_sign, is_number, metres_per_unit
 from geosurf.errors import InputError
 from geosurf.faults.lengthen import read_lengthen

@@ -16,8 +16,9 @@ from collections import Counter
 
 import numpy as np
 
-from geosurf.prove.families import Case, soup
+from geosurf.prove.case import Case
 from geosurf.prove.rational import flat
+from geosurf.prove.shapes import soup
 from geosurf.prove.stress import run_case
 
 SIZES = (

@@ -27,7 +27,7 @@ import numpy as np
 from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.errors import GeosurfError, InvariantError
-from geosurf.prove.families import grid
+from geosurf.prove.shapes import grid
 from tests import laws, oracles
 from tests.field_data import checked
 from tests.overlaps import together

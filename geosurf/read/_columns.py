@@ -1,0 +1,221 @@
+"""Which words of a line are easting, northing and z, and the rows collected so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import FormatError, InputError
+from geosurf.model.expected import listed
+from geosurf.read._common import is_number, number, numbers
+
+# spellings of the three columns, lower case
+USUAL = {
+    "x": ("x", "x_utme", "easting", "east"),
+    "y": ("y", "y_utmn", "northing", "north"),
+    "z": ("z", "z_tvdss", "elevation", "depth"),
+}
+END_MARK = 999.0  # three of these on a line end a polyline
+Columns = tuple[str, ...] | tuple[int, ...] | None
+
+
+@dataclass
+class Table:
+    """Points as they stand in a file.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (n, 3)
+        x, y, z; lines that end a polyline are 999, 999, 999.
+    lines : ndarray of int64, shape (n,)
+        Line of each, counted from 1.
+    labels : list of str or None
+        Words of one more column.
+    """
+
+    points: np.ndarray
+    lines: np.ndarray
+    labels: list[str] | None = None
+
+
+@dataclass
+class Draft:
+    """What is known of a table while its lines go by."""
+
+    path: Path
+    columns: Columns
+    decimal: str
+    width: int | None = None  # values on each line, if a header states it
+    places: list[int] | None = None  # of x, y and z
+    header: bool = False
+    points: list[np.ndarray] = field(default_factory=list)
+    lines: list[np.ndarray] = field(default_factory=list)
+
+    def take(self, words: list[str], lines: Any) -> None:
+        """Add x, y, z of some rows: three words for each of their lines."""
+        if not words:
+            return
+
+        lines = np.asarray(lines, dtype=np.int64)
+        if self.decimal == ",":
+            words = [_with_point(self.path, lines[k // 3], word) for k, word in enumerate(words)]
+
+        # All words at once; one by one only to name the first that is wrong.
+        values = numbers(words)
+        if values is None:  # report the first invalid one
+            values = np.array(
+                [
+                    number(word, self.path, lines[k // 3], "x, y or z")
+                    for k, word in enumerate(words)
+                ]
+            )
+        self.points.append(values.reshape(-1, 3))
+        self.lines.append(lines)
+
+    def table(self, labels: list[str] | None = None) -> Table:
+        """Return what was taken."""
+        if not self.points:
+            below = " below the header" if self.header else ""
+            raise FormatError(
+                f"{self.path}: the file has no points{below}, expected x y z on each line. "
+                "Export the file again."
+            )
+        return Table(np.concatenate(self.points), np.concatenate(self.lines), labels)
+
+
+def checked_columns(columns: Any) -> Columns:
+    """Return three names in lower case or three numbers from 1, or the reason why not."""
+    if columns is None:
+        return None
+    how = "give three names or numbers"
+    one = isinstance(columns, str | int)
+    # One word alone is listed as one, which is too few.
+    words = (columns,) if one else listed(columns, "columns are words or numbers", how)
+    names = all(isinstance(word, str) for word in words)
+    counts = all(type(word) is int and word > 0 for word in words)
+
+    if len(words) != 3 or not (names or counts):
+        raise InputError(
+            f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
+            "'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5)."
+        )
+    return tuple(word.strip().lower() if isinstance(word, str) else word for word in words)
+
+
+def checked_decimal(decimal: Any) -> str:
+    """Return the decimal sign, or raise an error for anything else."""
+    if not isinstance(decimal, str) or decimal not in (".", ","):
+        raise InputError(f"decimal is {decimal!r}, expected '.' or ','. Write decimal=','.")
+    return decimal
+
+
+def is_value(draft: Draft, word: str) -> bool:
+    """Whether a word is a number with the decimal sign of this file."""
+    return is_number(word.replace(",", ".", 1) if draft.decimal == "," else word)
+
+
+def three_words(draft: Draft, words: list[str], i: int) -> list[str]:
+    """Words of x, y and z on one line, by the header, `columns`, or as the only numbers."""
+    ends = len(words) >= 3 and words[0].startswith("999") and _are_end_mark(words)
+    if ends:
+        return ["999", "999", "999"]
+
+    if draft.width is not None and len(words) != draft.width:
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(words)} values, expected {draft.width} as in the "
+            "header. Correct that line or export the file again."
+        )
+
+    # Places come from names, numbers of columns, or the only three numbers of the line.
+    if draft.columns is None and not draft.header:
+        draft.places = _only_numbers(draft, words, i)
+    elif draft.places is None:
+        draft.places = numbered_places(draft, i)
+    if max(draft.places) >= len(words):
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(words)} values, expected at least "
+            f"{max(draft.places) + 1}. Correct that line or export the file again."
+        )
+    return [words[k] for k in draft.places]
+
+
+def numbered_places(draft: Draft, i: int) -> list[int]:
+    """Places that the caller gave as numbers, where there is no header to look for names in."""
+    columns = draft.columns or ()
+    if any(isinstance(word, str) for word in columns):
+        raise FormatError(
+            f"{draft.path}, line {i}: the file has no header with the columns "
+            f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, "
+            "2, 3)."
+        )
+    return [int(k) - 1 for k in columns]
+
+
+def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
+    """Places of the three numbers of a line, which are those of the lines before."""
+    if len(words) < 3:
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(words)} values, expected x y z. "
+            "Correct that line or export the file again."
+        )
+
+    if len(words) == 3 and draft.places in (None, [0, 1, 2]):
+        return [0, 1, 2]  # the reader reports a word that is not a number
+    # Exactly three numbers among other words: these are x, y and z.
+    found = [k for k, word in enumerate(words) if is_value(draft, word)]
+    if len(found) != 3:
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(found)} numbers and no header, so the columns "
+            "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
+            "columns=(3, 4, 5)."
+        )
+    if draft.places not in (None, found):
+        raise FormatError(
+            f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in found]}, on the "
+            f"lines before in {[k + 1 for k in draft.places or []]}. Give the right columns, "
+            "as in columns=(1, 2, 3)."
+        )
+    return found
+
+
+def _are_end_mark(words: list[str]) -> bool:
+    return all(is_number(word) and float(word) == END_MARK for word in words)
+
+
+def _with_point(path: Path, line: int, word: str) -> str:
+    """Return a number with a decimal comma as one with a point."""
+    if "." in word or word.count(",") > 1:
+        raise FormatError(
+            f"{path}, line {line}: found {word!r}, expected a number with one decimal comma at "
+            "most. Leave decimal=',' out, or export numbers without thousands separators."
+        )
+    return word.replace(",", ".")
+
+
+def named_places(draft: Draft, header: list[str], line: int) -> list[int]:
+    """Where x, y and z are in a header of lower case, by their usual names or the caller's."""
+    if draft.columns is not None and not isinstance(draft.columns[0], str):
+        places = [int(k) - 1 for k in draft.columns]
+        if max(places) >= len(header):
+            raise FormatError(
+                f"{draft.path}, line {line}: the header has {len(header)} columns, but "
+                f"columns={draft.columns}. Columns are counted from 1."
+            )
+        return places
+
+    # Each axis needs exactly one column with a known name.
+    at = []
+    for k, (axis, usual) in enumerate(USUAL.items()):
+        spellings = usual if draft.columns is None else draft.columns[k : k + 1]
+        found = [i for i, word in enumerate(header) if word in spellings]
+        if len(found) != 1:
+            raise FormatError(
+                f"{draft.path}, line {line}: found {len(found)} columns for {axis} in "
+                f"{header}, expected one of {', '.join(map(str, spellings))} (upper or lower "
+                "case). Rename the columns; for points, you can also set columns=."
+            )
+        at.append(found[0])
+    return at
