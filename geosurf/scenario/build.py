@@ -8,15 +8,17 @@ from typing import Any
 from geosurf.conventions import counted
 from geosurf.model import FluidContact
 from geosurf.model.faults import SIDES
-from geosurf.read import read_fault, read_horizon, read_tops
-from geosurf.scenario.keys import Scenario
+from geosurf.read import read_fault, read_horizon, read_points, read_tops
+from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.validate import truncations_of
+from geosurf.scenario.validate import is_torn_as_picked, truncations_of
 from geosurf.scene import Scene
+from geosurf.scene.footprint import footprint, holds_points
 from geosurf.scene.surfaces import opened_outline
 from geosurf.sheets import extend_horizon
+from geosurf.sheets.lattice.data import are_points
 
 
 def build_scene(
@@ -58,16 +60,7 @@ def build_scene(
         return scene
 
     # read here rather than by the scene: files of a scenario have their own units
-    horizons = {
-        entry.name: read_horizon(
-            entry.file,
-            name=entry.name,
-            positive=entry.positive,
-            length_unit=entry.length_unit,
-            variable=entry.variable,
-        )
-        for entry in scenario.horizons
-    }
+    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
     faults = {
         entry.name: read_fault(
             entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
@@ -79,8 +72,12 @@ def build_scene(
 
     # not torn yet: sheets need the faults as extension and truncation leave them
     box = scenario.box.sides if scenario.box is not None else None
+    plain = {
+        name: footprint(name, data, {}) if are_points(data) else data
+        for name, data in horizons.items()
+    }
     scene = Scene(
-        horizons,
+        plain,
         faults,
         box,
         column={entry.name: entry.rule for entry in scenario.horizons},
@@ -91,6 +88,16 @@ def build_scene(
     )
     on_step("read", _numbers(scene), "")
     return torn_horizons(scenario, scene, horizons, on_step, out)
+
+
+def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
+    """A grid or mesh; points where the horizon is torn as it was picked."""
+    words: dict[str, Any] = {
+        "name": entry.name, "positive": entry.positive, "length_unit": entry.length_unit,
+    }  # fmt: skip
+    if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
+        return read_points(entry.file, **words)
+    return read_horizon(entry.file, variable=entry.variable, **words)
 
 
 def _extended(

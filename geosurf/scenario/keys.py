@@ -145,12 +145,12 @@ class TearSettings:
     """
 
     horizons: tuple[str, ...] = key("Horizons to tear. Left empty: all.", values.names, default=())
-    trim_cells: float = key(
-        "Ignore data closer to a fault than this; at least one and a half times the half width of "
-        "the smear.",
-        values.above_zero,
+    trim_cells: str | float | dict[str, Any] = key(
+        "Ignore data closer to a fault than this: at least one and a half times the half width of "
+        "the smear. By default it is estimated for each fault from data that are held out.",
+        values.trim,
         unit="cells of the grid",
-        default=2.0,
+        default="auto",
     )
     noise_m: float | None = key(
         "Standard deviation of the noise; 0 to meet all other data. Left out: estimated.",

@@ -6,14 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from geosurf.model import Sheet
+from geosurf.model import Sheet, TriSurface
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.validate import is_torn_as_picked
 from geosurf.scene import Scene
+from geosurf.scene.tearing import sheets_on, warnings_of
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
 from geosurf.sheets.tie import tied_sheet
+from geosurf.warning import warn
 
 
 def torn_horizons(
@@ -42,32 +44,47 @@ def torn_horizons(
     Scene
         The same one where nothing is to be torn.
     """
-    sheets: dict[str, Sheet] = {}
-    for name, horizon in horizons.items():
-        throws = [t for t in scenario.throws if name in t.horizons or not t.horizons]
+    throws = {
+        name: [t for t in scenario.throws if name in t.horizons or not t.horizons]
+        for name in horizons
+    }
+    picked = [name for name in horizons if is_torn_as_picked(scenario, name)]
+    given = {name: scene.surface(name) for name in scene.fault_names} if picked else {}
+
+    def as_picked(name: str, faults: dict[str, TriSurface]) -> Sheet:
+        """The sheet of one horizon at some faults; a picture where there is none."""
         with pictured(scene, out, (name, *scene.fault_names)):
-            if is_torn_as_picked(scenario, name):
-                sheets[name] = _as_picked(scenario, scene, name, horizon)
-            elif throws:
-                sheets[name] = _by_throw(scene, throws, name, horizon)
-            else:
-                continue
+            return _as_picked(scenario, scene, name, horizons[name], list(faults.values()))
+
+    sheets, faults = sheets_on(given, picked, as_picked)
+    for warning in warnings_of(given, faults, sheets):
+        warn(warning)
+    for name, horizon in horizons.items():
+        if name not in sheets and throws[name]:
+            with pictured(scene, out, (name, *scene.fault_names)):
+                sheets[name] = _by_throw(scene, throws[name], name, horizon)
+    for name in sheets:
         on_step("tear", name, f"at {', '.join(sheets[name].cuts)}")
     if not sheets:
         return scene
+
     # sheets reach farther up and down than smeared grids: the default box would grow, and with it
     # the extended faults, which the sheets end on
     extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
-    frame: dict[str, Any] = {}
-    if extended and scenario.box is None:
-        frame = {"box": scene.box, "aoi": scene.aoi}
-    return scene.replace(horizons=sheets, **frame)
+    longer = {name: faults[name] for name in given if faults[name] is not given[name]}
+    changes: dict[str, Any] = {}
+    if (extended or picked) and scenario.box is None:
+        changes = {"box": scene.box, "aoi": scene.aoi}
+    if longer:  # all of them as the sheets have them: rules would change them again
+        changes |= {"faults": faults, "extend": (), "truncations": None, "lengthen": None}
+    return scene.replace(horizons=sheets, **changes)
 
 
-def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> Sheet:
+def _as_picked(
+    scenario: Scenario, scene: Scene, name: str, horizon: Any, faults: list[TriSurface]
+) -> Sheet:
     """A sheet from data that smear the horizon over its faults."""
     tear = scenario.tear
-    faults = [scene.surface(fault) for fault in scene.fault_names]
     assert tear is not None
     words: dict[str, Any] = {
         "trim": tear.trim_cells,

@@ -78,6 +78,20 @@ def switch(_: KeyPath, value: Any) -> bool | None:
 @check("a number above 0")
 def above_zero(_: KeyPath, value: Any) -> float | None:
     """A finite number above zero."""
+    return above_zero_or_none(value)
+
+
+@check('"auto", a number above 0, or a table such as {F1 = 3.0}')
+def trim(_: KeyPath, value: Any) -> str | float | dict[str, Any] | None:
+    """A trim for all faults, or by fault."""
+    if isinstance(value, dict):
+        every = all(one == "auto" or above_zero_or_none(one) for one in value.values())
+        return dict(value) if value and every else None
+    return "auto" if value == "auto" else above_zero_or_none(value)
+
+
+def above_zero_or_none(value: Any) -> float | None:
+    """A finite number above zero, else None."""
     return float(value) if is_number(value) and value > 0 else None
 
 

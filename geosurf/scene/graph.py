@@ -72,6 +72,8 @@ class Graph:
     inputs : SceneInputs
     memory : Memory
         Of this scene; its results may be shared with other scenes.
+    prepared_by : FaultStage, optional
+        What has extended and truncated the faults, if they come prepared.
 
     Examples
     --------
@@ -82,8 +84,11 @@ class Graph:
     (2, 6)
     """
 
-    def __init__(self, inputs: SceneInputs, memory: Memory) -> None:
+    def __init__(
+        self, inputs: SceneInputs, memory: Memory, prepared_by: FaultStage | None = None
+    ) -> None:
         self.inputs, self.memory = inputs, memory
+        self.prepared_by = prepared_by
         self.read = InputSurfaces(inputs, memory)
 
     # ---- inputs -> surfaces --------------------------------------------------------------

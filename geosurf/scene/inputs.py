@@ -74,6 +74,7 @@ class SceneInputs:
     tops: Any = None
     tie: Any = None
     lengthen: Any = None
+    tear: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -102,6 +103,12 @@ class SceneInputs:
         crossing = flag_of(self.self_intersections, "self_intersections")
         tolerance = check_scene_tolerance(self.tolerance, horizons)
         truncations = as_mapping("truncations", self.truncations)
+        tear = tear_setting(self.tear, tuple(faults))
+        if tear is not None and tolerance is not None:
+            raise InputError(
+                f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
+                "their nodes. Leave one of them out."
+            )
         tie = tie_settings(self.tie)
         if tie is not None and self.tops is None:
             raise InputError("tie needs well tops. Give them, too: tops=geosurf.read_tops(path).")
@@ -116,6 +123,7 @@ class SceneInputs:
             tolerance=tolerance,
             truncations=truncations,
             tie=tie,
+            tear=tear,
             rules=read_truncations(truncations, tuple(faults)),
             extend=read_extend(self.extend, tuple(faults)),
             lengthen=read_lengthen(self.lengthen, tuple(faults)),
@@ -166,6 +174,7 @@ class SceneInputs:
             "extend": only_of(self.extend, faults),
             "lengthen": only_of(self.lengthen, faults),
             "truncations": only_of(self.truncations, faults),
+            "tear": only_of(self.tear, faults) if isinstance(self.tear, dict) else self.tear,
             **changes,
             "horizons": horizons,
             "faults": faults,
@@ -177,6 +186,29 @@ class SceneInputs:
 # as `Scene` and `Scene.replace` call them
 INPUTS = tuple(one.name for one in fields(SceneInputs) if one.init)
 OPTIONAL = ("column", "contacts", "truncations")  # for which `Scene` takes None as well as {}
+
+
+def tear_setting(tear: Any, faults: tuple[str, ...]) -> Any:
+    """Return "auto", a trim, or trims by fault; None if horizons are not to be torn."""
+    if tear is None or tear is False:
+        return None
+    if tear is True or (isinstance(tear, str) and tear == "auto"):
+        return "auto"
+    values = list(tear.values()) if isinstance(tear, Mapping) else [tear]
+    if not values or not all(
+        (isinstance(value, str) and value == "auto") or (is_number(value) and value > 0)
+        for value in values
+    ):
+        raise InputError(
+            f'tear is {tear!r}; give True, "auto", a trim in cells above 0, or {{fault: cells}}.'
+        )
+    for name in tear if isinstance(tear, Mapping) else ():
+        if name not in faults:
+            raise InputError(
+                f"tear names {name!r}, which is not a fault of the scene."
+                f"{did_you_mean(str(name), faults)}"
+            )
+    return dict(tear) if isinstance(tear, Mapping) else float(tear)
 
 
 def refuse_assignment(name: str) -> NoReturn:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,7 @@ from geosurf.scene import measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.memory import Memory, Step
+from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -74,6 +76,10 @@ class Scene:
     lengthen : float, or mapping of str to distance, optional
         Faults that are first continued by a distance [m]: all, or some by name, each on all sides
         or on some: ``{"F1": 50, "F2": {"down": 80, "strike": 200}}``.
+    tear : bool, "auto", float, or mapping of str to float, optional
+        True tears all horizons at all faults, which are extended and truncated first. Horizons may
+        then be points, too. A number is the trim in cells, a mapping has it by fault: see
+        `tear_horizon`. `sheets` has cut-offs and reports; `warnings` lists remedies.
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
         first continues F2 to F1. See docs/guides/faults.md.
@@ -106,7 +112,7 @@ class Scene:
     """
 
     _inputs: SceneInputs
-    _graph: Graph
+    _plain: Graph
 
     def __init__(
         self,
@@ -127,13 +133,19 @@ class Scene:
         tops: Any = None,
         tie: Any = None,
         lengthen: Any = None,
+        tear: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
-            tops, tie, lengthen,
+            tops, tie, lengthen, tear,
         )  # fmt: skip
-        self.__dict__.update(_inputs=inputs, _graph=Graph(inputs, Memory()))
+        self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, Memory()))
+
+    @cached_property
+    def _graph(self) -> Graph:
+        """The results; with `tear` of horizons that are torn when something is first requested."""
+        return self._plain if self._inputs.tear is None else torn_graph(self._plain)
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results still valid.
@@ -164,7 +176,7 @@ class Scene:
         ()
         """
         inputs, twin = self._inputs.replaced(**changes), object.__new__(Scene)
-        twin.__dict__.update(_inputs=inputs, _graph=Graph(inputs, self._graph.memory.twin()))
+        twin.__dict__.update(_inputs=inputs, _plain=Graph(inputs, self._plain.memory.twin()))
         return twin
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -276,7 +288,7 @@ class Scene:
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """What was done to the faults: every extension and truncation, with its size."""
-        return self._graph.faults.actions()
+        return (self._graph.prepared_by or self._graph.faults).actions()
 
     def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
         """Return every contact, near miss and dangling end of the faults, with proposals.

@@ -12,6 +12,7 @@ import numpy as np
 from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
+from geosurf.scene.footprint import footprint, opened_horizon
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
@@ -69,10 +70,15 @@ class InputSurfaces:
 
         # the key: what the input held when it was read first, and how it is to be taken
         options = self.inputs.options
-        key = ("surface", name, role, self._fingerprints[name], *options.values())
+        kind = role if self.inputs.tear is None else f"{role} to tear"
+        key = ("surface", name, kind, self._fingerprints[name], *options.values())
         surface = self.memory.get_or_compute(
             "triangulate", name, key,
-            lambda: as_surface(name, role, value, options, others),
+            lambda: (
+                self._footprint(name, value)
+                if role == "horizon" and self.inputs.tear is not None
+                else as_surface(name, role, value, options, others)
+            ),
             lambda found: f"{found.n_triangle} triangles", again=False,
         )  # fmt: skip
 
@@ -83,6 +89,13 @@ class InputSurfaces:
         if surface.crs is not None:
             self.crs[name] = surface.crs
         return surface
+
+    def _footprint(self, name: str, value: Any) -> TriSurface:
+        """A horizon that is to be torn, as a grid without holes; a sheet as it is."""
+        if isinstance(value, Sheet):
+            return value.surface.renamed(name)
+        data = opened_horizon(value, self.inputs.options)
+        return footprint(name, data, undeclared(data, self.inputs.options))
 
 
 def as_surface(
@@ -107,7 +120,7 @@ def as_surface(
     """
     found = _read(value, role, options) if isinstance(value, str | Path) else value
     if role == "horizon" and isinstance(found, tuple | list):
-        found = triangulate_horizon(found, name=name, **_undeclared(found, options))
+        found = triangulate_horizon(found, name=name, **undeclared(found, options))
     torn = isinstance(found, Sheet)  # one that ends on its faults has been checked
     if torn:
         found = found.surface_among(others)
@@ -122,7 +135,7 @@ def as_surface(
     if found is value and hasattr(found, "coords"):
         found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards
     make = triangulate_horizon if role == "horizon" else triangulate_fault
-    made = make(found, name=name, **_undeclared(found, options))
+    made = make(found, name=name, **undeclared(found, options))
     if role == "horizon":
         check_spikes(made)
     return made
@@ -175,7 +188,7 @@ def _read(path: Any, role: str, options: Options) -> Any:
     return (read_nodes if role == "horizon" else read_fault)(path, **otherwise(options))
 
 
-def _undeclared(value: Any, options: Options) -> dict[str, Any]:
+def undeclared(value: Any, options: Options) -> dict[str, Any]:
     """The options of a scene that an input does not declare itself."""
     if isinstance(value, FaultSticks):
         return {}  # metres, elevation positive up: a reader has turned what a file held
@@ -193,4 +206,4 @@ def _undeclared(value: Any, options: Options) -> dict[str, Any]:
     }
 
 
-__all__ = ["InputSurfaces", "as_surface", "opened_contacts", "opened_outline"]
+__all__ = ["InputSurfaces", "as_surface", "opened_contacts", "opened_outline", "undeclared"]

@@ -192,7 +192,7 @@ def _torn(
 
 def _check_trim(trim: Any, faults: Sequence[TriSurface]) -> None:
     """Refuse a trim that is neither "auto" nor a number of cells, for all faults or by fault."""
-    if isinstance(trim, Mapping):
+    if isinstance(trim, Mapping) and trim:
         names = [fault.name for fault in faults]
         for name, value in trim.items():
             if name not in names:
@@ -201,5 +201,5 @@ def _check_trim(trim: Any, faults: Sequence[TriSurface]) -> None:
                     f"The faults are {', '.join(map(repr, names))}."
                 )
             _check_trim(value, faults)
-    elif trim != "auto" and not (is_number(trim) and trim > 0):
+    elif not (isinstance(trim, str) and trim == "auto") and not (is_number(trim) and trim > 0):
         raise InputError(f'trim is {trim!r}, expected "auto", cells above 0, or {{fault: cells}}.')

@@ -66,6 +66,7 @@ def given() -> SimpleNamespace:
         "zone": "Top/Base", "first": "Top", "second": "F1", "path": "new.vtp", "folder": "new",
         "out": "new", "line": [(0.0, 1500.0), (4000.0, 1500.0)], "da": world.horizons["Top"],
         "data": torn.horizons["Top"], "throw": {"F1": 20.0}, "P": corners, "Q": corners + 0.5,
+        "polygons": {"Top": [[0, 0, 0], [-1, 5, 1], [0, 9, 0], [1, 5, -1]]},
         "sticks": [corners[:2], corners[:2] + 5.0], "contacts": {"OWC": -2100.0},
         "truncations": {}, "diagram": scene.allan("F1"), "table": scene.juxtaposition("F1"),
         "section": scene.section([(0.0, 1500.0), (4000.0, 1500.0)]), "place": (0.0, 0.0, -2000.0),

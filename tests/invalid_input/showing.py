@@ -145,7 +145,8 @@ SHOWING = {
             else ["abc", 5, None, (0, 1), (np.nan, 0, 0), ("a", "b", "c")],
         )
         for name in gs.synthetic.__all__
-        if callable(getattr(gs.synthetic, name)) and name not in ("World", "Fault")
+        if callable(getattr(gs.synthetic, name))
+        and name not in ("World", "Fault", "FieldTruth", "field_export")
         for key in ("n", "offset")
     },
 }  # fmt: skip

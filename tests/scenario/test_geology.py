@@ -285,7 +285,7 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
             "unknown horizon 'Topp'; name one of the horizons. Did you mean 'T",
         ),
         (TEAR + THROWS, "horizon 'Top' is torn twice: .* by the throw of 'F1'. Select"),
-        ("[tear]\ntrim_cells = 0", "tear.trim_cells is 0; it must be a number above 0"),
+        ("[tear]\ntrim_cells = 0", "tear.trim_cells is 0; it must be .auto., a number above 0"),
     ],
 )
 def test_tears_that_contradict_are_refused(folder, more, words):

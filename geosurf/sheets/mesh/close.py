@@ -30,8 +30,8 @@ from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs
 from geosurf.sheets.mesh.too_short import VERTICAL, Short, extended, too_short
 
 REACH = 4.0  # cells from the upper or lower rim of a fault within which a hole is a matter of that
-LEAST = 0.125  # of its height by which a fault is extended up or down at first
-MOST = 1.0  # and at most
+LEAST = 0.5  # of its height by which a fault is extended along its dip at first
+MOST = 4.0  # and at most
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Extended:
     fault : str
     sides : frozenset of {"up", "down"}
     distance : float
-        By how much it reaches higher and lower [m].
+        Along its dip [m].
     place : ndarray (3,)
         Where the sheet left it [m].
     """

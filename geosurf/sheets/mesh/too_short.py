@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.errors import GeosurfError
-from geosurf.faults import extend_fault
+from geosurf.faults import lengthen_fault
 from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
 from geosurf.sheets.mesh.holes import Hole
@@ -48,19 +48,14 @@ def too_short(
 
 
 def extended(fault: TriSurface, sides: Collection[str], distance: float) -> TriSurface:
-    """A fault that reaches higher or lower by a distance [m], along its dip lines.
+    """A fault that goes on up or down by a distance along its dip lines [m].
 
     Raises
     ------
     GeosurfError
         If it cannot be continued there.
     """
-    west, east, south, north, bottom, top = fault.bounds
-    wide = max(east - west, north - south, top - bottom)  # it shall leave the box up or down
-    low = bottom - (distance if "down" in sides else 0.0)
-    high = top + (distance if "up" in sides else 0.0)
-    box = (west - wide, east + wide, south - wide, north + wide, low, high)
-    return extend_fault(fault, box, sides=sorted(sides), until="the horizon").surface
+    return lengthen_fault(fault, dict.fromkeys(sorted(sides), distance)).surface
 
 
 def _distance(place: np.ndarray, line: np.ndarray) -> float:

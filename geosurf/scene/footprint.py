@@ -1,0 +1,64 @@
+"""Horizons that are to be torn, as grids or points: their data, and where they lie in the map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import rising_diagonal
+from geosurf.conventions.crs import crs_of
+from geosurf.model import Lattice, TriSurface
+from geosurf.sheets.lattice.data import picks_or_points
+
+BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
+
+Options = Mapping[str, Any]
+
+
+def opened_horizon(value: Any, options: Options) -> Any:
+    """Return the data of a horizon that is to be torn; a path is read, as points or as a grid."""
+    if not isinstance(value, str | Path):
+        return value
+    from geosurf.read import otherwise, read_horizon, read_points
+
+    return (read_points if holds_points(value) else read_horizon)(value, **otherwise(options))
+
+
+def holds_points(path: str | Path) -> bool:
+    """Return whether a file holds points by its suffix, and no grid or mesh."""
+    from geosurf.read import HORIZON_FORMATS, POINT_FORMATS
+
+    return Path(path).suffix.lower() in _suffixes(POINT_FORMATS) - _suffixes(HORIZON_FORMATS)
+
+
+def _suffixes(formats: Mapping[str, Any]) -> set[str]:
+    """All suffixes of some formats."""
+    return {suffix for *_, suffixes in formats.values() for suffix in suffixes}
+
+
+def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
+    """Return a horizon that is to be torn as a grid without holes, for box and area.
+
+    Gaps at faults, and between points, are not the end of a horizon: they get the height of the
+    nearest node.
+    """
+    from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt
+
+    picks = picks_or_points(data, name, words.get("positive"), words.get("length_unit"), None)
+    z = picks.means.reshape(picks.frame.shape)
+    present = np.isfinite(z)
+    if not picks.on_nodes:
+        present = binary_closing(np.pad(present, BETWEEN), iterations=BETWEEN)
+        present = present[BETWEEN:-BETWEEN, BETWEEN:-BETWEEN]
+    filled = binary_fill_holes(present)
+    nearest = distance_transform_edt(np.isnan(z), return_distances=False, return_indices=True)
+    elevation = np.where(filled, z[tuple(nearest)], np.nan)
+    frame = picks.frame
+    rising = rising_diagonal(frame.easting, frame.northing)
+    lattice = Lattice(frame.easting, frame.northing, elevation, rising)
+    made = TriSurface(name, "horizon", lattice=lattice)
+    made.crs = crs_of(data) if not isinstance(data, TriSurface) else data.crs
+    return made

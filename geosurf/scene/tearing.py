@@ -1,0 +1,170 @@
+"""Horizons of a scene, torn at its faults as these are after extension and truncation.
+
+Faults come first. A sheet may need a longer fault than was given (see `tear_horizon`); then all
+horizons are torn again at that fault, so that all of them end on the same surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning, InvariantError
+from geosurf.model import Sheet, TriSurface
+from geosurf.scene.footprint import opened_horizon
+from geosurf.scene.graph import Graph
+from geosurf.scene.surfaces import undeclared
+from geosurf.sheets import tear_horizon
+from geosurf.sheets.tie import tied_sheet
+from geosurf.warning import collected
+
+ROUNDS = 8  # each makes a fault longer, which a horizon does at most four times
+
+Faults = dict[str, TriSurface]
+
+
+def torn_graph(plain: Graph) -> Graph:
+    """
+    Return the graph of a scene whose horizons are torn at its faults.
+
+    Parameters
+    ----------
+    plain : Graph
+        Of the same inputs, not torn: it has the faults, the box and the area.
+
+    Returns
+    -------
+    Graph
+        Of the sheets and of the faults that they end on; it shares the memory.
+
+    Raises
+    ------
+    GeosurfError
+        As `tear_horizon`.
+
+    Examples
+    --------
+    >>> from geosurf.scene import Scene
+    >>> from geosurf.synthetic import torn
+    >>> world = torn("normal", n=41)
+    >>> scene = Scene(world.horizons, world.faults, tear=True)
+    >>> sorted(scene.sheets), len(scene.units) > 0
+    (['Top'], True)
+    """
+    inputs = plain.inputs
+    if not inputs.faults:
+        return plain
+    given = {name: plain.faults.surface(name) for name in inputs.faults}
+    sheets, faults = sheets_on(given, inputs.horizons, lambda name, at: _sheet(plain, name, at))
+    plain.memory.warn(*warnings_of(given, faults, sheets))
+
+    # the box of the data: that of the sheets is taller, and extended faults would leave it later
+    frame: dict[str, Any] = {"box": plain.box, "aoi": plain.aoi} if inputs.box is None else {}
+    torn = replace(
+        inputs, horizons=sheets, faults=faults, extend=(), truncations={}, lengthen=None,
+        tear=None, tie=None, **frame,
+    )  # fmt: skip
+    return Graph(torn, plain.memory, prepared_by=plain.faults)
+
+
+def sheets_on(
+    faults: Faults, names: Iterable[str], make: Callable[[str, Faults], Sheet]
+) -> tuple[dict[str, Sheet], Faults]:
+    """Return sheets that all end on the same faults, and these: longer ones where one needs it.
+
+    Parameters
+    ----------
+    faults : dict of str to TriSurface
+    names : iterable of str
+        Of the horizons.
+    make : callable
+        (horizon, faults) -> its sheet; its warnings are those of the sheet.
+    """
+    names = tuple(names)
+    for _ in range(ROUNDS):
+        with collected():
+            sheets = {name: make(name, faults) for name in names}
+        longer = _longer(faults, sheets)
+        if not longer:
+            return sheets, faults
+        faults = {**faults, **longer}
+    raise InvariantError(f"faults {sorted(longer)} became longer {ROUNDS} times.")
+
+
+def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> list[GeosurfWarning]:
+    """Return how much longer faults became, and the warnings of the sheets."""
+    found = []
+    for name, fault in faults.items():
+        up = fault.bounds[5] - given[name].bounds[5]
+        down = given[name].bounds[4] - fault.bounds[4]
+        ways = [f"{far:.0f} m {way}" for far, way in ((up, "up"), (down, "down")) if far > 0]
+        if ways:
+            found.append(
+                GeosurfWarning(
+                    "fault extended",
+                    name,
+                    f"Fault {name!r} ends above or below the cut-offs of a horizon that is torn at "
+                    f"it. It was extended along its dip: {' and '.join(ways)}.",
+                    f"Lengthen it yourself: lengthen={{{name!r}: ...}}, or pick longer sticks.",
+                    tuple(fault.vertices.mean(axis=0)),
+                )
+            )
+    found += [one for sheet in sheets.values() for one in sheet.warnings]
+    return list(dict.fromkeys(found))
+
+
+def _sheet(plain: Graph, name: str, faults: Faults) -> Sheet:
+    """One horizon, torn at some faults; a sheet as it is."""
+    inputs, memory = plain.inputs, plain.memory
+    value = inputs.horizons[name]
+    if isinstance(value, Sheet):
+        return value
+    tops = plain.tops if inputs.tie is not None else None
+    tied = () if tops is None else (tops.wells, tops.points.tobytes(), inputs.tie)
+    key: tuple[Hashable, ...] = (
+        "torn", name, memory.hold(value), *map(memory.key_of, faults.values()),
+        _as_key(inputs.tear), *inputs.options.values(), tied,
+    )  # fmt: skip
+
+    def make() -> Sheet:
+        """Read the data and tear them."""
+        data = opened_horizon(value, inputs.options)
+        words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
+
+        def torn(some: Any) -> Sheet:
+            """A sheet of these data."""
+            return tear_horizon(some, list(faults.values()), **words)
+
+        with collected():  # those of the sheet are enough: this one may not be the last
+            return tied_sheet(name, data, torn, [*faults.values()], tops, inputs.tie)
+
+    return memory.get_or_compute(
+        "tear", name, key, make, lambda sheet: f"at {', '.join(sheet.cuts)}", again=False
+    )
+
+
+def _longer(faults: Faults, sheets: Mapping[str, Sheet]) -> Faults:
+    """Faults that a sheet needed longer than they are; of several, the tallest."""
+    found: Faults = {}
+    for sheet in sheets.values():
+        for fault in sheet.faults:
+            known = faults.get(fault.name)
+            if known is None or np.array_equal(fault.vertices, known.vertices):
+                continue
+            tallest = found.get(fault.name)
+            if tallest is None or _height(fault) > _height(tallest):
+                found[fault.name] = fault
+    return found
+
+
+def _height(fault: TriSurface) -> float:
+    """Vertical extent of a fault [m]."""
+    return float(fault.bounds[5] - fault.bounds[4])
+
+
+def _as_key(tear: Any) -> Hashable:
+    """The trims as part of a key."""
+    return tuple(sorted(tear.items())) if isinstance(tear, Mapping) else tear
