@@ -35,6 +35,8 @@ autodoc_typehints = "none"  # the docstrings have types; signatures stay short
 numpydoc_show_class_members = False
 numpydoc_show_inherited_class_members = False
 intersphinx_mapping: dict[str, tuple[str, None]] = {}  # pages build without a network
+nitpick_ignore = [("py:obj", f"xarray.{name}") for name in ("DataArray", "Dataset")]
+nitpick_ignore += [("py:obj", "pyvista.PolyData")]
 
 # ---- pages in Markdown, and notebooks
 HERE = Path(__file__).parent

@@ -33,7 +33,7 @@ class GeosurfError(Exception):
     Attributes
     ----------
     place : (easting, northing, elevation) or None
-        Position of the problem [m], if it has one; `geosurf.render.render_place` draws it.
+        Position of the problem [m], if it has one; ``geosurf.render.render_place`` draws it.
     surfaces : tuple of str
         Names of the surfaces involved.
     """
@@ -101,7 +101,7 @@ class InvariantError(GeosurfError, AssertionError):
 class GeosurfWarning(UserWarning):
     """An assumption that geosurf made, with the size of its effect and a remedy.
 
-    `Scene.warnings` lists those of a scene; each is also issued once by Python's `warnings`.
+    `Scene.warnings` lists those of a scene; each is also issued once by Python's ``warnings``.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     -----
     The classical route (heights over the other plane, cut points on the common line, overlap of
     two intervals) assumes that no corner lies in the other plane. Here each
-    zero sign is a case: see `geosurf.kernels.contacts.triangle_contact`.
+    zero sign is a case: see ``geosurf.kernels.contacts.triangle_contact``.
 
     Examples
     --------

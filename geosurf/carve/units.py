@@ -68,7 +68,7 @@ def carve_units(
           older one ends at the younger one. ``report["clipped"]`` lists area, volume and place.
         - A fault separates blocks only if there is no way around it. A fault that ends inside a
           unit is a slit; ``report["slits"]`` has its area.
-        - A contact of some blocks applies on these sides of faults (`Unit.fault_sides`);
+        - A contact of some blocks applies on these sides of faults (``Unit.fault_sides``);
           ``report["without_contact"]`` lists the units that it does not cover.
         - ``report["outside"]`` lists faults outside of the model.
         - ``report["thin"]`` lists units thinner than the rounding error of their vertices, which

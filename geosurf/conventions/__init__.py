@@ -7,15 +7,15 @@
 - Geometry is computed in a local frame: world coordinates minus one origin. The origin is a
   multiple of 1024 m along each horizontal axis, so that the subtraction is exact.
 
-============== ==================================================================
-`axes`         dimensions of grids, sign of elevation, the diagonal rule
-`length_units` accepted length units and their size in metres
-`frame`        the origin of the local frame
-`crs`          coordinate reference systems: read, compare, name
-`checks`       checks of words and numbers that users pass in
-`memory`       bytes of memory that are free
-`text`         counts, places, lengths, areas and volumes in messages
-============== ==================================================================
+================ ================================================================
+``axes``         dimensions of grids, sign of elevation, the diagonal rule
+``length_units`` accepted length units and their size in metres
+``frame``        the origin of the local frame
+``crs``          coordinate reference systems: read, compare, name
+``checks``       checks of words and numbers that users pass in
+``memory``       bytes of memory that are free
+``text``         counts, places, lengths, areas and volumes in messages
+================ ================================================================
 """
 
 from geosurf.conventions.axes import FAULT_DIMS, HORIZON_DIMS, elevation_sign, rising_diagonal
@@ -31,6 +31,7 @@ from geosurf.conventions.frame import FRAME_STEP, frame_origin, shift_is_exact
 from geosurf.conventions.length_units import METRES_PER_UNIT, metres_per_unit
 from geosurf.conventions.text import (
     area_text,
+    area_texts,
     counted,
     did_you_mean,
     length_text,
@@ -46,6 +47,7 @@ __all__ = [
     "HORIZON_DIMS",
     "METRES_PER_UNIT",
     "area_text",
+    "area_texts",
     "counted",
     "did_you_mean",
     "elevation_sign",

@@ -84,9 +84,24 @@ def area_text(square_metres: float, digits: int = 3) -> str:
     >>> area_text(2500.0), area_text(3.5e6)
     ('2500 m²', '3.5 km²')
     """
-    if abs(square_metres) >= 1e5:
-        return f"{number_text(square_metres / 1e6, digits)} km²"
-    return f"{number_text(square_metres, digits)} m²"
+    (text,) = area_texts([square_metres], digits)
+    return text
+
+
+def area_texts(square_metres: Iterable[float], digits: int = 3) -> list[str]:
+    """Return areas of one table or legend, all in the unit of the largest one.
+
+    Examples
+    --------
+    >>> area_texts([3.5e6, 2500.0])
+    ['3.5 km²', '0.0025 km²']
+    >>> area_texts([2500.0, 12.5])
+    ['2500 m²', '12.5 m²']
+    """
+    areas = list(square_metres)
+    if max(map(abs, areas), default=0.0) >= 1e5:
+        return [f"{number_text(area / 1e6, digits)} km²" for area in areas]
+    return [f"{number_text(area, digits)} m²" for area in areas]
 
 
 def volume_text(cubic_metres: float, digits: int = 3) -> str:

@@ -153,7 +153,7 @@ class FluidContact:
     Raises
     ------
     InputError
-        If `zones` or `block` are not names.
+        If ``zones`` or ``block`` are not names.
 
     Examples
     --------

@@ -89,7 +89,7 @@ class Lattice(Noun):
 
     @cached_property
     def places(self) -> np.ndarray:
-        """Where what is in `coordinates`, for kernels: see `geosurf.kernels.search.tree`."""
+        """Where what is in `coordinates`, for kernels: see ``geosurf.kernels.search.tree``."""
         flat = (0, 0, 1, 0, 1, 0)
         if self.easting.ndim == 2:
             flat = *_steps(self.easting), *_steps(self.northing)
@@ -139,7 +139,7 @@ class Lattice(Noun):
         """A lower bound of the heights of triangles in the map [m]; 0 if the map may fold.
 
         Axes that rise or fall strictly never fold; rows and columns in two dimensions do not where
-        each step stays near the mean one (`geosurf.kernels.contacts.aligned_grids`).
+        each step stays near the mean one (``geosurf.kernels.contacts.aligned_grids``).
         """
         if self.easting.ndim == 1:
             steps = np.concatenate([np.diff(self.easting), np.diff(self.northing)])
@@ -249,7 +249,7 @@ class Lattice(Noun):
         return np.stack([easting[keep], northing[keep], self.elevation[keep]], axis=1)
 
     def build_triangles(self) -> np.ndarray:
-        """Triangles (n_triangle, 3), cell by cell; normals point up, or down with `reverse`.
+        """Triangles (n_triangle, 3), cell by cell; normals point up, or down with ``reverse``.
 
         A triangle exists only where its three nodes do.
         """

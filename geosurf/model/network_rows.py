@@ -103,7 +103,7 @@ class NetworkTrial:
 
     @property
     def accepted(self) -> tuple[NetworkDecision, ...]:
-        """The proposals that `scene` has."""
+        """The proposals that ``scene`` has."""
         return tuple(one for one in self.decisions if one.accepted)
 
     @property

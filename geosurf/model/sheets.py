@@ -137,7 +137,7 @@ class SheetReport:
 
     @property
     def remedies(self) -> tuple[GeosurfWarning, ...]:
-        """Those of `warnings` that closed the sheet; none if its faults alone did."""
+        """Those of ``warnings`` that closed the sheet; none if its faults alone did."""
         return tuple(warning for warning in self.warnings if warning.kind in REMEDIES)
 
     def _trims(self) -> str:

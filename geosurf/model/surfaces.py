@@ -24,7 +24,7 @@ ROLES = ("horizon", "fault", "wall", "contact", "surface")
 class TriSurface(Noun):
     """A triangulated surface.
 
-    Its attribute `crs` is the coordinate reference system that its grid said, if one did.
+    Its attribute ``crs`` is the coordinate reference system that its grid said, if one did.
 
     Parameters
     ----------

@@ -240,7 +240,7 @@ class Units(Noun, Mapping[str, Unit]):
         Parameters
         ----------
         *sides : str
-            As in `Unit.fault_sides`: ``"F1+"``, ``"F2-"``. All of them hold.
+            As in ``Unit.fault_sides``: ``"F1+"``, ``"F2-"``. All of them hold.
 
         Returns
         -------

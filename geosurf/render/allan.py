@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import area_text
+from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
@@ -241,9 +241,10 @@ def _legend(
     """Pairs of zones: different zones first, the largest area first."""
     legend = []
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
-    for (minus, plus), area in order:
+    areas = area_texts(area for _, area in order)
+    for ((minus, plus), _), area in zip(order, areas, strict=True):
         other = furniture.shortened(plus, 15) if plus != minus else "itself"
-        detail = f"against {other}, {area_text(area)}"
+        detail = f"against {other}, {area}"
         stripes = None if plus == minus else colours[plus]
         legend.append(Entry(minus, colours[minus], detail, stripes=stripes))
     return tuple(legend)

@@ -41,7 +41,7 @@ def render_scene(
     ----------
     scene : Scene
         Or any object with ``box``, ``aoi`` and with those of ``surfaces``, ``curves``, ``patches``
-        and ``units`` that are shown: see `geosurf.model.protocols.DrawnModel`.
+        and ``units`` that are shown: see ``geosurf.model.protocols.DrawnModel``.
     path : path-like
         A ``.png`` file; its folder is created.
     view : str

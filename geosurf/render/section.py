@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import area_text, number_text
+from geosurf.conventions import area_texts, number_text
 from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO
@@ -262,8 +262,8 @@ def _legend(
 ) -> tuple[Entry, ...]:
     """Zones from the top down, with their areas; then faults and contacts."""
     legend = [
-        Entry(zone, colours[zone, part], ", ".join(filter(None, [part, area_text(area)])))
-        for (zone, part), area in areas.items()
+        Entry(zone, colours[zone, part], ", ".join(filter(None, [part, area])))
+        for (zone, part), area in zip(areas, area_texts(areas.values()), strict=True)
     ]
     for kind in ("fault", "contact"):
         names = dict.fromkeys(words["label"] for words, _, _ in lines if words["kind"] == kind)

@@ -49,7 +49,7 @@ def report_scene(
     Parameters
     ----------
     scene : Scene
-        Or any object with the members of `geosurf.model.protocols.ReportedModel`.
+        Or any object with the members of ``geosurf.model.protocols.ReportedModel``.
     folder : path-like
         Folder of the page. It is created if it does not exist.
     pictures : mapping of str to path-like, optional

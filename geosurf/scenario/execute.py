@@ -86,7 +86,7 @@ def run_scenario(
         If the folder cannot be written; found out before anything is computed.
     InputError, GeometryError
         If a surface cannot be read, or the surfaces do not bound units; where that is
-        at one place and pictures are wanted, ``failure.png`` in `out` shows it.
+        at one place and pictures are wanted, ``failure.png`` in ``out`` shows it.
 
     Examples
     --------
@@ -202,7 +202,7 @@ def write_report(
 def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
     """Read the inputs and run all stages up to the units, with a line of the log for each step.
 
-    A picture of the place where the model cannot be built goes into the folder `out`.
+    A picture of the place where the model cannot be built goes into the folder ``out``.
     """
     scene = build_scene(scenario, log.step, out)
 

@@ -153,7 +153,7 @@ class Scene:
         Parameters
         ----------
         **changes
-            Inputs of `Scene`, by name. `horizons` and `faults` are exchanged or added one by one;
+            Inputs of `Scene`, by name. `horizons` and ``faults`` are exchanged or added one by one;
             None as a value removes one, and with a fault its own extension and truncations. New
             horizons come last, as the oldest. All other inputs replace the previous ones.
 
@@ -328,8 +328,8 @@ class Scene:
         -------
         Curves or None
             With a tolerance, those of the smooth surfaces through all nodes (`intersect_surfaces`):
-            `Curves.error_bound` and `Curves.places` have their accuracy. Patches and units meet in
-            the curves of the simplified surfaces.
+            ``Curves.error_bound`` and ``Curves.places`` have their accuracy. Patches and units
+            meet in the curves of the simplified surfaces.
 
         Raises
         ------
@@ -463,7 +463,7 @@ class Scene:
         Returns
         -------
         xarray.Dataset
-            ``area`` over ``pair``; see `geosurf.measure.juxtaposition_table`.
+            ``area`` over ``pair``; see ``geosurf.measure.juxtaposition_table``.
 
         Raises
         ------
@@ -482,7 +482,8 @@ class Scene:
         Returns
         -------
         xarray.Dataset
-            Lines with ``along_strike`` and ``elevation`` [m]; see `geosurf.measure.allan_diagram`.
+            Lines with ``along_strike`` and ``elevation`` [m]; see
+            ``geosurf.measure.allan_diagram``.
 
         Raises
         ------
@@ -505,7 +506,7 @@ class Scene:
         -------
         xarray.Dataset
             Rings of units and lines of surfaces, with ``along_section`` and ``elevation`` [m]; see
-            `geosurf.measure.vertical_section`.
+            ``geosurf.measure.vertical_section``.
 
         Raises
         ------
@@ -546,7 +547,7 @@ class Scene:
         Returns
         -------
         xarray.Dataset
-            Rings with the fault's name; see `geosurf.measure.fault_polygons`.
+            Rings with the fault's name; see ``geosurf.measure.fault_polygons``.
 
         Raises
         ------
@@ -568,7 +569,7 @@ class Scene:
         Returns
         -------
         xarray.Dataset
-            Over ``point`` with ``along_strike``; see `geosurf.measure.separation`.
+            Over ``point`` with ``along_strike``; see ``geosurf.measure.separation``.
 
         Raises
         ------
@@ -591,7 +592,7 @@ class Scene:
         Returns
         -------
         xarray.Dataset
-            See `geosurf.measure.orientation`.
+            See ``geosurf.measure.orientation``.
 
         Raises
         ------
@@ -612,7 +613,7 @@ class Scene:
         -------
         xarray.Dataset
             Over ``top``: ``picked``, ``model``, ``misfit`` (model minus picked) [m], ``block``,
-            ``status``, ``fault``; see `geosurf.measure.well_misfit`.
+            ``status``, ``fault``; see ``geosurf.measure.well_misfit``.
 
         Raises
         ------
@@ -649,7 +650,7 @@ class Scene:
         on_file : callable, optional
             Is called with the name of each file, when it is written.
         **choice
-            Selects the pictures and their style; see `geosurf.scene.pictures.pictures_of`.
+            Selects the pictures and their style; see ``geosurf.scene.pictures.pictures_of``.
 
         Returns
         -------
@@ -675,8 +676,8 @@ class Scene:
         Returns
         -------
         Certificate
-            One line per promise, see `geosurf.carve.certificate.certify`. The last line repeats the
-            rebuild and compares all bytes.
+            One line per promise, see ``geosurf.carve.certificate.certify``. The last line repeats
+            the rebuild and compares all bytes.
         """
         repeat = same_bytes(self.patches, self._graph.rebuild())
         return Certificate((*certify(self.patches, self.units).checks, repeat))

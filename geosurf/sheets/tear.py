@@ -109,7 +109,7 @@ def tear_horizon(
 
     Notes
     -----
-    The surface minimises its third differences (`geosurf.kernels.sheets.smooth_surface`), is torn
+    The surface minimises its third differences (``geosurf.kernels.sheets.smooth_surface``), is torn
     by virtual nodes (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/guides/tearing.md.
 
     Examples

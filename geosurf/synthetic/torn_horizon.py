@@ -63,7 +63,7 @@ def torn(
     Parameters
     ----------
     kind : str or mapping of str to Fault
-        Faults of your own (`torn_horizon.Fault`), placed in a square from (0, 0), or
+        Faults of your own (``torn_horizon.Fault``), placed in a square from (0, 0), or
         ``"normal"`` (60 degrees, up to 60 m of throw, dying at both tips), ``"gentle"`` (35
         degrees), ``"vertical"``, ``"ellipse"`` (profile of the throw), ``"through"`` (cuts
         right through), ``"listric"``, ``"reverse"``, ``"thrust"`` (30 degrees, overlap),

@@ -33,9 +33,10 @@ def build_contacts(
         From the top down: ``{"GOC": -1650.0, "OWC": -1705.0}``. A contact is an elevation
         [m, positive up], a gridded horizon (`xarray.DataArray`), a `TriSurface`, or a mapping of
         block to one of these: ``{"F1+": -1705.0, "F1- F2+": -1720.0, "elsewhere": -1690.0}``.
-        A block is given by sides of faults that units lie on (`Unit.fault_sides`); of several that
-        fit, the one with most sides in the name of the unit's block counts, then most sides. Units
-        that no entry fits are not split, and are listed in ``units.report["without_contact"]``.
+        A block is given by sides of faults that units lie on (``Unit.fault_sides``); of several
+        that fit, the one with most sides in the name of the unit's block counts, then most sides.
+        Units that no entry fits are not split, and are listed in
+        ``units.report["without_contact"]``.
         A `FluidContact`, or a list of them, also names the zones where it applies:
         ``[FluidContact(-1705.0, zones="Top/Middle"), FluidContact(-1720.0, zones="Middle/Base")]``.
     box : (west, east, south, north, bottom, top)

@@ -17,7 +17,7 @@ from geosurf.render import (
     render_surfaces,
     render_thickness,
 )
-from geosurf.render.allan import _spread
+from geosurf.render.allan import _legend, _spread
 from geosurf.render.furniture import Sheet
 from geosurf.render.isochores import _checked, _cut_by_faults
 from geosurf.render.section import _highest
@@ -62,6 +62,13 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
             * ((areas.zone_plus == zone).astype(int) + (areas.zone_minus == zone).astype(int))
         )
         assert part / frame == pytest.approx(mine.sum() / areas.area.sum(), abs=0.06)
+
+
+def test_areas_of_a_legend_have_one_unit():
+    pairs = {("Top", "Base"): 3.5e6, ("Base", "Top"): 2500.0}
+    colours = dict.fromkeys(("Top", "Base"), (0.0, 0.0, 0.0))
+    details = [entry.detail for entry in _legend(pairs, colours)]
+    assert details == ["against Base, 3.5 km²", "against Top, 0.0025 km²"]
 
 
 def test_names_of_faults_stand_where_their_lines_leave_a_section():
