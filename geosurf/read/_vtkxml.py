@@ -59,6 +59,7 @@ class XmlFile:
                 f"{self.path}: found {found} for {what}, expected numbers. The file is damaged "
                 "or does not hold a surface; export it again."
             )
+
         dtype = np.dtype(self.order + kind)
         try:
             if node.get("format") == "ascii":
@@ -76,6 +77,7 @@ class XmlFile:
         """Bytes of one binary array: block sizes first, then one or several blocks."""
         if node.get("format") == "appended":
             start = int(node.get("offset", "0"))
+            # An appended array ends where the next one begins.
             after = bisect.bisect_right(self.offsets, start)
             end = self.offsets[after] if after < len(self.offsets) else len(self.appended)
             self.take(end - start, what, itemsize)
@@ -83,9 +85,11 @@ class XmlFile:
             stream = part if self.raw else _unbase64(part)
         else:
             stream = _unbase64((node.text or "").encode("ascii"))
+
         size = self.header.itemsize
         if not stream:
             return b""
+        # Without compression: a length, then the bytes.
         if self.compressor is None:
             length = int(np.frombuffer(stream[:size], self.header)[0])
             if length > len(stream) - size:
@@ -101,6 +105,7 @@ class XmlFile:
     def _unpacked(self, stream: bytes, what: str, itemsize: int) -> bytes:
         """Unpack the blocks of a compressed array, none beyond its announced size."""
         size = self.header.itemsize
+        # Header: number of blocks, their size, size of the last block (0: whole), packed sizes.
         n_block = int(np.frombuffer(stream[:size], self.header)[0])
         if n_block == 0:
             return b""
@@ -108,6 +113,7 @@ class XmlFile:
             raise ValueError(f"{n_block} blocks announced in {len(stream)} bytes")
         head = np.frombuffer(stream[: (3 + n_block) * size], self.header).tolist()
         whole, last, packed = head[1], head[2] or head[1], head[3:]
+
         self.take((n_block - 1) * whole + last, what, itemsize)
         parts, at = [], (3 + n_block) * size
         for k, n_packed in enumerate(packed):
@@ -163,6 +169,7 @@ def open_xml(path: Path, kind: str) -> XmlFile:
     size = len(data)
     appended, raw = b"", False
     mark = re.search(rb"<AppendedData([^>]*)>\s*_", data)
+    # Raw bytes after the underscore are not XML; cut them out before parsing.
     if mark:
         end = data.rfind(b"</AppendedData>")
         if end < mark.end():
@@ -172,6 +179,7 @@ def open_xml(path: Path, kind: str) -> XmlFile:
             )
         appended, raw = data[mark.end() : end], b"base64" not in mark.group(1)
         data = data[: mark.start()] + data[end + len(b"</AppendedData>") :]
+
     refuse_entities(path, data)
     try:
         tree = ElementTree.fromstring(data)
@@ -185,12 +193,14 @@ def open_xml(path: Path, kind: str) -> XmlFile:
             f"{path}: found <{tree.tag} type={tree.get('type')!r}>, expected "
             f"<VTKFile type={kind!r}>. Save the surface as {kind}."
         )
+
     compressor = tree.get("compressor")
     if compressor is not None and compressor not in COMPRESSORS:
         raise FormatError(
             f"{path}: arrays are compressed with {compressor}, which geosurf cannot read "
             f"({', '.join(COMPRESSORS)} work). Save the file without compression."
         )
+
     order = ">" if tree.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if tree.get("header_type") == "UInt64" else "u4"))
     file = XmlFile(path, size, tree, appended, raw, order, header, compressor)

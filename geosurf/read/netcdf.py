@@ -91,11 +91,15 @@ def read_netcdf_horizon(
     dataset = _load(path)
     data = _pick(path, dataset, variable)
     what = f"{path}: variable {data.name!r}"
+
     sign = agreed_sign(_said(data, "positive"), positive, what)
     scale = agreed_scale(_said(data, "units"), length_unit, None, what)
+
+    # The dimension that runs north comes first; other dimensions of length 1 are dropped.
     easting = _coordinate(path, data, EASTING)
     northing = _coordinate(path, data, NORTHING)
     values = _finite_or_nan(path, data.transpose(*_dims(path, data, easting, northing)))
+
     kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow")
     attrs = {key: _plain(data.attrs[key]) for key in kept if key in data.attrs}
     attrs |= _crs(data, dataset)
@@ -156,6 +160,7 @@ def read_netcdf_fault(
                 "read_horizon."
             )
         found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
+
     z = found["elevation"]
     what = f"{path}: fault {name!r}"
     sign = agreed_sign(_said(z, "positive"), positive, what)
@@ -191,6 +196,7 @@ def _load(path: Path) -> xr.Dataset:
         warnings.simplefilter("ignore")  # of attributes: what is wrong with them is an error below
         engine, name = _engine(path, file.read(4)), same_file(path, file)
         try:
+            # Texts are dropped: numbers only, whose memory is known before they are loaded.
             texts = _texts_of_hdf5(path, name, size) if engine == "h5netcdf" else []
             with xr.open_dataset(
                 name, engine=engine, decode_times=False, drop_variables=texts
@@ -221,6 +227,7 @@ def _engine(path: Path, head: bytes) -> str:
             f"{path}, byte 0: found {head!r}, expected the signature of NetCDF (CDF or HDF). "
             "This is not a NetCDF file; set format= to its format."
         )
+
     usable = [engine for engine in fitting if all(map(find_spec, MODULES[engine]))]
     if not usable:
         raise DependencyError(
@@ -257,6 +264,8 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
         grid = data if data.ndim == 2 else data.squeeze(drop=True)
         if grid.ndim == 2 and grid.dtype.kind in "fiu":
             grids[str(key)] = grid
+
+    # A single grid needs no name.
     if variable is None and len(grids) == 1:
         return next(iter(grids.values()))
     if is_word(variable, grids):
@@ -317,6 +326,7 @@ def _horizon(
         return xr.DataArray(
             values, dims=("row", "column"), coords=coords, name=attrs["long_name"], attrs=attrs
         )
+    # Both axes are made to increase; values follow.
     for axis, (key, coordinate) in enumerate((("northing", northing), ("easting", easting))):
         step = np.diff(coordinate)
         if not ((step > 0).all() or (step < 0).all()):

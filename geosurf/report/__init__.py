@@ -100,12 +100,14 @@ def report_scene(
     min_volume = number_of(min_volume, "min_volume", "give cubic metres")
     if certificate is not None:
         expect(certificate, Certificate, "certificate takes a Certificate", "scene.check() is one")
+
     regions = _checked_regions(regions)
     if pictures is None:
         pictures = scene.render_pictures(folder)
     how = "give {caption: path of a PNG file}"
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
+
     certificate = certificate or scene.check()
     html = build_page(
         scene,
@@ -146,6 +148,7 @@ def build_page(
         f"{counted(len(units), 'unit')} from {counted(len(surfaces), 'surface')}; "
         f"{number(curves.length / 1000.0, 1)} km of intersection lines."
     )
+
     west, east, south, north, bottom, top = map(_metres, scene.box)
     box = (
         f"Model box: easting {west} to {east} m, northing {south} to {north} m, "

@@ -45,6 +45,7 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
         for plus, minus, kind, area in zip(*(c.values for c in columns), strict=True):
             key = (str(plus), str(minus), str(kind))
             areas[key] = areas.get(key, 0.0) + float(area)
+
         whole = float(dataset.attrs["area"])
         for key, area in sorted(
             areas.items(), key=lambda item: (item[0][0] == item[0][1], -item[1])

@@ -133,12 +133,14 @@ def groups_of_columns(table: Table) -> list[list[int]]:
     >>> [len(part) for part in groups_of_columns(Table(("",) * 21, (row,)))]
     [7, 7, 7, 3]
     """
+    # Text columns repeat in each part; numbers fill the room that they leave.
     rows = [row for row in (*table.rows, table.foot) if row]
     words = [k for k in range(len(table.head)) if table.holds_words(k)]
     first = [k for k in words if k < table.n_label]
     room = PAPER - sum(min(max(len(row[k]) for row in rows), LABEL) + GAP for k in words)
     parts: list[list[int]] = [[]]
     used = 0
+
     for k in range(len(table.head)):
         if table.holds_words(k):
             continue

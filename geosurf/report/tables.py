@@ -43,8 +43,10 @@ def volume_table(units: Units) -> Table:
     if "contact" in table.coords:
         pairs = zip(names, table["contact"].values, strict=True)
         names = [", ".join(word for word in pair if word) for pair in pairs]
+
     zones = _in_order(names)
     blocks = _in_order(table["block"].values)
+    # One cell per zone and block; several units may share it [million m³].
     volume = np.zeros((len(zones), len(blocks)))
     held = np.zeros(volume.shape, dtype=bool)
     for zone, block, value in zip(
@@ -53,6 +55,7 @@ def volume_table(units: Units) -> Table:
         cell = zones.index(zone), blocks.index(block)
         volume[cell] += value / 1e6
         held[cell] = True
+
     rows = tuple(
         (
             zone,

@@ -154,6 +154,7 @@ def _planar_world(
     for key, (_, dip, _) in faults.items():
         if not 0.1 <= dip <= 90:
             raise InputError(f"dip of {key} is {dip} degrees, expected 0.1 to 90.")
+
     words = [f"{k}: z = {z0!r} + {p!r} x + {q!r} y" for k, (z0, p, q) in horizons.items()]
     words += [
         f"{k}: plane through {point}, dip {dip:g}, dip direction {direction:g} degrees"
@@ -163,6 +164,7 @@ def _planar_world(
         f"{'; '.join(words)}; box {box}; all in metres before the offset. Each unit is the box cut "
         "by half-spaces; its volume is computed in rational arithmetic from these very numbers."
     )
+
     grids = {key: make_horizon(key, box, n, _height_of(c), offset) for key, c in horizons.items()}
     sheets = {key: _plane_fault(key, box, n, *spec, offset) for key, spec in faults.items()}
     truth = _truth(
@@ -175,6 +177,7 @@ def _planar_world(
 
 def _check_order(box: Box, horizons: dict[str, tuple[float, float, float]]) -> None:
     """Refuse planes that leave the box or cross: it is enough to look at its corners."""
+    # Planes are highest and lowest above corners of the box, so its four corners suffice.
     for x, y in product(box[:2], box[2:4]):
         levels = [box[5], *(z0 + p * x + q * y for z0, p, q in horizons.values()), box[4]]
         names = ["the top of the box", *horizons, "the bottom of the box"]
@@ -188,6 +191,8 @@ def _check_order(box: Box, horizons: dict[str, tuple[float, float, float]]) -> N
 
 def _above(coefficients: tuple[float, float, float]) -> Plane:
     z0, p, q = map(Fraction, coefficients)
+
+    # Positive above z = z0 + p x + q y.
     return -p, -q, Fraction(1), -z0
 
 
@@ -200,6 +205,7 @@ def _hanging(point: tuple[float, float, float], dip: float, direction: float) ->
 
 def _frame(dip: float, direction: float) -> np.ndarray:
     """Unit vectors along strike, down dip, and normal into the hanging wall: rows (3, 3)."""
+    # Dip direction is clockwise from north; x is east and y is north.
     d, a = math.radians(dip), math.radians(direction)
     sine, cosine = math.sin(d), math.cos(d) if dip < 90 else 0.0
     if dip == 90 and (math.sin(a) < -1e-6 or (math.sin(a) < 1e-6 and math.cos(a) < 0)):
@@ -229,9 +235,11 @@ def _plane_fault(
 ) -> xarray.Dataset:
     """A planar fault that reaches 5 % past the box on all sides."""
     strike, down, _ = _frame(dip, direction)
+    # Extent along strike: the corners of the box, seen from the point of the plane.
     corners = np.array(list(product(box[:2], box[2:4]))) - point[:2]
     along = corners @ strike[:2]
     margin = 0.05 * (box[5] - box[4])
+    # Extent down dip: from the top of the box to its bottom, at the given dip.
     upper = (point[2] - box[5] - margin) / -down[2]
     lower = (point[2] - box[4] + margin) / -down[2]
     s = np.linspace(along.min() - margin, along.max() + margin, max(2, n // 2))
@@ -244,6 +252,7 @@ def _plane_fault(
 
 def _truth(box: Box, above: dict[str, Plane], hanging: dict[str, Plane]) -> dict[str, Any]:
     """Volumes of all zones on all sides, and lengths of all curves."""
+    # Clip the box to each zone, then each zone to the sides of all faults.
     solid = box_polyhedron(box)
     column = list(above.values())
     volumes: dict[tuple[str, tuple[str, ...]], float] = {}
@@ -261,10 +270,12 @@ def _truth(box: Box, above: dict[str, Plane], hanging: dict[str, Plane]) -> dict
                 block = clip(block, plane if sign == "+" else _other_side(plane))
             sides = tuple(f"{f}{sign}" for f, sign in zip(hanging, signs, strict=True))
             volumes[zone, sides] = float(volume(block))
+
     lengths = {}
     for (top, plane), (fault, cut) in product(above.items(), hanging.items()):
         ends = chord(section(solid, plane), cut)
         if ends:
+            # The curve is the chord of the fault in the horizon's section of the box.
             lengths[top, fault] = math.dist(*(tuple(map(float, end)) for end in ends))
     return {
         "volumes": {key: value for key, value in volumes.items() if value > 0},

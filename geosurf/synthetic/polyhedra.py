@@ -19,6 +19,8 @@ def box_polyhedron(box: Sequence[float]) -> Polyhedron:
     """Return the six faces of a box (west, east, south, north, bottom, top)."""
     limits = [[Fraction(box[2 * axis + side]) for side in (0, 1)] for axis in range(3)]
     faces = []
+
+    # Corners of each face in a ring.
     for axis, side in product(range(3), range(2)):
         one, two = (axis + 1) % 3, (axis + 2) % 3
         ring = []
@@ -39,6 +41,7 @@ def clip(solid: Polyhedron, plane: Plane) -> Polyhedron:
     >>> volume(half), volume(clip(half, (1, 1, 0, -2)))
     (Fraction(4, 1), Fraction(4, 1))
     """
+    # Clip each face; the section closes the solid unless a face lies in the plane.
     faces = [ring for face in solid if len(ring := _clip_ring(face, plane)) >= 3]
     inside = any(_side(point, plane) > 0 for face in solid for point in face)
     if not inside:
@@ -71,6 +74,8 @@ def volume(solid: Polyhedron) -> Fraction:
     """Volume of a convex polyhedron: tetrahedra from one of its points."""
     if not solid:
         return Fraction(0)
+
+    # A convex solid is the union of tetrahedra from one point to all faces.
     apex = solid[0][0]
     total = Fraction(0)
     for ring in solid:
@@ -87,6 +92,7 @@ def _side(point: Point, plane: Plane) -> Fraction:
 def _clip_ring(ring: list[Point], plane: Plane) -> list[Point]:
     out: list[Point] = []
     for p, q in zip(ring, ring[1:] + ring[:1], strict=True):
+        # Corners on the positive side stay; edges across the plane get a new corner.
         at_p, at_q = _side(p, plane), _side(q, plane)
         if at_p >= 0:
             out.append(p)
@@ -99,6 +105,7 @@ def _clip_ring(ring: list[Point], plane: Plane) -> list[Point]:
 
 def _ring(points: set[Point], plane: Plane) -> list[Point]:
     """Points of one plane in convex order: the hull of their shadow (monotone chain)."""
+    # Drop the axis that the plane faces most: the shadow has the same convex order.
     drop = max(range(3), key=lambda axis: abs(plane[axis]))
     u, v = (axis for axis in range(3) if axis != drop)
     ordered = sorted(points, key=lambda p: (p[u], p[v]))

@@ -54,9 +54,11 @@ def noisy(n: int = 33, *, amplitude: float = 5.0, seed: int = 0, offset: Offset 
         key: da + amplitude * hashed_noise(da.shape, (8 * int(seed) + row) % 2**63)
         for row, (key, da) in enumerate(plain.horizons.items())
     }
+
     for key, da in horizons.items():
         da.attrs.update(plain.horizons[key].attrs)
     west, east, south, north, _, _ = plain.box
+    # A node moves a volume by less than amplitude times footprint; inner zones have two horizons.
     slack = amplitude * (east - west) * (north - south)
     bounds = {}
     for (zone, sides), value in plain.truth["volumes"].items():
@@ -78,6 +80,7 @@ def hashed_noise(shape: tuple[int, ...], seed: int) -> np.ndarray:
     >>> bool(np.abs(hashed_noise((50, 50), 7)).max() < 1.0)
     True
     """
+    # splitmix64 (Steele et al. 2014); the upper 53 bits become a float in [0, 1).
     word = np.arange(math.prod(shape), dtype=np.uint64) + (np.uint64(seed % 2**24) << np.uint64(40))
     word = (word + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):

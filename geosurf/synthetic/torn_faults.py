@@ -54,6 +54,8 @@ class Fault:
 
     def along_across(self, x: Any, y: Any) -> tuple[Any, Any]:
         """Coordinates along strike and across it, down dip."""
+        # x = s sin(strike) + r cos(strike), y = s cos(strike) - r sin(strike): strike is clockwise
+        # from north.
         a = np.radians(self.strike)
         dx, dy = x - self.x, y - self.y
         return dx * np.sin(a) + dy * np.cos(a), dx * np.cos(a) - dy * np.sin(a)
@@ -65,6 +67,7 @@ class Fault:
 
     def across(self, s: Any, z: Any) -> Any:
         """Where the fault is, across strike, at a place along it and an elevation."""
+        # The cotangent of the dip is heave per depth; `flatten` makes it grow with depth.
         down = DATUM - z
         cot = 0.0 if self.dip == 90 else 1.0 / np.tan(np.radians(self.dip))
         return self.wave * np.sin(s / 450.0) + down * (cot + self.flatten * (down + 300.0))
@@ -76,6 +79,7 @@ class Fault:
             return sign * half * np.ones_like(s)
         if self.profile == "scissors":
             return sign * half * s / 1000.0
+
         away = (r - np.interp(s, *trace(self, level))) / self.half
         if self.profile == "bell":  # no crack: both walls die away as they do along strike
             dies = np.maximum(1.0 - (s / self.half) ** 2, 0.0) ** 2
@@ -87,6 +91,8 @@ class Fault:
 def trace(fault: Fault, level: float) -> tuple[np.ndarray, np.ndarray]:
     """Where, across strike, a fault meets the horizon as it was before: along and across [m]."""
     s = np.arange(-2.5 * fault.half, 2.5 * fault.half + 1.0, 0.25)  # linear between, to 1e-8 m
+
+    # Bisection: elevations above the horizon come down, others go up; 60 halvings reach rounding.
     low, high = np.full(len(s), DATUM - 330.0), np.full(len(s), DATUM + 330.0)
     for _ in range(60):
         z = 0.5 * (low + high)
@@ -107,9 +113,12 @@ def displacement(profile: str, s: Any, r: Any) -> Any:
     side = np.where(inside | (r >= 0), 1.0, -1.0)  # past the tips both walls are one
     tiny = np.finfo(np.float64).tiny
     zeta = s + 1j * np.where(inside, r, np.maximum(np.abs(r), tiny))
+    # On the fault (r = 0) this is sqrt(1 - s^2), an ellipse.
     if profile == "ellipse":
         found = np.sqrt(1.0 - zeta * zeta).real - zeta.imag
         return side * found
+
+    # On the fault this is 1 - s^2, a parabola; beyond the tips its limit is 0.
     with np.errstate(divide="ignore", invalid="ignore"):
         log = np.where(
             inside,
@@ -168,6 +177,8 @@ def sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
     """Sides of all faults, 0 for a branch on the side of its main fault where it is not."""
     names = list(faults)
     found = []
+
+    # A branch ends at its main fault: beyond it, its two sides are one.
     for signs in itertools.product((1, -1), repeat=len(names)):
         branch = [faults[name].branch for name in names]
         off = [b is not None and signs[names.index(b[0])] != b[1] for b in branch]

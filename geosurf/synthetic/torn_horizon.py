@@ -117,20 +117,27 @@ def torn(
         if not (is_number(size) and lowest <= size <= MOST_METRES):
             raise InputError(f"{word} is {size!r}; give metres, {fits}, up to {MOST_METRES:g}.")
     offset = check_numbers(offset, 3, "offset")
+
     side = (n - 1) * step
     faults = _faults_of(kind, side)
     axis = np.linspace(0.0, side, n)
     x, y = np.meshgrid(axis, axis)
+    # One sheet for each sector of the faults; nodes exist where the sheet is on its own side.
     sheets = {signs: _sheet(faults, signs, level) for signs in sectors(faults)}
     heights = {signs: sheet(x, y) for signs, sheet in sheets.items()}
     there = {signs: exists(faults, signs, x, y, z) for signs, z in heights.items()}
+
     rng = np.random.default_rng(seed)
+    # Picks as a gridder leaves them: one value per node, smeared over the faults, then noise.
     values = smeared(single_valued(faults, x, y, heights, there), there, smear)
     values = values + noise * rng.standard_normal(values.shape)
     box = (0.0, side, 0.0, side, DATUM - 300.0, DATUM + 300.0)
+
+    # All sheets as points in space, at all nodes where they exist.
     points = [np.stack([x, y, z], axis=-1)[there[s]] for s, z in heights.items()]
     cloud = np.concatenate(points) + offset
     cloud[:, 2] += noise * rng.standard_normal(len(cloud))
+
     truth = {
         "points": cloud,
         "faults": faults,
@@ -141,6 +148,7 @@ def torn(
             for wall in "+-"
         },
     }
+
     top = make_horizon("Top", box, n, lambda *_: values, offset)
     meshes = {name: _mesh(name, faults, side, step, offset) for name, fault in faults.items()}
     formula = (
@@ -168,6 +176,8 @@ def _faults_of(kind: str | Mapping[str, Fault], side: float) -> dict[str, Fault]
             f"no torn world is called {kind!r}; there are {', '.join(kinds)}, or give faults of "
             f"your own.{did_you_mean(str(kind), kinds)}"
         )
+
+    # A small map has shorter faults, so that they still end inside.
     small = side / 2000.0 if side < 1500.0 else 1.0
     return {k: replace(f, half=f.half * small) for k, f in kinds[kind].items()}
 
@@ -194,6 +204,7 @@ def _cutoff(
     half = min(fault.half, side)
     s = np.linspace(-half, half, int(2 * half / 5.0) + 1)
     lines = []
+    # Bisection between fault and sheet, as in `trace`.
     for signs, sheet in sheets.items():
         if signs[which] != sign:
             continue
@@ -203,6 +214,7 @@ def _cutoff(
             above = z > sheet(*fault.place(s, fault.across(s, z)))
             a, b = np.where(above, a, z), np.where(above, z, b)
         x, y = fault.place(s, fault.across(s, z))
+        # The cut-off ends where another fault takes the sheet away, and at the rim of the map.
         others = tuple(0 if k == which else v for k, v in enumerate(signs))
         mine = exists(faults, others, x, y, z)
         mine &= (x >= 0) & (x <= side) & (y >= 0) & (y <= side)
