@@ -77,7 +77,7 @@ class Scene:
         Faults that are first continued by a distance [m]: all, or some by name, each on all sides
         or on some: ``{"F1": 50, "F2": {"down": 80, "strike": 200}}``.
     tear : bool, "auto", float, or mapping of str to float, optional
-        True tears all horizons at all faults, which are extended and truncated first. Horizons may
+        True tears all horizons at every fault, which are extended and truncated first. Horizons may
         then be points, too. A number is the trim in cells, a mapping has it by fault: see
         `tear_horizon`. `sheets` has cut-offs and reports; `warnings` lists remedies.
     truncations : mapping of str to (main, keep[, extend]), optional
