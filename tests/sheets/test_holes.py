@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.sheets.mesh.holes import _minimum_cut
+from geosurf.synthetic.torn_faults import Fault
+from tests.sheets.table import measure
 
 
 @st.composite
@@ -93,3 +95,17 @@ def test_trims_are_chosen_by_fault():
     same = gs.tear_horizon(top, world.faults, name="Top", trim=3.0)
     by_name = gs.tear_horizon(top, world.faults, name="Top", trim=dict.fromkeys(names, 3.0))
     np.testing.assert_array_equal(same.surface.vertices, by_name.surface.vertices)
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (10.0, 7.0)])
+def test_faults_that_die_on_both_sides_of_their_crossing_need_no_remedy(shift):
+    """At a tip a torn copy may have real corners only, on the far side of the fault, too."""
+    x, y = np.add(850.0, shift)
+    faults = {
+        "F1": Fault(x, y, strike=24.0, dip=62.0, half=500.0, throw=58.0),
+        "F2": Fault(x, y, strike=277.0, dip=84.0, half=440.0, throw=30.0),
+    }
+    world = gs.synthetic.torn(faults, 69)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, trim=2.25)
+    assert sheet.report.remedies == ()
+    assert all(measure(world, sheet, name).throw.max() < 5.0 for name in faults)

@@ -216,7 +216,7 @@ def _cut_part(
     patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
     keep, corner, part = kept_parts(patches)
     own = partial(is_own, faults=numbers)
-    open_part = keep | _dropped_with_own(band, patches, keep, part, own)
+    open_part = keep | _dropped_with_own(band, patches, keep, part, corner, own)
     corner = np.where(corner >= 0, band.vertex[corner], -1)
     sides = sides_at_curves(patches)
     rim = free_edges(patches, sides)
@@ -264,21 +264,26 @@ def _dropped_with_own(
     patches: Patches,
     keep: np.ndarray,
     part: np.ndarray,
+    corner: np.ndarray,
     is_own: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
     """Triangles of parts that are dropped though they have real triangles far from the faults.
 
-    Such a part runs into ghosts somewhere.
+    Such a part runs into ghosts somewhere. `corner` (n_triangle, 3) is -1 at points that were made.
     """
-    # dropped triangles of the sheet, as the copies or lattice triangles that they were cut from
+    # dropped triangles of the sheet, as the lattice triangles that they were cut from: a tip is a
+    # corner of copies on both of its sides, and one of them may have real corners only
     rows = np.flatnonzero((patches.surface_of_triangle == 0) & ~keep)
+    rows = rows[~band.is_copy[patches.parent_of_triangle[rows]]]
     corners = band.surface.triangles[patches.parent_of_triangle[rows]]
-    # a tip is a corner of copies on both of its sides, so only whole triangles decide
-    whole = ~any_of(band.surface.vertex_data["ghost"][corners])
-    rows, corners = rows[whole], corners[whole]
     nodes = distinct(corners)
     own = is_own(band.vertex[nodes])
     rows = rows[all_of(own[np.searchsorted(nodes, corners)])] if len(rows) else rows
+
+    # a piece without any corner of its triangle may lie beyond the fault
+    on_fault = np.zeros(len(patches.local), dtype=bool)
+    on_fault[patches.triangles[patches.surface_of_triangle > 0]] = True
+    rows = rows[any_of((corner[rows] >= 0) & ~on_fault[patches.triangles[rows]])]
 
     # one row more: part -1 stands for triangles of the faults
     found = np.zeros(part.max(initial=-1) + 2, dtype=bool)
