@@ -43,14 +43,20 @@ class Around:
         Where surfaces coincide, a shell names only one of them, and each has its own orientation.
         """
         found = self.found
+
+        # keys are sets of corners; those of a single triangle name their surface directly
         times = np.bincount(found.of_patches, minlength=found.n_key)
         once = np.flatnonzero((found.row >= 0) & (times[found.key] <= 1))
+
+        # where surfaces coincide, list every triangle with the corners of the shell's one
         several = np.flatnonzero(times[found.key] > 1)
         rows = np.flatnonzero(times[found.of_patches] > 1)
         rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
         start = np.searchsorted(found.of_patches[rows], found.key[several])
         count = times[found.key[several]]
         nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+
+        # one row for each pair of shell triangle and surface; behind if both turn alike
         row = np.concatenate([found.row[once], rows[np.repeat(start, count) + nth]])
         shell = np.concatenate([once, np.repeat(several, count)])
         behind = found.turn[shell] == found.turn_of_patches[row]
@@ -69,6 +75,7 @@ class Around:
     @cached_property
     def _links(self) -> tuple[np.ndarray, np.ndarray]:
         """Pairs of neighbours (n, 2), and the pair of each triangle; n if it has fewer than two."""
+        # triangles with a unit on both sides link these two; the pair is coded as one number
         inner = np.flatnonzero((self._beside >= 0).all(axis=1))
         low, high = self._beside[inner].min(axis=1), self._beside[inner].max(axis=1)
         codes, code = np.unique(low * self.n_unit + high, return_inverse=True)
@@ -79,6 +86,8 @@ class Around:
     def _times(self, surfaces: list[int]) -> np.ndarray:
         """Number of triangles of some surfaces between each pair of neighbours."""
         shell, surface, _ = self.on
+
+        # count each set of corners once, however many of the surfaces have it
         wanted = np.zeros(len(self.patches.sources), dtype=bool)
         wanted[surfaces] = True
         keys = np.zeros(self.found.n_key, dtype=bool)
@@ -122,6 +131,7 @@ class Around:
 
         Both are reachable from a unit that contains a part of the surface.
         """
+        # regions: units that are connected without passing through the surface
         region = join_pairs(self.neighbours_except_across(one), self.n_unit)
         seen = _gathered(self.touched(one), region)
         if (seen[:, 0] != seen[:, 1]).any():
@@ -140,10 +150,13 @@ class Around:
         front : int
             The side that its front faces.
         """
+        # stacks: units between which only other horizons and contacts lie share a side
         stack = join_pairs(self.neighbours_except_across(one, level=True), self.n_unit)
         touched = _gathered(self.touched(one, inside=True), stack)
         side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
         torn = touched[:, 0] & touched[:, 1]
+
+        # stacks that touch neither side take what all stacks across the faults say, if they agree
         links = self.neighbours_except_across(one)
         links = links[~torn[links].any(axis=1)]
         links = np.concatenate([links, links[:, ::-1]])  # from a known unit to an open one
@@ -163,6 +176,8 @@ class Around:
         rows = np.flatnonzero(mine & self._within)
         if len(rows) == 0:
             return np.empty(0, dtype=np.int64)
+
+        # one ray from each connected piece is enough: a piece crosses no shell
         _, first, piece = np.unique(self._pieces(rows), return_index=True, return_inverse=True)
         every = np.concatenate([rows, self._shell_rows])
         piece = np.concatenate([piece.ravel(), np.full(len(self._shell_rows), -1)])
@@ -205,6 +220,8 @@ class Around:
         used[t[rows]] = True
         beside = self._shell_rows[used[t[self._shell_rows]].sum(axis=1) > 1]
         edges = _edges(t[rows], n)
+
+        # edges of shells part pieces: what is on their two sides may be in two units
         edges[np.isin(edges, _edges(t[beside], n))] = -1
         order = np.argsort(edges, kind="stable")
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))

@@ -86,9 +86,13 @@ class Cells:
     def in_full(self) -> FullCells:
         """The same with a face for every triangle."""
         full = self.pieces.expanded
+
+        # every triangle takes over the face of the element that it was a part of
         face = self.face_of_element[full.element]
         row = np.flatnonzero(face >= 0)
         face = face[row]
+
+        # faces that several surfaces own, as many times as they have triangles
         several = np.flatnonzero(np.isin(face, list(self.also)))
         also = {
             i: self.also[k] for i, k in zip(several.tolist(), face[several].tolist(), strict=True)
@@ -144,6 +148,9 @@ def find_cells(patches: Patches) -> Cells:
     bounds = box_of(patches)
     pieces, parts, sides, parents, owners, owner = _seen(patches, bounds)
     is_wall = owned_by_walls(patches, owners)[owner]
+
+    # which sides of parts look out of the model: read off the faces of a plain box, found by
+    # rays and shells for other walls
     if walls_are_a_box(patches, bounds):
         # all that a wall owns are triangles, and parts with triangles come first
         with_triangle = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
@@ -158,12 +165,16 @@ def find_cells(patches: Patches) -> Cells:
         outside = outside_of_shells(
             patches, is_wall[part], sides[part], pieces.x, pieces.triangles[core]
         )
+
+    # sides that see each other are one cell; parts with the same owners and cells are one face
     cell, n_cell = _numbered(sides, outside)
     keys = (owner * (n_cell + 1) + cell[:, 0]) * (n_cell + 1) + cell[:, 1]
     found, face = number_keys(keys)
     found, behind = np.divmod(found, n_cell + 1)
     found, front = np.divmod(found, n_cell + 1)
     face_of_element = np.append(face, -1)[parts.of_element]
+
+    # the first owner names the face, the others are listed with how they are turned on it
     first = np.array([of[0][0] for of in owners], dtype=np.int64)
     also = {i: owners[k][1:] for i, k in enumerate(found.tolist()) if len(owners[k]) > 1}
     between = np.stack([front, behind], axis=1)
@@ -186,6 +197,8 @@ def _seen(
         if not _asks_triangles(pieces, floats):
             break
         pieces = patches.changed().pieces
+
+    # pieces that touch nothing: a ray from each finds the cell that it floats in
     if floats:
         element = np.flatnonzero(parts.of_element >= 0)
         part = parts.of_element[element]
@@ -200,6 +213,7 @@ def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndar
     """The piece of walls that no other one can be around, as their array (1,)."""
     found = np.unique(piece[is_wall])
     if len(found) > 1:  # walls of several shells: the one that reaches highest
+        # of the walls' triangles the highest decides: no shell around it can be lower
         part = parts.of_element[: len(pieces.triangles)]
         rows = np.flatnonzero(part >= 0)
         rows = rows[is_wall[part[rows]]]
@@ -224,11 +238,15 @@ def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
     """
     owners: list[Owners] = [((i, 1),) for i in range(len(pieces.sources))]
     owner = parts.surface.copy()
+
+    # triangles with the same corners as an earlier one, which stands for them all
     others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
     at = parts.of_element[pieces.twin[others]]
     others, at = others[at >= 0], at[at >= 0]
     alike = same_turn(pieces.triangles[others], pieces.triangles[pieces.twin[others]])
     turned = zip(pieces.surface[others].tolist(), np.where(alike, 1, -1).tolist(), strict=True)
+
+    # add their surfaces to the owners of that one, each once and as it is turned
     listed: dict[int, Owners] = {}
     for i, one in zip(at.tolist(), turned, strict=True):
         of = listed.get(i, owners[owner[i]])
@@ -257,6 +275,7 @@ def same_turn(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 def _numbered(sides: np.ndarray, outside: np.ndarray) -> tuple[np.ndarray, int]:
     """Cells by their lowest side, from 1; what is outside has 0. And how many cells."""
+    # each cell is known by its lowest side: counting those gives the numbers in one pass
     mark = np.zeros(2 * len(sides), dtype=bool)
     mark[sides] = True
     mark[outside] = False

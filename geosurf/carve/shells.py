@@ -70,6 +70,8 @@ class Shells:
         So shells do not depend on the order of surfaces.
         """
         full = self.cells.in_full
+
+        # rank of each vertex by x, then y, then z: no number of the input is left in the order
         order = np.lexsort(full.x.T[::-1])
         rank = np.empty(len(order), dtype=np.int64)
         rank[order] = np.arange(len(order))
@@ -85,9 +87,13 @@ class Shells:
         """
         x, triangles, front, row, start = self._sorted
         rows = row[start[u] : start[u + 1]]
+
+        # faces with the unit in front look inward: two corners swapped, they look outward
         t = triangles[rows]
         inward = front[rows] == u
         t[inward] = t[inward][:, [0, 2, 1]]
+
+        # each triangle starts at its lowest corner, then triangles are sorted: same bytes always
         first = t.argmin(axis=1)[:, None]
         t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
         order = np.lexsort((t[:, 2], t[:, 1], t[:, 0]))
@@ -110,6 +116,8 @@ def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:
     full = shells.cells.in_full
     named = np.concatenate([number, [-1]])
     beside = named[_units_beside(full, shells.unit_of_cell)]
+
+    # triangles that coincide with an earlier one see what that sees, turned as they are turned
     out = np.full((len(full.patches.triangles), 2), -1, dtype=np.int64)
     out[full.row] = beside
     others, first = _twins(full)
@@ -139,11 +147,14 @@ def by_unit(sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, np.ndarray]:
     >>> by_unit(np.array([[0, 1], [1, 1], [-1, 0]]), 2)
     (array([0, 2, 0]), array([0, 2, 3]))
     """
+    # a face with one unit on both sides bounds nothing
     alone = np.flatnonzero(sides[:, 0] != sides[:, 1])
     unit, rows = sides[alone].ravel(), np.repeat(alone, 2)
     unit, rows = unit[unit >= 0], rows[unit >= 0]
     if n_unit < 2**16:  # numpy sorts 16 bits by digits: 0.11 s for 3e6, not 0.30
         unit = unit.astype(np.uint16)
+
+    # stable: rows of a unit keep their rising order
     order = np.argsort(unit, kind="stable")
     first = np.searchsorted(unit[order], np.arange(n_unit + 1))
     return rows[order], first
@@ -159,6 +170,8 @@ def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
     volumes = []
     n_unit = int(unit_of_cell.max(initial=-1)) + 1
     row, first = by_unit(sides, n_unit)
+
+    # the divergence theorem: six times the volume is the sum below outward faces, with sign
     for u in range(n_unit):
         rows = row[first[u] : first[u + 1]]
         way = np.where(sides[rows, 1] == u, 1.0, -1.0)
@@ -176,11 +189,15 @@ def _sum_exactly(shells: Shells) -> None:
     has the same sign, since no triangle turns over and nothing crosses; sums of doubles may not.
     """
     bounds = box_of(shells.cells.patches)
+
+    # the last digit of coordinates: a unit thinner than it may be rounding alone
     step = float(np.spacing(np.abs(bounds).max()))
     small = np.array(shells.volumes) <= doubtful_volume(bounds)
     for u in np.flatnonzero(small).tolist():
         x, triangles, _ = shells.triangles(u)
         shells.volumes[u] = exact_volume(x, triangles)
+
+        # thin: less than a step high over half of its shell
         a, b, c = (x[triangles[:, k]] for k in range(3))
         area = 0.5 * math.fsum(np.sqrt(np.sum(np.square(normals(b - a, c - a)), axis=0)).tolist())
         if shells.volumes[u] <= step * area:

@@ -59,6 +59,7 @@ def own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.nd
     sides : ndarray of int64, shape (n, 2)
         Cell in front of the surface and behind it.
     """
+    # faces of its own, then those where it coincides with an earlier surface
     first = np.flatnonzero(cells.surface_of == surface)
     shared = [
         (face, way)
@@ -69,6 +70,8 @@ def own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.nd
     faces, ways = np.array(shared, dtype=np.int64).reshape(-1, 2).T
     mine = np.concatenate([first, faces])
     way = np.concatenate([np.ones(len(first), dtype=np.int64), ways])
+
+    # rising by face, so that the order of surfaces does not matter; then seen from its own front
     order = np.lexsort((way, mine))
     mine, way = mine[order], way[order]
     sides = cells.cell_of_side[mine]
@@ -77,6 +80,7 @@ def own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.nd
 
 def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:
     """Pairs of cells inside the box, lower first, each once."""
+    # one whole number for both orders of a pair; 0 is the outside, which is no neighbour
     low, high = pairs.min(axis=1, initial=n_cell), pairs.max(axis=1, initial=0)
     keys = np.unique((low * (n_cell + 1) + high)[low > 0])
     return np.stack(np.divmod(keys, n_cell + 1), axis=1)
@@ -111,6 +115,8 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
             raise _not_reached(patches, surface)
         if not sides.any():
             raise _beyond(patches, surface)
+
+        # cells that the surface touches from above and from below know their side at once
         touched = np.zeros((2, cells.n_cell + 1), dtype=bool)
         touched[0, sides[:, 0]] = touched[1, sides[:, 1]] = True
         touched[:, 0] = False
@@ -118,6 +124,9 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         # around a rim that is open both sides are one: nothing can be told, nothing is passed on
         torn = touched[0] & touched[1]
         side[torn] = UNKNOWN
+
+        # the others take it from neighbours: first across other horizons and contacts, which lie
+        # parallel to it, then across faults where all blocks around agree
         links = _links(cells, pairs, surface, torn, level)
         _spread(side, links)
         _agree(side, links, _links(cells, pairs, surface, torn))
@@ -206,12 +215,16 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
     Throw parts what is above from what is below, so that faults carry only what nothing else
     tells: to stacks of cells, joined by `links`, that the surface is not in.
     """
+    # stacks: cells between which only horizons and contacts lie
     stack = join_pairs(links, len(values))
     while True:
+        # across each fault, from a cell that knows its side to one that does not
         known = values[across] != 0
         rows = np.flatnonzero(known[:, 0] != known[:, 1])
         giver = across[rows, np.where(known[rows, 0], 0, 1)]
         taker = stack[across[rows, np.where(known[rows, 0], 1, 0)]]
+
+        # a stack takes a side only if no neighbour has the other one
         high, low = np.zeros((2, len(values)), dtype=bool)
         high[taker[values[giver] > 0]] = low[taker[values[giver] < 0]] = True
         told = np.where(high & ~low, ABOVE, np.where(low & ~high, BELOW, UNKNOWN))[stack]
@@ -228,6 +241,8 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     mine = owned_by(cells, surface)
     mine = mine[torn[cells.cell_of_side[mine]].any(axis=1)]
     t = cells.triangles
+
+    # open rim: edges of the surface that no other triangle has
     ends = np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2), axis=2)
     keys = ends[:, :, 0] * len(patches.local) + ends[:, :, 1]
     every, times = np.unique(keys, return_counts=True)

@@ -78,6 +78,8 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     1.0
     """
     check_model(patches, units)
+
+    # leg by leg: rings of units, then lines of surfaces, with the distance of the leg's start
     corners = check_line(line)
     rows: list[tuple[np.ndarray, tuple[str, str, str, str, str, int], float]] = []
     start = 0.0
@@ -142,6 +144,7 @@ class _Leg:
         Each starts on the edge that leads to the left of the plane, and ends on the one that leads
         back: what is behind a front that looks out lies to the left of it.
         """
+        # exact: a vertex on the plane counts as left of it, so that no line passes through one
         used, mine = np.unique(triangles, return_inverse=True)
         x = local[used]
         ends = np.stack([self.a, self.b]) - origin[:2]
@@ -150,17 +153,22 @@ class _Leg:
         left = signs_of_turns(points, rows.astype(np.int64)) >= 0
         faces = mine.reshape(-1, 3)
         faces = faces[left[faces].any(axis=1) & ~left[faces].all(axis=1)]
+
+        # two edges of each triangle change sides: one towards the left, one back
         side, onward = left[faces], left[faces[:, [1, 2, 0]]]
         keys = []
         for edge in (np.argmax(~side & onward, axis=1), np.argmax(side & ~onward, axis=1)):
             row = np.arange(len(faces))
             pair = np.sort(np.stack([faces[row, edge], faces[row, (edge + 1) % 3]], axis=1), axis=1)
             keys.append(pair[:, 0] * len(x) + pair[:, 1])
+
+        # a point for each edge, which all triangles at it share: rings close without a tolerance
         key, at = np.unique(np.stack(keys, axis=1), return_inverse=True)
         return at.reshape(-1, 2), self._places(x, ends[0], *np.divmod(key, len(x)))
 
     def _places(self, x: np.ndarray, a: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Where edges from u to v cross the plane: distance from a, and elevation."""
+        # distances of both ends from the plane, with sign: their ratio is the share of the edge
         p, q = x[u, :2] - a, x[v, :2] - a
         far = np.stack([self.along[0] * d[:, 1] - self.along[1] * d[:, 0] for d in (p, q)])
         wide = far[0] - far[1]
@@ -181,6 +189,8 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
     found = []
     for unit in units.values():
         segments, points = leg.crossed(unit.local, unit.origin, unit.triangles)
+
+        # follow segments from point to point until a ring is closed
         onward: dict[int, list[int]] = {}
         for a, b in segments.tolist():
             onward.setdefault(a, []).append(b)
@@ -205,6 +215,8 @@ def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
     for i, source in enumerate(patches.sources):
         if source.role not in ROLES:
             continue
+
+        # horizons and contacts bound units; a fault may end inside one and is still drawn
         shown = inside if source.role == "fault" else inside & (front != back)
         mine = np.flatnonzero(shown & (patches.surface_of_triangle == i))
         name = source.name

@@ -126,6 +126,8 @@ def thickness_map(
         raise InputError(f"kind is {kind!r}, expected one of {KINDS}.{did_you_mean(kind, KINDS)}")
     chosen = units_of_zone(units, zone, contact)
     nodes = nodes_of(grid, units.box)
+
+    # one layer of the map for each block, in the order of the units
     blocks = list(dict.fromkeys(unit.block for unit in chosen))
     values = np.full((len(blocks), len(nodes.feet)), np.nan)
     for i, block in enumerate(blocks):
@@ -180,6 +182,8 @@ def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
         grid = max(e - w, n - s) / CELLS
     if not hasattr(grid, "coords"):
         return _cells(grid, w, e, s, n)
+
+    # coordinates in metres, whatever unit they declare
     axes = []
     for name in HORIZON_DIMS:
         if name not in grid.coords:
@@ -199,6 +203,8 @@ def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
         if not np.isfinite(values).all():
             raise InputError(f"coordinate {name!r} of the map has values that are not finite.")
         axes.append((axis.dims, values))
+
+    # one dimension each: a rectangle; both over the same two: a rotated or curved grid
     (north_dims, north), (east_dims, east) = axes
     if north.ndim == east.ndim == 1 and north_dims != east_dims:
         return _rectangle(north, east, None, (*north_dims, *east_dims))
@@ -224,6 +230,8 @@ def _cells(width: Any, w: float, e: float, s: float, n: float) -> Nodes:
         )
     if not (is_number(width) and width > 0):
         raise InputError(f"cells of {width} m: the width must be above 0. Give a width in metres.")
+
+    # whole numbers of cells that fill the box: each is about as wide as asked
     width = max(float(width), 1e-9 * (e - w))  # finer is refused in any case, and overflows
     n_col, n_row = (max(1, round(size / width)) for size in (e - w, n - s))
     if n_col * n_row > MOST_CELLS:
@@ -258,12 +266,15 @@ def _block(
     total, seen = np.zeros(len(feet)), np.zeros(len(feet), dtype=bool)
     found = []
     for unit in mine:
+        # in the frame of the unit; a foot on a rim counts as next to it, towards the middle
         middle = np.array([0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])]) - unit.origin[:2]
         local = feet - unit.origin[:2]
         crossings = cross_columns(unit.local, unit.triangles, local, middle)
         _check_balance(unit, crossings, feet)
         # heights count from the unit's own level, so that little is lost in the sum
         level = np.round(unit.local[:, 2].mean())
+
+        # each line leaves through the top (+) and enters through the base (-): the sum is thickness
         total += np.bincount(
             crossings.foot, crossings.way * (crossings.elevation - level), minlength=len(feet)
         )
