@@ -92,12 +92,10 @@ def build_scene(
 
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     """A grid or mesh; points where the horizon is torn as it was picked."""
-    words: dict[str, Any] = {
-        "name": entry.name, "positive": entry.positive, "length_unit": entry.length_unit,
-    }  # fmt: skip
+    words: dict[str, Any] = {"positive": entry.positive, "length_unit": entry.length_unit}
     if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
         return read_points(entry.file, **words)
-    return read_horizon(entry.file, variable=entry.variable, **words)
+    return read_horizon(entry.file, variable=entry.variable, name=entry.name, **words)
 
 
 def _extended(

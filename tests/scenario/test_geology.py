@@ -340,3 +340,21 @@ def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
         scene = gs.run_scenario(path, tmp_path / "out", pictures=False)
     assert scene.box[:4] == pytest.approx((0, 4000, 0, 3000), abs=1.0)
     assert scene.coverage["Top"] > 0.9
+
+
+def test_points_of_a_scenario_are_torn_as_a_scene_tears_them(tmp_path):
+    world = gs.synthetic.torn("normal", n=31)
+    east, north = np.meshgrid(world.horizons["Top"].easting, world.horizons["Top"].northing)
+    points = np.column_stack([east.ravel(), north.ravel(), -np.ravel(world.horizons["Top"])])
+    np.savetxt(tmp_path / "Top.poi", points, fmt="%.17g")
+    gs.write(gs.triangulate_fault(world.faults["F1"], name="F1"), tmp_path / "F1.ts")
+    (tmp_path / "points.toml").write_text(
+        '[[horizons]]\nname = "Top"\nfile = "Top.poi"\npositive = "down"\n'
+        '[[faults]]\nname = "F1"\nfile = "F1.ts"\n[tear]\n'
+    )
+    built = build_scene(read_scenario(tmp_path / "points.toml"))
+    direct = gs.Scene({"Top": world.horizons["Top"]}, {"F1": tmp_path / "F1.ts"}, tear=True)
+    assert built.sheets["Top"].cuts.keys() == {"F1"}
+    np.testing.assert_allclose(
+        built.sheets["Top"].cuts["F1"].throw, direct.sheets["Top"].cuts["F1"].throw, atol=1e-6
+    )
