@@ -150,7 +150,7 @@ def torn(
     }
 
     top = make_horizon("Top", box, n, lambda *_: values, offset)
-    meshes = {name: _mesh(name, faults, side, step, offset) for name, fault in faults.items()}
+    meshes = {name: fault_mesh(name, faults, side, step, offset) for name, fault in faults.items()}
     formula = (
         f"Relief of 60 m at 4 km and 15 m at 1.2 km wavelength, torn by {', '.join(faults)}: half "
         f"of the throw on either side. Smeared over {smear} nodes, noise {noise:g} m."
@@ -222,7 +222,7 @@ def _cutoff(
     return np.concatenate(lines)
 
 
-def _mesh(
+def fault_mesh(
     name: str, faults: dict[str, Fault], side: float, step: float, offset: Offset
 ) -> xarray.Dataset:
     """A fault as a grid, finer than the horizon along strike."""

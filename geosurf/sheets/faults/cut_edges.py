@@ -19,6 +19,8 @@ from geosurf.sheets.lattice.frame import Frame
 EAST, NORTH, RISING, FALLING = range(4)
 
 Part = tuple[int, float, float]  # of a trace: its number, first and last place along it [cells]
+# a branch and its end (0 or 1), the place at which it ends; its main trace, and the place on that
+Joint = tuple[int, int, float, int, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +84,64 @@ def cuts_of(traces: list[Trace], frame: Frame) -> Cuts:
     rows = np.concatenate([t[0] for t in tables])
     trace, place = (np.concatenate([t[k] for t in tables]) for k in (1, 2))
     return Cuts(rows[:, 0], rows[:, 1], trace, place, rows[:, 3])
+
+
+def cut_at_joints(cuts: Cuts, joints: Sequence[Joint], traces: list[Trace], frame: Frame) -> Cuts:
+    """The same links, right where a link goes around the end of a branch.
+
+    A link that crosses a main trace before and after the place where a branch ends on it has both
+    its ends on one side of the main trace, and counts as uncut by it. Its ends are on different
+    sides of the branch if the branch is on their side and does not cross the link, and on the same
+    side of it if the branch crosses the link: the other way round than crossings alone show.
+    """
+    drop: list[int] = []
+    more: list[tuple[int, int, int, float, int]] = []
+    for i, k, end, j, place in joints:
+        for node, kind in _links_around(traces[j].line[:, :2] / frame.stretch, place, frame):
+            found = np.flatnonzero((cuts.trace == i) & (cuts.node == node) & (cuts.kind == kind))
+            beyond = cuts.place[found] < end if k == 0 else cuts.place[found] > end
+            drop += found.tolist()
+            if not len(found):
+                left = _side_at(traces[i].line[:, :2] / frame.stretch, end, node, kind, frame)
+                more.append((node, kind, i, end, left))
+            elif beyond[0]:  # past its main trace
+                more.append((node, kind, i, end, int(cuts.left[found[0]])))
+    if not drop and not more:
+        return cuts
+    kept = cuts.take(np.setdiff1d(np.arange(len(cuts.node)), drop))
+    columns = [kept.node, kept.kind, kept.trace, kept.place, kept.left]
+    if more:
+        columns = [np.append(c, d) for c, d in zip(columns, zip(*more, strict=True), strict=True)]
+    order = np.lexsort((columns[1], columns[0], columns[2]))
+    return Cuts(*columns).take(order)
+
+
+def _links_around(line: np.ndarray, place: float, frame: Frame) -> list[tuple[int, int]]:
+    """Links (node, kind) that a line [lattice] crosses once before and once after a place."""
+    x, y = whole_units(line).T
+    near = (np.abs(line - _at(line, place)) <= 2.0).all(axis=1)
+    pieces = np.flatnonzero(near[:-1] & near[1:])
+    ends = np.stack([x[pieces], y[pieces], x[pieces + 1], y[pieces + 1]], axis=1)
+    rows, share = cut_links(ends, *frame.shape)
+    before: dict[tuple[int, int], list[bool]] = {}
+    for (node, kind, piece, _), part in zip(rows.tolist(), share.tolist(), strict=True):
+        before.setdefault((node, kind), []).append(float(pieces[piece]) + part < place)
+    return [link for link, sides in before.items() if sorted(sides) == [False, True]]
+
+
+def _side_at(line: np.ndarray, place: float, node: int, kind: int, frame: Frame) -> int:
+    """+1 if the first node of a link is left of a line [lattice] next to a place."""
+    first = node + (kind == FALLING)
+    row, col = divmod(int(first), frame.shape[1])
+    piece = min(int(place), len(line) - 2)
+    way, to = line[piece + 1] - line[piece], np.array([col, row]) - _at(line, place)
+    return 1 if way[0] * to[1] - way[1] * to[0] > 0 else -1
+
+
+def _at(line: np.ndarray, place: float) -> np.ndarray:
+    """The point of a line at a place."""
+    vertex = np.arange(len(line))
+    return np.array([np.interp(place, vertex, column) for column in line.T])
 
 
 def whole_units(xy: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from geosurf.kernels.sheets.fault_distance import UNIT
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import line_crossings
 from geosurf.sheets.faults.branches import TraceContact, contacts, led_to, mains_first, wall_field
-from geosurf.sheets.faults.cut_edges import Cuts, cuts_of, whole_units
+from geosurf.sheets.faults.cut_edges import Cuts, Joint, cut_at_joints, cuts_of, whole_units
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
 from geosurf.sheets.lattice.frame import Frame
 
@@ -40,6 +40,8 @@ class Network:
     traces : list of Trace
     solve, mesh : ndarray (n_trace, 2)
         First and last place (vertex number along the line) that is torn.
+    joints : list of (int, int, float, int, float)
+        Where branches end on traces: see `cut_edges.Joint`.
     dropped : list of (int, float)
         Fault and length [cells] of traces too short to tear anything.
     """
@@ -60,6 +62,7 @@ class Network:
         for number, lines in enumerate(found):
             self._add(number, lines, stretch)
         self.on: list[TraceContact] = []
+        self.joints: list[Joint] = []
         if filled is not None:
             self._trace_branches(meshes, drape, frame, filled)
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
@@ -152,6 +155,12 @@ class Network:
             self.traces[i].ends[k] = f"branch of {names[main]}"
             if met:  # torn up to the main fault, through the gap between both walls of that
                 self.solve[i, k] = self.mesh[i, k] = min(met) if k == 0 else max(met)
+                continue
+            mains = [j for j, trace in enumerate(self.traces) if trace.fault == main]
+            if mains:  # it ends exactly on the trace of its main fault, and crosses nothing
+                tip = self.traces[i].line[-k, :2]
+                (_, place), j = min((nearest(tip, self.traces[j]), j) for j in mains)
+                self.joints.append((i, k, float(self.mesh[i, k]), j, place))
         for i, j, p, q in found:
             one, two = self.traces[i], self.traces[j]
             if one.fault == two.fault:
@@ -172,6 +181,12 @@ class Network:
                     inner = max if k == 0 else min
                     self.solve[i, k] = inner(self.solve[i, k], p)
                     self.mesh[i, k] = inner(self.mesh[i, k], self.solve[i, k])
+        self.joints += [
+            (i, k, p, j, q)
+            for i, j, p, q in found
+            for k in range(2)
+            if p == self.solve[i, k] and self.traces[i].ends[k].startswith("branch")
+        ]
 
     def _at_tips(self) -> None:
         for i, trace in enumerate(self.traces):
@@ -183,13 +198,13 @@ class Network:
         """Other traces and limits, on the same lattice; this network stays what it is."""
         out = copy(self)
         out.__dict__.pop("cuts", None)  # the links of the old traces, if they were looked up
-        out.traces, out.mesh, out.solve = traces, mesh, solve
+        out.traces, out.mesh, out.solve, out.joints = traces, mesh, solve, []
         return out
 
     @cached_property
     def cuts(self) -> Cuts:
         """All links that the traces cut, drawn out as they are."""
-        return cuts_of(self.traces, self.frame)
+        return cut_at_joints(cuts_of(self.traces, self.frame), self.joints, self.traces, self.frame)
 
     @property
     def declared_tips(self) -> int:
@@ -214,6 +229,16 @@ def on_units(line: np.ndarray, stretch: np.ndarray) -> np.ndarray:
 def gap_to(point: np.ndarray, trace: Trace) -> float:
     """Distance of a point from a trace in the map [cells], to its vertices."""
     return float(np.hypot(*(trace.line[:, :2] - point[:2]).T).min())
+
+
+def nearest(point: np.ndarray, trace: Trace) -> tuple[float, float]:
+    """Distance of a point from a trace in the map [cells], and the place that is nearest to it."""
+    a, step = trace.line[:-1, :2], np.diff(trace.line[:, :2], axis=0)
+    length = np.maximum((step**2).sum(axis=1), 1e-30)
+    t = np.clip(((point - a) * step).sum(axis=1) / length, 0.0, 1.0)
+    far = np.hypot(*(a + t[:, None] * step - point).T)
+    k = int(far.argmin())
+    return float(far[k]), k + float(t[k])
 
 
 def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
