@@ -60,6 +60,10 @@ class MeasuredModel(DrawnModel, Protocol):
     """A model with names and measures: what maps, sections and diagrams are drawn of."""
 
     @property
+    def sheets(self) -> dict[str, Sheet]:
+        """Horizons that are torn at their faults, by name."""
+
+    @property
     def horizon_names(self) -> tuple[str, ...]:
         """Names of the horizons, youngest first."""
 
@@ -113,10 +117,6 @@ class ReportedModel(MeasuredModel, Protocol):
     @property
     def contacts(self) -> tuple[FluidContact, ...]:
         """Fluid contacts, from the top down."""
-
-    @property
-    def sheets(self) -> dict[str, Sheet]:
-        """Horizons that are torn at their faults, by name."""
 
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:

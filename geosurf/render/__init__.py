@@ -7,6 +7,7 @@ isochores.py      `render_thickness`: a thickness map of one zone
 allan.py          `render_allan`: the zones juxtaposed across a fault (Allan 1989)
 section.py        `render_section`: a vertical section
 wells.py          well tops on maps and sections
+remedies.py       places on maps where a tear needed a remedy
 search.py         `render_search`: how the voxel search finds an intersection line
 place.py          `render_place`: a close-up of the location of an error
 backend.py        `doctor`, and the choice of a graphics driver

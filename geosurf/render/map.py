@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import length_text, real_numbers
-from geosurf.errors import InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
@@ -25,6 +25,7 @@ from geosurf.render.map_frame import (
     map_axes,
     number_contours,
 )
+from geosurf.render.remedies import draw_remedies
 from geosurf.render.surface_layers import thinned
 from geosurf.render.views import SIZE, check_size
 from geosurf.render.wells import WellTop, draw_wells_on_map, tops_on_map
@@ -47,6 +48,7 @@ def render_map(
     faults: Sequence[str] = (),
     tops: Any = None,
     hatched: TriSurface | None = None,
+    remedies: Sequence[GeosurfWarning] = (),
 ) -> Path:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
 
@@ -70,6 +72,8 @@ def render_map(
         Result of `Scene.misfit`: well tops of this horizon are drawn, with name and misfit [m].
     hatched : TriSurface, optional
         The horizon with all its nodes: what `extend_horizon` continued is hatched.
+    remedies : sequence of GeosurfWarning
+        Places that are marked, such as ``sheet.report.remedies``: there the tear needed help.
 
     Returns
     -------
@@ -95,7 +99,9 @@ def render_map(
     title = f"{surface.name}: elevation" if title is None else title
     faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
     wells = [] if tops is None else tops_on_map(tops, surface.name)
-    shown = draw_map(surface, curves, check_size(size), title, outline, faults, wells, hatched)
+    shown = draw_map(
+        surface, curves, check_size(size), title, outline, faults, wells, hatched, remedies
+    )
     return save_png(shown, path)
 
 
@@ -108,6 +114,7 @@ def draw_map(
     faults: Sequence[str] = (),
     wells: Sequence[WellTop] = (),
     hatched: TriSurface | None = None,
+    remedies: Sequence[GeosurfWarning] = (),
 ) -> bytes:
     """Return the map of a surface as a PNG file.
 
@@ -127,6 +134,8 @@ def draw_map(
         Tops that are drawn, in world coordinates.
     hatched : TriSurface, optional
         A horizon of which extrapolated parts are hatched.
+    remedies : sequence of GeosurfWarning
+        Places that are marked.
 
     Returns
     -------
@@ -179,6 +188,7 @@ def draw_map(
     if curves is not None:
         legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
     legend += draw_wells_on_map(sheet, axes, wells, (west, south))
+    legend = [*draw_remedies(sheet, axes, remedies, (west, south)), *legend]
     furniture.draw_legend(sheet, tuple(legend), 290.0)
     draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND, (260.0, 400.0))
     draw_north(sheet)

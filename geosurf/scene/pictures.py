@@ -21,6 +21,7 @@ import numpy as np
 from geosurf.conventions import did_you_mean
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
+from geosurf.model import SheetReport
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
 from geosurf.render import (
@@ -210,7 +211,7 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
         outline, faults = inside if clip else None, scene.fault_names
         render_map(
             surface, curves, path=path, size=size, outline=outline, faults=faults,
-            tops=_tops(scene), hatched=scene.surface(name),
+            tops=_tops(scene), hatched=scene.surface(name), remedies=_remedies(scene, name),
         )  # fmt: skip
 
     row = scene.horizon_names.index(name)
@@ -221,6 +222,13 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
         "maps = false",
         needs_opengl=False,
     )
+
+
+def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
+    """What closed the tear of a horizon where its faults alone did not."""
+    sheet = scene.sheets.get(name)
+    report = None if sheet is None else sheet.report
+    return report.remedies if isinstance(report, SheetReport) else ()
 
 
 def _tops(scene: MeasuredModel) -> Any:

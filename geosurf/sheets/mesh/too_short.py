@@ -18,6 +18,7 @@ from geosurf.model import TriSurface
 from geosurf.sheets.mesh.holes import Hole
 
 VERTICAL = ("up", "down")
+CORNER = 1.5  # times the distance of the nearest rim, up to which an upper or lower one counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +41,13 @@ def too_short(
             continue
         for hole in holes:
             far = {side: _distance(hole.place, fault.vertices[arc]) for side, arc in arcs.items()}
-            side = min(far, key=lambda name: far[name])
-            if far[side] <= reach and side in VERTICAL:
+            nearest = min(far.values())
+            # at a corner the end of a fault may be a little nearer than its upper or lower rim
+            close = min(reach, CORNER * nearest + 0.125 * reach)
+            sides = frozenset(side for side in VERTICAL if far.get(side, np.inf) <= close)
+            if nearest <= reach and sides:
                 before = found.get(number, Short(frozenset(), hole.place))
-                found[number] = Short(before.sides | {side}, before.place)
+                found[number] = Short(before.sides | sides, before.place)
     return found
 
 

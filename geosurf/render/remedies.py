@@ -1,0 +1,61 @@
+"""Mark on a map where the tear of a horizon needed a remedy: `SheetReport.remedies`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.conventions import counted
+from geosurf.errors import GeosurfWarning
+from geosurf.render import furniture, palette
+from geosurf.render.layers import Entry
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
+
+RADIUS = 6.0  # of a mark [design pixels]
+
+
+def draw_remedies(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    remedies: Sequence[GeosurfWarning],
+    corner: tuple[float, float],
+) -> list[Entry]:
+    """Mark the place of each remedy on the map; return the entry of the legend.
+
+    Parameters
+    ----------
+    sheet : furniture.Sheet
+    axes : Axes
+        Of the map: its coordinates count from `corner`.
+    remedies : sequence of GeosurfWarning
+        Those without a place are left out.
+    corner : (float, float)
+        Easting and northing of the axes' origin [m].
+    """
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    per = sheet.layout.unit * 72.0 / furniture.DPI
+    shown: list[str] = []
+    for remedy in remedies:
+        if remedy.place is None:
+            continue
+        x, y = np.array(remedy.place[:2]) - corner
+        if not (west <= x <= east and south <= y <= north):
+            continue
+        axes.plot(
+            [x], [y], marker="o", markersize=2.0 * RADIUS * per, markerfacecolor="none",
+            markeredgecolor=palette.ACCENT, markeredgewidth=2.4 * per, linestyle="none", zorder=6.5,
+        )  # fmt: skip
+        shown.append(remedy.kind)
+    if not shown:
+        return []
+    kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(Counter(shown).items()))
+    words = f"{counted(len(shown), 'place')} of remedies"
+    return [Entry(words, palette.ACCENT, kinds, "circle")]
+
+
+__all__ = ["draw_remedies"]
