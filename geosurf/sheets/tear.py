@@ -16,6 +16,7 @@ from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
+from geosurf.sheets.mesh.build import MANY
 from geosurf.sheets.mesh.close import Closed, close
 from geosurf.sheets.mesh.finish import (
     crs_among,
@@ -184,6 +185,8 @@ def _torn(
             return closed, cuts
         tried.append((closed, cuts))
         bad |= found
+        if len(closed.built.cut.holes) > MANY:  # other trims close a hole or two, not so many
+            break
     closed, cuts = tried[0]
     refuse_leaks(closed.picks, closed.built, closed.faults, closed.trims.widest)
     refuse_lost_cutoffs(closed.picks, closed.built, cuts)

@@ -26,6 +26,8 @@ from geosurf.sheets.mesh.tear_ends import End, torn_limits
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, tear
 
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
+MANY = 6  # holes
+HOPELESS = 8  # attempts in a row that leave as many
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 
 SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
@@ -134,12 +136,19 @@ def build(
 
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
+    fewest, since = len(triangles.present), 0
     for _ in range(ROUNDS):
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
             state = _die_at_tips(state, repairs, rising, solve_again)
         built = _attempt(setting, state, repairs)
         if not built.is_open:
+            break
+
+        # many holes that do not become fewer: the data contradict the faults
+        n_hole = len(built.cut.holes)
+        fewest, since = (n_hole, 0) if n_hole < fewest else (fewest, since + 1)
+        if n_hole > MANY and since > HOPELESS:
             break
         more = repaired(repairs, state, built.torn, built.cut, picks.frame, rising, at_any_cost)
         if more is None:
