@@ -26,7 +26,7 @@ from geosurf.sheets.mesh.tear_ends import End, torn_limits
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, tear
 
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
-MANY = 6  # holes
+MANY = 20  # holes
 HOPELESS = 8  # attempts in a row that leave as many
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 
