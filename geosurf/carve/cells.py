@@ -74,7 +74,7 @@ class Cells:
 
     @cached_property
     def extent(self) -> np.ndarray:
-        """Area and bounds of each face, float64 (n, 8): see `geosurf.carve.measures`."""
+        """Area, bounds and map areas of each face, float64 (n, 12): see `carve.measures`."""
         return measures.extent(self.pieces, self.face_of_element, len(self.surface_of))
 
     @property

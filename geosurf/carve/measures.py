@@ -12,8 +12,10 @@ from geosurf.model.pieces import Pieces
 
 # columns of `below`: six times the volume as two numbers, twice the area in the map
 BELOW, FLAT = slice(0, 2), 2
-# columns of `extent`: area as two numbers, lower and upper corner
+# columns of `extent`: area as two numbers, lower and upper corner; twice the area in the map of
+# triangles that look up and of those that look down, two numbers each
 AREA, LOWER, UPPER = slice(0, 2), slice(2, 5), slice(5, 8)
+LOOKS_UP, LOOKS_DOWN = slice(8, 10), slice(10, 12)
 
 
 def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.ndarray:
@@ -47,7 +49,7 @@ def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.nda
 
 def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
     """
-    Area and bounds of faces.
+    Area and bounds of faces, and their areas in the map.
 
     Parameters
     ----------
@@ -56,10 +58,11 @@ def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
 
     Returns
     -------
-    ndarray of float64, shape (n_face, 8)
-        Area (two numbers, to be added) [m2], lower and upper corner, local [m].
+    ndarray of float64, shape (n_face, 12)
+        Area (two numbers, to be added) [m2], lower and upper corner, local [m]; twice the area in
+        the map of the triangles that look up, and of those that look down (two numbers each).
     """
-    found = np.zeros((n_face, 8))
+    found = np.zeros((n_face, 12))
     found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
     rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
     kernels.extent_triangles(pieces.x, pieces.triangles[rows], face[rows], found)

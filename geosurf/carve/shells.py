@@ -13,7 +13,7 @@ import numpy as np
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells, FullCells, same_turn
-from geosurf.carve.measures import AREA, BELOW, LOWER
+from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
 from geosurf.conventions import place
@@ -56,6 +56,16 @@ class Shells:
     def area(self, u: int) -> float:
         """Area of the shell of a unit [m2]."""
         return math.fsum(self.cells.extent[self._faces(u), AREA].ravel().tolist())
+
+    def map_area(self, u: int) -> float:
+        """Area of the upper side of a unit in the map [m2]."""
+        rows = self._faces(u)
+
+        # with the unit behind it a face looks outward, with the unit in front it is turned over
+        outward = self.sides[rows, 1] == u
+        extent = self.cells.extent
+        up, down = extent[rows[outward], LOOKS_UP], extent[rows[~outward], LOOKS_DOWN]
+        return 0.5 * math.fsum([*up.ravel().tolist(), *down.ravel().tolist()])
 
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
@@ -237,6 +247,12 @@ class _Carved(Unit):
         """Area of the shell [m2]."""
         shells, u = self._shell
         return shells.area(u)
+
+    @cached_property
+    def map_area(self) -> float:
+        """Area of its upper side in the map [m2], from faces: no triangle is listed."""
+        shells, u = self._shell
+        return shells.map_area(u)
 
     @cached_property
     def local(self) -> np.ndarray:

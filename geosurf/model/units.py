@@ -299,13 +299,23 @@ class Units(Noun, Mapping[str, Unit]):
         return tuple(sorted(found, key=lambda remnant: -remnant.volume))
 
     @cached_property
-    def table(self) -> xarray.Dataset:
-        """Volumes and areas of all units, with units in ``attrs``."""
+    def volumes(self) -> xarray.DataArray:
+        """Volume of each unit by zone and block, and contact where there are some [m3].
+
+        As ``table["volume"]``, but no area is computed.
+        """
         import xarray as xr
 
+        volumes = [u.volume for u in self._units.values()]
+        attrs = {"units": "m3", "long_name": "bulk volume"}
+        found = np.array(volumes, dtype=np.float64)
+        return xr.DataArray(found, self._labels(), "unit", "volume", attrs)
+
+    @cached_property
+    def table(self) -> xarray.Dataset:
+        """Volumes and areas of all units, with units in ``attrs``."""
         units = list(self._units.values())
         columns = {
-            "volume": ([u.volume for u in units], "m3", "bulk volume"),
             "area": ([u.area for u in units], "m2", "area of the closed shell"),
             "map_area": ([u.map_area for u in units], "m2", "area of the upper side in the map"),
             "thickness_mean": (
@@ -318,6 +328,12 @@ class Units(Noun, Mapping[str, Unit]):
             key: ("unit", np.array(values, dtype=np.float64), {"units": unit, "long_name": name})
             for key, (values, unit, name) in columns.items()
         }
+        attrs = {"box": list(self.box), "box_units": "m"}
+        return self.volumes.to_dataset().assign(data).assign_attrs(attrs)
+
+    def _labels(self) -> dict[str, tuple[str, np.ndarray]]:
+        """Name, zone and block of each unit, and contact where there are some."""
+        units = list(self._units.values())
         labels = {
             "zone": ("unit", np.array([u.zone for u in units], dtype=object)),
             "block": ("unit", np.array([u.block for u in units], dtype=object)),
@@ -325,8 +341,7 @@ class Units(Noun, Mapping[str, Unit]):
         }
         if any(u.contact for u in units):
             labels["contact"] = ("unit", np.array([u.contact for u in units], dtype=object))
-        coords = {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
-        return xr.Dataset(data, coords=coords, attrs={"box": list(self.box), "box_units": "m"})
+        return {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
 
 
 @dataclass(frozen=True)

@@ -366,7 +366,7 @@ class Scene:
     @property
     def volumes(self) -> xarray.DataArray:
         """Volume of each unit by zone and block, and contact where there are some [m3]."""
-        return self.units.table["volume"]
+        return self.units.volumes
 
     @property
     def volume_error_bound(self) -> float:

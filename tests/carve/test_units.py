@@ -15,6 +15,7 @@ from benchmarks.scenes import make_setting
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, InputError, OpenUnitError
+from geosurf.model import Unit
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
 from tests.strategies import BOX, faulted_worlds, grid, moved, sheet, shuffled, soup
@@ -360,6 +361,23 @@ def test_a_table_of_all_units():
     assert table["volume"].attrs["units"] == "m3"
     assert table["volume"].sum().item() == units.volume == units.box_volume == 192.0
     assert table["zone"].values.tolist() == [u.zone for u in units.values()]
+    assert units.volumes.identical(table["volume"])
+
+
+@settings(max_examples=10)
+@given(faulted_worlds())
+def test_map_areas_of_faces_are_those_of_all_triangles(surfaces):
+    for unit in carve_units(rebuild_surfaces(surfaces)).values():
+        assert unit.map_area == pytest.approx(Unit.map_area.func(unit), rel=1e-14)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_map_areas_of_grids_are_those_of_all_triangles(turned):
+    world = synthetic.waves(n=21)
+    horizons = {k: h[::-1] if turned else h for k, h in world.horizons.items()}
+    units = Scene(horizons, world.faults, world.box).units
+    for unit in units.values():
+        assert unit.map_area == pytest.approx(Unit.map_area.func(unit), rel=1e-14)
 
 
 def test_grids_and_their_triangles_give_the_same_units():

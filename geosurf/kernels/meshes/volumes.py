@@ -115,12 +115,17 @@ def volume_below_runs(p, q, r, a, runs, face, level, out):
 
 
 @scalar
-def _extend(out, i, c):
-    """Add the triangle with corners c to row i: area and bounds."""
+def _extend(out, i, c, up):
+    """Add the triangle with corners c to row i: area, bounds, and its map area.
+
+    `up` is the column for triangles that go round counter-clockwise on the map: 8, or 10 if the
+    surface is turned over.
+    """
     ax, ay, az = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
     bx, by, bz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     _add(out, i, 0, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
+    _add(out, i, up if nz > 0.0 else 18 - up, abs(nz))
     for k in range(3):
         out[i, 2 + k] = min(out[i, 2 + k], min(c[0, k], min(c[1, k], c[2, k])))
         out[i, 5 + k] = max(out[i, 5 + k], max(c[0, k], max(c[1, k], c[2, k])))
@@ -128,20 +133,23 @@ def _extend(out, i, c):
 
 @entry("d2 l2 l1 d2 -> .")
 def extent_triangles(x, t, face, out):
-    """Add area (two numbers), lower and upper corner of triangles to the rows (n_face, 8)."""
+    """Add to the rows (n_face, 12): area (two numbers), lower and upper corner of triangles, twice
+    the area in the map of those that look up (two numbers) and of those that look down (two).
+    """
     c = np.empty((3, 3))
     for i in range(t.shape[0]):
         low = _lowest(x, t, i)
         for corner in range(3):
             for k in range(3):
                 c[corner, k] = x[t[i, (low + corner) % 3], k]
-        _extend(out, face[i], c)
+        _extend(out, face[i], c, 8)
 
 
 @entry("d1 d1 d1 l1 l2 l1 d1 d2 -> .")
 def extent_runs(p, q, r, a, runs, face, origin, out):
     """Add the same for runs; `origin` is subtracted from their nodes."""
     c = np.empty((3, 3))
+    up = 10 if a[TURNED] != 0 else 8
     for i in range(runs.shape[0]):
         row = runs[i, ROW]
         for place in range(runs[i, FIRST], runs[i, LAST] + 1):
@@ -158,4 +166,4 @@ def extent_runs(p, q, r, a, runs, face, origin, out):
                 c[corner, 0] = load(p, a, 0, u, v) - origin[0]
                 c[corner, 1] = load(q, a, 1, u, v) - origin[1]
                 c[corner, 2] = load(r, a, 2, u, v) - origin[2]
-            _extend(out, face[i], c)
+            _extend(out, face[i], c, up)
