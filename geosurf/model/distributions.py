@@ -1,0 +1,275 @@
+"""Distributions of one uncertain number: normal, uniform, triangular, discrete, or of scipy.
+
+Each is drawn by its quantile function from one uniform number, so that a realisation needs one
+number for each parameter, and the same number always gives the same value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Any, Protocol
+
+import numpy as np
+
+from geosurf.conventions import is_number
+from geosurf.errors import InputError
+
+TAIL = 1e-6  # probability that is left out on either side where a range is needed
+HOW = "Give a number, Normal(0, 10), Uniform(-5, 5), Triangular(-5, 0, 5) or Discrete([0, 5])"
+
+
+class Distribution(Protocol):
+    """What can be drawn from: a quantile for each probability."""
+
+    def quantile(self, probability: float) -> float:
+        """Return the value that is not exceeded with a probability between 0 and 1."""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One certain value.
+
+    Examples
+    --------
+    >>> Constant(3.0).quantile(0.9)
+    3.0
+    """
+
+    value: float
+
+    def __post_init__(self) -> None:
+        _check(self, finite=("value",))
+
+    def quantile(self, probability: float) -> float:
+        """Return the value."""
+        return float(self.value)
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A normal distribution, truncated where limits are given.
+
+    Parameters
+    ----------
+    mean, sd : float
+        Mean and standard deviation before truncation, in the unit of the parameter.
+    low, high : float, optional
+        Limits; values beyond them are not drawn.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, ``sd`` is not above 0, or no value lies between the limits.
+
+    Examples
+    --------
+    >>> Normal(0.0, 10.0).quantile(0.5), round(Normal(0.0, 10.0).quantile(0.9), 2)
+    (0.0, 12.82)
+    >>> round(Normal(0.0, 10.0, low=0.0).quantile(0.5), 2)
+    6.74
+    """
+
+    mean: float
+    sd: float
+    low: float | None = None
+    high: float | None = None
+
+    def __post_init__(self) -> None:
+        _check(self, finite=("mean", "sd"), or_none=("low", "high"))
+        if self.sd <= 0:
+            raise InputError(f"{self}: sd must be above 0. For a certain value, give a number.")
+        if self.low is not None and self.high is not None and self.low >= self.high:
+            raise InputError(f"{self}: low must be below high.")
+        first, last = self._shares()
+        if last - first < TAIL:
+            raise InputError(f"{self}: almost no value lies between the limits. Widen them.")
+
+    def _shares(self) -> tuple[float, float]:
+        """Probabilities below the limits of the distribution without limits."""
+        plain = NormalDist(self.mean, self.sd)
+        first = 0.0 if self.low is None else plain.cdf(self.low)
+        return first, 1.0 if self.high is None else plain.cdf(self.high)
+
+    def quantile(self, probability: float) -> float:
+        """Return the value that is not exceeded with a probability between 0 and 1."""
+        first, last = self._shares()
+        inside = first + probability * (last - first)
+        found = NormalDist(self.mean, self.sd).inv_cdf(min(max(inside, 5e-324), 1.0 - 2**-53))
+        low = -math.inf if self.low is None else float(self.low)
+        return min(max(found, low), math.inf if self.high is None else float(self.high))
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """All values between two limits, equally likely.
+
+    Examples
+    --------
+    >>> Uniform(-5.0, 5.0).quantile(0.9)
+    4.0
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check(self, finite=("low", "high"))
+        if self.low >= self.high:
+            raise InputError(f"{self}: low must be below high.")
+
+    def quantile(self, probability: float) -> float:
+        """Return the value that is not exceeded with a probability between 0 and 1."""
+        return float(self.low + probability * (self.high - self.low))
+
+
+@dataclass(frozen=True)
+class Triangular:
+    """Values between two limits, most likely at the mode.
+
+    Examples
+    --------
+    >>> Triangular(0.0, 2.0, 4.0).quantile(0.5)
+    2.0
+    """
+
+    low: float
+    mode: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check(self, finite=("low", "mode", "high"))
+        if not (self.low <= self.mode <= self.high and self.low < self.high):
+            raise InputError(f"{self}: give low, mode and high in rising order.")
+
+    def quantile(self, probability: float) -> float:
+        """Return the value that is not exceeded with a probability between 0 and 1."""
+        width, rise = self.high - self.low, self.mode - self.low
+        if probability * width <= rise:
+            return float(self.low + math.sqrt(probability * width * rise))
+        return float(self.high - math.sqrt((1.0 - probability) * width * (self.high - self.mode)))
+
+
+@dataclass(frozen=True)
+class Discrete:
+    """One of several values.
+
+    Parameters
+    ----------
+    values : sequence of float
+    weights : sequence of float, optional
+        Of each value, above 0; default: all equal. They need not add up to 1.
+
+    Examples
+    --------
+    >>> levels = Discrete([-1700.0, -1710.0, -1720.0], [1, 2, 1])
+    >>> [levels.quantile(p) for p in (0.2, 0.5, 0.8)]
+    [-1700.0, -1710.0, -1720.0]
+    """
+
+    values: Sequence[float]
+    weights: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        values = _numbers(self.values, f"{self}: values")
+        weights = (1.0,) * len(values)
+        if self.weights is not None:
+            weights = _numbers(self.weights, f"{self}: weights")
+        if not values or len(weights) != len(values) or min(weights) <= 0:
+            raise InputError(f"{self}: give one weight above 0 for each value, one or more.")
+        self.__dict__.update(values=values, weights=weights)
+
+    def quantile(self, probability: float) -> float:
+        """Return the value at a probability between 0 and 1, in the order of the values."""
+        shares: np.ndarray = np.cumsum(np.asarray(self.weights))
+        row = int(np.searchsorted(shares, probability * shares[-1]))
+        return float(self.values[min(row, len(self.values) - 1)])
+
+
+@dataclass(frozen=True)
+class OfScipy:
+    """A frozen distribution of `scipy.stats`, which has ``ppf``."""
+
+    made: Any
+
+    def quantile(self, probability: float) -> float:
+        """Return the value that is not exceeded with a probability between 0 and 1."""
+        return float(self.made.ppf(probability))
+
+
+def distribution_of(value: Any, what: str) -> Distribution:
+    """
+    Return a distribution: a number is certain, a frozen one of `scipy.stats` is wrapped.
+
+    Parameters
+    ----------
+    value : float, Distribution or frozen distribution of scipy.stats
+    what : str
+        What it is of, for messages.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> distribution_of(5, "the throw of 'F1'")
+    Constant(value=5.0)
+    >>> distribution_of("wide", "the throw of 'F1'")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: the throw of 'F1' is 'wide', which is not a distribution. Give a number, Normal(0, 10), Uniform(-5, 5), Triangular(-5, 0, 5) or Discrete([0, 5]).
+    """  # noqa: E501 - a message
+    if is_number(value):
+        return Constant(float(value))
+    if callable(getattr(value, "quantile", None)) and not isinstance(value, type):
+        made: Distribution = value
+    elif callable(getattr(value, "ppf", None)) and hasattr(value, "args"):
+        made = OfScipy(value)
+    else:
+        raise InputError(f"{what} is {value!r}, which is not a distribution. {HOW}.")
+    try:
+        fits = all(is_number(made.quantile(p)) for p in (TAIL, 0.5, 1.0 - TAIL))
+    except (TypeError, ValueError, ArithmeticError, AttributeError) as error:
+        raise InputError(f"{what}: {value!r} cannot be drawn from ({error}). {HOW}.") from error
+    if not fits:
+        raise InputError(f"{what}: {value!r} has quantiles that are not finite. {HOW}.")
+    return made
+
+
+def reach_of(distribution: Distribution) -> float:
+    """Return the largest absolute value that is likely: all except `TAIL` on either side."""
+    return max(abs(distribution.quantile(p)) for p in (TAIL, 1.0 - TAIL))
+
+
+def _check(made: Any, finite: tuple[str, ...], or_none: tuple[str, ...] = ()) -> None:
+    """Refuse parameters that are not finite numbers."""
+    for key in (*finite, *or_none):
+        value = getattr(made, key)
+        if not (is_number(value) or (value is None and key in or_none)):
+            raise InputError(f"{type(made).__name__}: {key} is {value!r}; give a finite number.")
+
+
+def _numbers(values: Any, what: str) -> tuple[float, ...]:
+    """Finite numbers as a tuple."""
+    try:
+        listed = tuple(values)
+    except TypeError:
+        listed = (None,)
+    if not all(map(is_number, listed)):
+        raise InputError(f"{what} must be finite numbers, as in Discrete([0, 5], [1, 2]).")
+    return tuple(map(float, listed))
+
+
+__all__ = [
+    "TAIL",
+    "Constant",
+    "Discrete",
+    "Distribution",
+    "Normal",
+    "Triangular",
+    "Uniform",
+    "distribution_of",
+    "reach_of",
+]

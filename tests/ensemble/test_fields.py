@@ -1,0 +1,153 @@
+"""Gaussian fields: their covariance is the analytic one, and they meet known values.
+
+A field is a linear map of white noise. Unit vectors as noise give its matrix, so that covariances
+are compared exactly, without samples.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+
+from geosurf.ensemble.covariance import MODELS, Covariance
+from geosurf.ensemble.field_grid import FieldGrid
+from geosurf.ensemble.fields import GaussianField
+from geosurf.errors import InputError
+from geosurf.model import Lattice
+
+# of the variance: what the seam of the torus leaves (`Covariance.independent`)
+SEAM = {"gaussian": 2e-5, "exponential": 3e-4, "spherical": 1e-12}
+
+
+class Unit:
+    """White noise that is 1 at one node and 0 elsewhere."""
+
+    def __init__(self, k):
+        self.k = k
+
+    def standard_normal(self, shape):
+        noise = np.zeros(shape)
+        noise.flat[self.k] = 1.0
+        return noise
+
+
+def matrix_of(field):
+    """The matrix that makes a field from white noise, and what it is without any."""
+    mean = field.simulate(Unit(slice(0, 0))).ravel()
+    n = field.torus[0] * field.torus[1]
+    return np.stack([field.simulate(Unit(k)).ravel() - mean for k in range(n)], axis=1), mean
+
+
+def grid_of(n_row=6, n_col=5, cell=(40.0, 60.0), angle=0.0):
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    steps = np.array([[0.0, cell[0]], [cell[1], 0.0]]) @ turn
+    return FieldGrid(np.array([1000.0, 2000.0]), steps, (n_row, n_col))
+
+
+def places_of(grid):
+    i, j = np.divmod(np.arange(grid.n_node), grid.shape[1])
+    return grid.corner + i[:, None] * grid.steps[0] + j[:, None] * grid.steps[1]
+
+
+def analytic(covariance, places):
+    return covariance.at(np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_covariance_is_the_analytic_one(model, angle):
+    covariance, grid = Covariance(12.0, 250.0, model), grid_of(angle=angle)
+    made, mean = matrix_of(GaussianField(grid, covariance))
+    expected = analytic(covariance, places_of(grid))
+    assert np.abs(made @ made.T - expected).max() <= SEAM[model] * covariance.sd**2
+    assert not mean.any()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_conditioned_fields_are_those_of_simple_kriging(model):
+    covariance, grid = Covariance(12.0, 250.0, model), grid_of()
+    rng = np.random.default_rng(3)
+    weights = np.zeros((4, grid.n_node))
+    weights[0, 7] = 1.0  # a node, and places in triangles
+    for k in (1, 2, 3):
+        weights[k, rng.choice(grid.n_node, 3, replace=False)] = (0.2, 0.3, 0.5)
+    values = np.array([5.0, -20.0, 3.0, 0.0])
+    made, mean = matrix_of(GaussianField(grid, covariance, csr_matrix(weights), values))
+
+    # the oracle: dense matrices of the analytic covariance
+    plain = analytic(covariance, places_of(grid))
+    gain = plain @ weights.T @ np.linalg.inv(weights @ plain @ weights.T)
+    tolerance = 100 * SEAM[model]
+    np.testing.assert_allclose(mean, gain @ values, atol=tolerance * covariance.sd)
+    np.testing.assert_allclose(
+        made @ made.T, plain - gain @ weights @ plain, atol=tolerance * covariance.sd**2
+    )
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_known_values_are_met_by_every_realization(model):
+    grid = grid_of(80, 70)
+    rng = np.random.default_rng(5)
+    inside = np.array([[0.0, 0.0], [69 * 60.0, 79 * 40.0]])
+    places = grid.corner + rng.uniform(*inside, size=(30, 2))
+    known, values = grid.weights_at(places), rng.normal(0.0, 20.0, 30)
+    field = GaussianField(grid, Covariance(10.0, 500.0, model), known, values)
+    for seed in range(3):
+        made = field.simulate(np.random.default_rng(seed))
+        assert np.abs(known @ made.ravel() - values).max() < 1e-6
+
+
+def test_many_realizations_have_mean_zero_and_the_sill():
+    grid, covariance = grid_of(120, 120, cell=(50.0, 50.0)), Covariance(8.0, 400.0)
+    field = GaussianField(grid, covariance)
+    made = np.stack([field.simulate(np.random.default_rng(seed)) for seed in range(12)])
+    assert abs(made.mean()) < 0.5
+    assert made.std() == pytest.approx(8.0, rel=0.05)
+    at_range = (made[:, :, 8:] * made[:, :, :-8]).mean()
+    assert at_range / 64.0 == pytest.approx(0.05, abs=0.04)
+
+
+def test_a_field_survives_the_way_to_another_process():
+    import pickle
+
+    grid = grid_of(30, 30)
+    known = grid.weights_at(grid.corner + np.array([[200.0, 300.0], [900.0, 500.0]]))
+    field = GaussianField(grid, Covariance(10.0, 500.0), known, np.array([3.0, -4.0]))
+    first = field.simulate(np.random.default_rng(1))
+    twin = pickle.loads(pickle.dumps(field))
+    assert np.array_equal(twin.simulate(np.random.default_rng(1)), first)
+
+
+def test_weights_are_exact_at_nodes_and_for_planes():
+    grid = grid_of(9, 8, angle=0.3)
+    nodes = grid.weights_at(places_of(grid)).toarray()
+    np.testing.assert_allclose(nodes, np.eye(grid.n_node), atol=1e-12)
+
+    inner = np.random.default_rng(2).uniform(1.0, 6.0, size=(50, 2))
+    places = grid.corner + inner @ grid.steps
+    plane = places_of(grid) @ [0.3, -0.7]
+    np.testing.assert_allclose(grid.weights_at(places) @ plane, places @ [0.3, -0.7], atol=1e-9)
+
+
+def test_nodes_of_a_horizon_are_the_grid_only_in_equal_steps():
+    x, y = np.arange(5) * 50.0, np.arange(4) * -25.0
+    found = FieldGrid.of_lattice(Lattice(x, y, np.zeros((4, 5))))
+    assert found.cell.tolist() == [25.0, 50.0]
+    assert np.array_equal(places_of(found)[:, 0], np.tile(x, 4))
+    assert FieldGrid.of_lattice(Lattice(x**2, y, np.zeros((4, 5)))) is None
+    skewed = np.broadcast_arrays(x[None, :] + 0.2 * y[:, None], y[:, None])
+    assert FieldGrid.of_lattice(Lattice(*skewed, np.zeros((4, 5)))) is None
+
+
+def test_impossible_fields_are_refused():
+    grid = grid_of(40, 40)
+    with pytest.raises(InputError, match="range is 0; give metres above 0"):
+        Covariance(1.0, 0)
+    with pytest.raises(InputError, match=r"model is 'gausian'.*Did you mean 'gaussian'"):
+        Covariance(1.0, 100.0, "gausian")
+    with pytest.raises(InputError, match=r"needs .* nodes, more than"):
+        GaussianField(grid, Covariance(1.0, 1e6))
+    twice = grid.weights_at(grid.corner + np.array([[500.0, 400.0], [500.0, 400.0]]))
+    with pytest.raises(InputError, match=r"cannot be met together with the others.*Leave one"):
+        GaussianField(grid, Covariance(9.0, 500.0), twice, np.array([0.0, 5.0]))
