@@ -29,6 +29,7 @@ from geosurf.carve.outside import (
 )
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
+from geosurf.conventions import shared_name
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import FluidContact, Patches, Unit, Units, check_column
@@ -210,16 +211,8 @@ def _with_role(patches: Patches, role: str) -> list[int]:
 
 def _check_names(patches: Patches) -> None:
     """Raise an error if two surfaces, except walls, have one name: units are named after them."""
-    seen: dict[str, str] = {}
-    for source in patches.sources:
-        if source.role == "wall":
-            continue
-        if source.name in seen:
-            raise InputError(
-                f"the name {source.name!r} is used by a {seen[source.name]} and by another "
-                f"{source.role}. Rename one of them."
-            )
-        seen[source.name] = source.role
+    if fault := shared_name((s.role, s.name) for s in patches.sources if s.role != "wall"):
+        raise InputError(fault)
 
 
 def _order(named: _Named) -> list[int]:

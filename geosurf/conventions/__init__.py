@@ -37,6 +37,7 @@ from geosurf.conventions.text import (
     length_text,
     number_text,
     place,
+    shared_name,
     volume_text,
 )
 
@@ -62,6 +63,7 @@ __all__ = [
     "place",
     "real_numbers",
     "rising_diagonal",
+    "shared_name",
     "shift_is_exact",
     "volume_text",
 ]

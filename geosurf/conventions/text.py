@@ -104,6 +104,28 @@ def area_texts(square_metres: Iterable[float], digits: int = 3) -> list[str]:
     return [f"{number_text(area, digits)} m²" for area in areas]
 
 
+def shared_name(named: Iterable[tuple[str, str]]) -> str:
+    """Return a message on the first name that two inputs have; empty if each has its own.
+
+    Parameters
+    ----------
+    named : iterable of (str, str)
+        Kind and name of each input: ``("fault", "F1")``. Results are requested by name.
+
+    Examples
+    --------
+    >>> shared_name([("horizon", "Top"), ("fault", "F1"), ("fault", "Top")])
+    "'Top' is the name of a horizon and of a fault; rename one."
+    """
+    seen: dict[str, str] = {}
+    for kind, name in named:
+        if name in seen:
+            other = f"another {kind}" if seen[name] == kind else f"a {kind}"
+            return f"{name!r} is the name of a {seen[name]} and of {other}; rename one."
+        seen[name] = kind
+    return ""
+
+
 def volume_text(cubic_metres: float, digits: int = 3) -> str:
     """Return a volume with its unit, for messages: m³, and million m³ from one million on.
 

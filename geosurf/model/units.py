@@ -188,10 +188,12 @@ class Units(Noun, Mapping[str, Unit]):
         rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
         shown = range(3 if any(row[2] for row in rows) else 2)
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "  volume [m³]"])]
-        for row, unit in zip(rows[:MOST_ROWS], self._units.values(), strict=False):
+        volumes = [volume_text(unit.volume, 4) for unit in self._units.values()]
+        room = max(map(len, ["volume", *volumes[:MOST_ROWS]]))
+        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "volume".rjust(room)])]
+        for row, volume in zip(rows[:MOST_ROWS], volumes, strict=False):
             words = [row[k].ljust(width[k]) for k in shown]
-            lines.append("  ".join([*words, f"{unit.volume:13.6g}"]))
+            lines.append("  ".join([*words, volume.rjust(room)]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
         lines.append(f"{len(rows)} units{more}, {volume_text(self.volume)}")
         clipped = self.report.get("clipped", ())

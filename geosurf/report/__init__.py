@@ -91,7 +91,10 @@ def report_scene(
     ...     "<h1>Two planes</h1>" in page.read_text(encoding="utf-8")
     True
     """
+    # all arguments are checked before the first picture is drawn, which takes seconds
     folder = path_of(folder, "report_scene")
+
+    # the loop raises at the first missing member; a complete scene passes through it
     for needed in missing_members(scene, ReportedModel):
         raise InputError(
             f"report_scene takes a Scene; {type(scene).__name__} has no attribute {needed!r}. "
@@ -108,6 +111,7 @@ def report_scene(
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
 
+    # last: the check of a large model is the most expensive step of the page
     certificate = certificate or scene.check()
     html = build_page(
         scene,
@@ -149,6 +153,7 @@ def build_page(
         f"{number(curves.length / 1000.0, 1)} km of intersection lines."
     )
 
+    # whole metres where the box has them, decimetres otherwise
     west, east, south, north, bottom, top = map(_metres, scene.box)
     box = (
         f"Model box: easting {west} to {east} m, northing {south} to {north} m, "
@@ -189,12 +194,16 @@ def _sections(
     if "dropped_area" in rebuilt:  # the keys are rows of surfaces: the page prints names
         names = scene.patches.names
         rebuilt["dropped_area"] = {names[i]: a for i, a in rebuilt["dropped_area"].items()}
+
+    # work counts instead of seconds: they do not depend on the machine, so pages can be compared
     costs = run_tables.count_table(
         ("intersect", curves.cost), ("rebuild", rebuilt), ("carve", carved)
     )
     return [
         *_listed("Warnings", run_tables.warning_table(scene.warnings)),
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
+        # from here on the order is that of questions: what is there, where does it hurt, does it
+        # fit the wells, what did geosurf change
         *_listed("Regions of the input file and the units", tables.region_table(units, regions)),
         *_listed("Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)),
         *_listed("Fluid contacts", tables.contact_table(scene)),

@@ -14,6 +14,9 @@ from geosurf.report.table import NOTHING, Table, number
 def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Table]:
     """Return two tables: how far faults were extended, and what truncation removed."""
     extended, truncated = [], []
+
+    # one pass over the run log of the fault stage, in the order in which it acted; the two kinds of
+    # action have different figures
     for a in actions:
         if isinstance(a, Extension):
             numbers = (number(a.shortest, 1), number(a.distance, 1), number(a.area))
@@ -39,6 +42,9 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
     Units of one zone are added up. Pairs of different zones come first, the largest area first.
     """
     rows: list[tuple[str, ...]] = []
+
+    # one dataset per fault [m²]; its rows are pairs of units, so one pair of zones may come several
+    # times
     for dataset in found:
         areas: dict[tuple[str, str, str], float] = {}
         columns = (dataset.zone_plus, dataset.zone_minus, dataset.kind, dataset.area)
@@ -46,7 +52,10 @@ def juxtaposition_table(found: Iterable[Any]) -> Table:
             key = (str(plus), str(minus), str(kind))
             areas[key] = areas.get(key, 0.0) + float(area)
 
+        # a share of the fault's area inside the model: the rows of one fault add up to 100 %
         whole = float(dataset.attrs["area"])
+
+        # False sorts before True: contacts of different zones, through which fluids may pass, lead
         for key, area in sorted(
             areas.items(), key=lambda item: (item[0][0] == item[0][1], -item[1])
         ):
@@ -74,10 +83,14 @@ def sheet_table(sheets: Mapping[str, Any]) -> Table:
     rows = []
     for name, sheet in sheets.items():
         for cut in sheet.cuts.values():
+            # throw is NaN at stations where a wall has no cut-off
             known = np.isfinite(cut.throw)
             if not known.any():
                 rows.append((name, cut.fault, ", ".join(cut.ends), *([NOTHING] * 4)))
                 continue
+
+            # heave is signed (negative where the walls overlap, as at a reverse fault); the table
+            # shows the larger opening or overlap
             throw, heave = cut.throw[known], cut.heave[known]
             values = (cut.along[known].max(), throw.min(), throw.max(), np.abs(heave).max())
             rows.append((name, cut.fault, ", ".join(cut.ends), *(number(v, 1) for v in values)))

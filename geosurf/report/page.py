@@ -16,6 +16,8 @@ PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 PAPER = 84  # characters per printed line of A4 or Letter paper
 LABEL, GAP = 26, 2  # characters for a column of text, which may wrap, and between columns
 
+# tables appear twice in the source if they are too wide for paper: `.screen` scrolls sideways,
+# `.paper` repeats the text columns in each part
 PAGE = Template(
     """<!DOCTYPE html>
 <html lang="en">
@@ -112,6 +114,8 @@ def html_table(table: Table) -> str:
     if not table.rows:
         return ""
     whole = range(len(table.head))
+
+    # a browser cannot break a table between columns, so wide ones are printed in parts
     parts = groups_of_columns(table)
     if len(parts) == 1:
         return f'<div class="wide">{_part(table, whole)}</div>'
@@ -134,6 +138,8 @@ def groups_of_columns(table: Table) -> list[list[int]]:
     [7, 7, 7, 3]
     """
     # Text columns repeat in each part; numbers fill the room that they leave.
+    # widths are in characters, not pixels: they need no browser, and the page stays the same on
+    # every machine
     rows = [row for row in (*table.rows, table.foot) if row]
     words = [k for k in range(len(table.head)) if table.holds_words(k)]
     first = [k for k in words if k < table.n_label]
@@ -141,9 +147,13 @@ def groups_of_columns(table: Table) -> list[list[int]]:
     parts: list[list[int]] = [[]]
     used = 0
 
+    # greedy fill from left to right: columns keep their order, and each part holds one column at
+    # least, however wide that is
     for k in range(len(table.head)):
         if table.holds_words(k):
             continue
+
+        # headings wrap on paper (`th` in the print style), so the longest word counts
         head = max(map(len, table.head[k].split()), default=0)
         wide = max(head, *(len(row[k]) for row in rows)) + GAP
         if parts[-1] and used + wide > room:
@@ -168,6 +178,8 @@ def _row(cells: tuple[str, ...], table: Table, columns: list[int], tag: str = "t
     out = []
     for column in columns:
         cell = cells[column]
+
+        # colour follows the text of the first column, so `check_table` needs no HTML
         kinds = ["label"] if table.holds_words(column) else []
         if column == 0 and cell in ("passed", "FAILED"):
             kinds.append(cell.lower())
@@ -195,11 +207,15 @@ def _figure(caption: str, path: Path) -> str:
             f"picture {caption!r}: {path} cannot be read ({error.strerror}). "
             "Draw it before you write the report."
         ) from error
+
+    # the signature alone is checked: enough to refuse a JPEG or a text file by mistake
     if not data.startswith(PNG_SIGNATURE):
         raise InputError(
             f"picture {caption!r}: {path} is not a PNG file. Pass a file that render_scene wrote."
         )
     words = escape(caption)
+
+    # inside the page as base64: a third larger than the file, but the page travels as one file
     source = base64.b64encode(data).decode("ascii")
     return (
         f'<figure><img alt="{words}" src="data:image/png;base64,{source}">'

@@ -67,20 +67,27 @@ def count_table(*parts: tuple[str, Mapping[str, Any]]) -> Table:
 
 def _plain(value: Any) -> str:
     """One value as text: integers grouped by thousands, long lists as their length."""
+    # bool before int: True is an int in Python
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
     if isinstance(value, (int, np.integer)):
         return number(int(value))
+
+    # six digits: counts of area come from sums whose last digits mean nothing to a reader
     if isinstance(value, (float, np.floating)):
         return f"{float(value):.6g}".replace("-", "\N{MINUS SIGN}")
     if isinstance(value, (str, type(None))):
         return value or NOTHING
     if isinstance(value, Mapping):
         return "; ".join(f"{key}: {_plain(entry)}" for key, entry in value.items()) or NOTHING
+
+    # numpy arrays, tuples and sets; anything else prints as itself
     try:
         entries = list(value)
     except TypeError:
         return str(value)
+
+    # the page has no room for lists with thousands of rows
     if len(entries) > 8:
         return f"{number(len(entries))} entries"
     return ", ".join(map(_plain, entries)) or NOTHING
@@ -90,6 +97,7 @@ def version_table() -> Table:
     """Return the versions of Python and of the packages that computed the model."""
     rows = [("Python", platform.python_version())]
     for package in PACKAGES:
+        # extras such as pyvista may be absent; the page says so instead of failing
         try:
             rows.append((package, importlib.metadata.version(package)))
         except importlib.metadata.PackageNotFoundError:

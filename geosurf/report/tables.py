@@ -16,6 +16,7 @@ def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float])
     """Return the input surfaces: name, role, share inside, number of triangles, extent [m]."""
     rows = []
     for surface in surfaces:
+        # a surface without triangles has no extent; its bounds would be infinite
         bounds = (
             [number(value, 1) for value in surface.bounds] if surface.n_triangle else [NOTHING] * 6
         )
@@ -42,8 +43,11 @@ def volume_table(units: Units) -> Table:
     names: Iterable[str] = table["zone"].values
     if "contact" in table.coords:
         pairs = zip(names, table["contact"].values, strict=True)
+
+        # the row of a zone is split where contacts split it: 'Top/Base, above OWC'
         names = [", ".join(word for word in pair if word) for pair in pairs]
 
+    # `Units` goes zone by zone from the top down, so first appearance is the stratigraphic order
     zones = _in_order(names)
     blocks = _in_order(table["block"].values)
     # One cell per zone and block; several units may share it [million m³].
@@ -58,12 +62,16 @@ def volume_table(units: Units) -> Table:
 
     rows = tuple(
         (
+            # a dash where no unit is: 0.000 would claim that a thin one was found
             zone,
             *(number(v, 3) if h else NOTHING for v, h in zip(volume[i], held[i], strict=True)),
             number(volume[i].sum(), 3),
         )
         for i, zone in enumerate(zones)
     )
+
+    # columns may add up to less than the last cell by rounding of what is printed, never of what is
+    # added
     sums = [number(value, 3) for value in volume.sum(axis=0)]
     foot = ("all zones", *sums, number(units.volume / 1e6, 3))
     return Table(("Zone", *blocks, "all blocks"), rows, foot=foot)
@@ -150,6 +158,8 @@ def region_table(units: Units, regions: Mapping[str, tuple[float, str]]) -> Tabl
             rows.append((region, NOTHING, number(volume, 3), NOTHING, NOTHING))
             continue
         found = units[name].volume
+
+        # no verdict: other programs draw zones through cells, so small differences are theirs
         off = f"{abs(found - volume) / volume:.1e}" if volume else NOTHING
         rows.append((region, name, number(volume, 3), number(found, 3), off))
     named = {name for _, name in regions.values()}
@@ -177,6 +187,8 @@ def simplified(scene: ReportedModel) -> str:
     tolerance = scene.tolerance
     if tolerance is None:
         return ""
+
+    # inf or NaN marks lines whose error has no bound; the largest of the others would mislead
     bounds = scene.curves.error_bound
     lines = "unknown in some places, see Curves.places"
     if bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all():
@@ -195,6 +207,7 @@ def curve_table(curves: Curves) -> Table:
         curves.surfaces_of_curve.tolist(), curves.closed, curves.length_of_curve, strict=True
     )
     for (first, second), closed, length in rows_of_pair:
+        # number of lines, number of closed ones, length [m]
         entry = found.setdefault((first, second), [0, 0, 0.0])
         entry[0] += 1
         entry[1] += bool(closed)

@@ -10,7 +10,7 @@ from typing import Any
 
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import parse_sides
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
 from geosurf.model.column import ELSEWHERE
@@ -90,15 +90,10 @@ def _check_names(scenario: Scenario) -> None:
     _check_places(scenario, at)
 
     # results are requested by name: no two surfaces share one
-    seen: dict[str, str] = {}
-    for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
-        for entry in entries:
-            if entry.name in seen:
-                at.refuse(
-                    f"{entry.name!r} is the name of a {seen[entry.name]} and of another {kind}; "
-                    "rename one."
-                )
-            seen[entry.name] = kind
+    lists = (("horizon", scenario.horizons), ("fault", scenario.faults))
+    named = [(kind, entry.name) for kind, entries in lists for entry in entries]
+    if fault := shared_name(named):
+        at.refuse(fault)
     _check_contacts(scenario, at)
     try:
         read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
@@ -107,12 +102,13 @@ def _check_names(scenario: Scenario) -> None:
     _check_sheets(scenario, at)
 
     # pictures refer to surfaces by name, too
+    surfaces = [name for _, name in named]
     for name in scenario.output.search or ():
-        if name not in seen:
-            known = ", ".join(repr(word) for word in seen)
+        if name not in surfaces:
+            known = ", ".join(map(repr, surfaces))
             at.refuse(
                 f"output.search: unknown surface {name!r}. Surfaces are {known}."
-                f"{did_you_mean(name, seen)}"
+                f"{did_you_mean(name, surfaces)}"
             )
 
 

@@ -7,7 +7,13 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn, TypeVar
 
 from geosurf.arrangement.checked import check_voxel_size
-from geosurf.conventions import did_you_mean, elevation_sign, is_number, metres_per_unit
+from geosurf.conventions import (
+    did_you_mean,
+    elevation_sign,
+    is_number,
+    metres_per_unit,
+    shared_name,
+)
 from geosurf.errors import InputError
 from geosurf.faults.lengthen import read_lengthen
 from geosurf.faults.rules import Rule, read_extend, read_truncations
@@ -247,14 +253,8 @@ def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
 
 def refuse_namesakes(**kinds: Mapping[str, Any]) -> None:
     """Refuse a name that two inputs have: results are requested by name."""
-    seen: dict[str, str] = {}
-    for kind, inputs in kinds.items():
-        for name in inputs:
-            if name in seen:
-                raise InputError(
-                    f"{name!r} is the name of a {seen[name]} and of a {kind}; rename one."
-                )
-            seen[name] = kind
+    if fault := shared_name((kind, name) for kind, inputs in kinds.items() for name in inputs):
+        raise InputError(fault)
 
 
 def check_scene_tolerance(tolerance: Any, horizons: Mapping[str, Any]) -> float | None:

@@ -231,7 +231,7 @@ def test_a_contact_with_the_name_of_a_horizon_is_refused():
         scene_of({"Top": 2.0})
     extra, contacts = build_contacts({"Top": 2.0}, BOX)
     patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
-    with pytest.raises(InputError, match="name 'Top' is used by a horizon and by another contact"):
+    with pytest.raises(InputError, match="'Top' is the name of a horizon and of a contact; rename"):
         carve_units(patches, contacts=contacts)
 
 

@@ -28,7 +28,7 @@ BAD = {
     "missing key": (('name = "F1"\n', ""), r"'name' is missing in faults\[number 1\]; give text between quotes"),
     "missing file": (('"Base.nc"', '"Bsae.nc"'), r"horizons\['Base'\].file is 'Bsae.nc', and .* is not there. Paths are relative to .*Did you mean 'Base.nc'"),
     "duplicate horizon": (('name = "Base"', 'name = "Top"'), r"'Top' is the name of a horizon and of another horizon; rename one"),
-    "duplicate fault": (('name = "F1"', 'name = "Top"'), r"'Top' is the name of a horizon and of another fault; rename"),
+    "duplicate fault": (('name = "F1"', 'name = "Top"'), r"'Top' is the name of a horizon and of a fault; rename"),
     "box in the wrong order": (("[-2500, -1700]", "[-1700, -2500]"), r"box.elevation_m is \[-1700, -2500\]; it must be two numbers, the lower one first"),
     "box of one number": (("[0, 4000]", "4000"), r"box.easting_m is 4000; it must be two numbers"),
     "box without a side": (("northing_m = [0, 3000]\n", ""), r"'northing_m' is missing in box; give two numbers"),
