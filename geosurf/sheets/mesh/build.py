@@ -128,6 +128,8 @@ def build(
         The first that is closed, or the last attempt.
     """
     triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))
+
+    # cut-offs lie as far from their trace as the widest gap or overlap: the band holds them all
     widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
     reach = int(np.ceil(max(widest, default=0.0))) + 3
     meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
@@ -138,6 +140,7 @@ def build(
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     fewest, since = len(triangles.present), 0
     for _ in range(ROUNDS):
+        # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
             state = _die_at_tips(state, repairs, rising, solve_again)
@@ -164,6 +167,8 @@ def _die_at_tips(
     limits = state.network.solve.copy()
     ends = torn_limits(state, repairs.shortened, rising)
     for i, k in repairs.shortened:
+        # one float past the last torn link: the mesh tears that link, the solve keeps it whole, so
+        # that both its ends are on one sheet and throw dies there
         limits[i, k] = np.nextafter(ends[k][i], np.inf if k == 0 else -np.inf)
     return solve_again(state, limits, repairs.untorn)
 
@@ -173,6 +178,8 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     triangles, picks = setting.triangles, setting.picks
     every = state.network.cuts
     limits = torn_limits(state, repairs.shortened, triangles.rising)
+
+    # links between the ends of the tears, without the parts of traces that are left out
     torn_rows = within(every, *limits) & is_torn(every, repairs.untorn, state.network.traces)
     cuts = every.take(np.flatnonzero(torn_rows))
 
@@ -208,6 +215,9 @@ def _is_own(
         if trace.fault not in sides:
             continue
         far, side = sides[trace.fault]
+
+        # rows of nodes near the trace (-1: far); off the torn part, or where the fault is out of
+        # reach (side 0), a node has no wrong side
         at = near.look_up(nodes)
         inside = (at >= 0) & (side != 0)
         inside &= (near.place[at] > limits[0]) & (near.place[at] < limits[1])

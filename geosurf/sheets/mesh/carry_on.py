@@ -29,6 +29,8 @@ def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
         """Heights of the ghosts of one sheet."""
         bent = None if state.bent is None else partial(state.bent.of, frame)
         fixed = known(torn, triangles, bits, state, bent)
+
+        # at a gap ghosts go on smoothly; where the sheet overlaps, they bend at tips as it does
         past = None
         if state.bent is not None:
             past = partial(state.bent.only(_overlapping(state)).of, frame)
@@ -73,6 +75,8 @@ def _overlapping(state: Heights) -> list[int]:
 def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
     """Ghosts whose heights were picked: an overlapping sheet beyond the trace."""
     found: dict[int, list[float]] = {}
+
+    # a node may have ghosts of several sheets: start to stop are those over the node of a pick
     order = np.argsort(torn.node_of_ghost, kind="stable")
     nodes = torn.node_of_ghost[order]
     for trace in distinct(state.beyond[:, 1]):
@@ -84,6 +88,7 @@ def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
         stop = np.searchsorted(nodes, picks.node[rows[:, 0]], side="right")
         for pick, own, a, b in zip(rows[:, 0], rows[:, 2], start, stop, strict=True):
             for ghost in order[a:b]:
+                # the pick belongs to the ghost whose anchor lies on the pick's wall
                 if side[ghost] == own:
                     found.setdefault(int(ghost), []).append(float(picks.z[pick]))
     return {ghost: float(np.mean(z)) for ghost, z in found.items()}

@@ -102,11 +102,13 @@ def close(
     GeometryError
         If a block has no data.
     """
+    # faults that are known to be short are extended before the first attempt
     given, found = tuple(faults), dict[int, Extended]()
     surfaces = given
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
     more = _longer(given, short, found)
     while True:
+        # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
         filled_picks, rebuilt, filled = _rebuilt(picks, surfaces, trims, noise, fill_empty_blocks)
@@ -135,6 +137,8 @@ def _longer(
         distance = LEAST * height if old is None else 2.0 * old.distance
         if distance > MOST * height:
             continue
+
+        # from the fault as given, not from its last extension: dip lines are continued once
         sides = one.sides | (frozenset() if old is None else old.sides)
         place = one.place if old is None else old.place
         try:
@@ -158,6 +162,8 @@ def _rebuilt(
     """
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     rebuilt = rebuild(solver_of(picks, meshes, trims, noise, fill_empty_blocks))
+
+    # blocks at a fault without data are known only once heights have shown which nodes stay empty
     missing = missing_blocks(picks, rebuilt.state, meshes)
     filled: list[dict] = []
     if missing and fill_empty_blocks:

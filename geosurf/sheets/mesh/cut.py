@@ -152,9 +152,13 @@ def band_of(
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
     near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)
+
+    # whole triangles of the lattice first, then the copies: `is_copy` follows from this order
     t, corners = triangles.of_cells(near)
     whole = np.flatnonzero(~is_among(t, torn.divided))
     faces = np.concatenate([corners.take(whole, axis=0), torn.corners])
+
+    # `used` is increasing: nodes before ghosts
     used, faces = renumbered(faces, torn.n_node + len(ghosts))
     real = used < torn.n_node
     z = np.concatenate([heights[used[real]], ghosts[used[~real] - torn.n_node]])
@@ -214,10 +218,15 @@ def _cut_part(
 ) -> Part:
     """Cut one island by its faults."""
     patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
+
+    # a part that is dropped though it has triangles clearly on their own side leaks somewhere:
+    # it counts as open, so that the edge through which it runs into ghosts is found
     keep, corner, part = kept_parts(patches)
     own = partial(is_own, faults=numbers)
     open_part = keep | _dropped_with_own(band, patches, keep, part, corner, own)
     corner = np.where(corner >= 0, band.vertex[corner], -1)
+
+    # leaks: outer edges that are cut and stay in part; dead ends: copies in which a fault ends
     sides = sides_at_curves(patches)
     rim = free_edges(patches, sides)
     leaks = [
@@ -228,6 +237,8 @@ def _cut_part(
     if not keep[open_part].all():
         dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
     corners = band.vertex[band.surface.triangles]
+
+    # the minimum cut is looked for only where something is open: most islands are closed
     holes: list[Hole] = []
     if leaks or dead_ends:
         edges = distinct(*(keys for keys, _ in sides[1:]))

@@ -113,6 +113,8 @@ def refuse_leaks(
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
+
+    # the remedy that a user can type; scattered overlaps have one of their own
     remedy = (
         "Leave that fault out, or end it on its main fault and tear with "
         "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
@@ -164,6 +166,7 @@ def open_faults(built: Built) -> set[int]:
     found: set[int] = set()
     network, frame = built.state.network, built.state.network.frame
     for hole in built.cut.holes:
+        # where faults meet, any of those about as near may leave the hole: all are named
         at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
         far = [float(np.hypot(*(t.line[:, :2] - at).T).min()) for t in network.traces]
         found |= {

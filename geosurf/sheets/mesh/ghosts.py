@@ -148,12 +148,15 @@ def mesh_graph(
     # neighbours east and north: of nodes across uncut links, of ghosts in their copies
     base = lattice_graph(nodes, shape, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
+
+    # ways: row of the east and of the north neighbour of each vertex, -1 for none
     cell = np.stack(np.divmod(torn.node_of_ghost, triangles.n_col), axis=1)
     ways = [np.concatenate([to, np.full(n_ghost, -1)]) for to in (base.east, base.north)]
     real = [to >= 0 for to in ways]
     lost = []
     _, kind = triangles.links(torn.node_of(torn.corners.ravel()).reshape(-1, 3))
     for way, code in enumerate((EAST, NORTH)):
+        # edges of copies of this kind with a ghost end, from their west or lower end
         copy, k = np.nonzero(kind == code)
         one, two = torn.corners[copy, k], torn.corners[copy, (k + 1) % 3]
         back = torn.node_of(one) > torn.node_of(two)
@@ -189,6 +192,8 @@ def kept_apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, cell: float)
     """Where throw is nothing, sheets would coincide and be welded: keep them apart."""
     node, least = torn.node_of_ghost, APART * cell
     for _ in range(8):
+        # ghosts go below the real node, then below each other: the lower of two that are too close
+        # goes down by more than the least, which the next round checks again
         real = np.abs(ghosts - heights[node]) < least
         ghosts = np.where(real, heights[node] - least, ghosts)
         order = np.lexsort((ghosts, node))
@@ -205,6 +210,7 @@ def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None =
     pieces: list[Piece] = []
     at: dict[tuple[int, int], int] = {}
     for t, ends in seeds:
+        # outer edges with a common vertex over one lattice triangle belong to one new triangle
         mates = {at[t, v] for v in ends.values() if (t, v) in at}
         mates_list = sorted(mates)
         if mates_list:
@@ -249,6 +255,7 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
             x = lead[x]
         return x
 
+    # (known node, other node, vertex over the known one) -> pieces with that edge
     edges: dict[tuple[int, int, int], list[int]] = {}
     for p, (_, known) in enumerate(pieces):
         for m in corners[p].tolist():

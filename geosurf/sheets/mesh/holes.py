@@ -92,6 +92,8 @@ def holes_of(
     # a piece of a clear triangle without any of its corners may lie beyond the fault
     source = own[patches.parent_of_triangle[rows]] & any_of(corner)
     sink = any_of(corner & is_among(named[rows], outer)) & ~source
+
+    # an edge costs its length: the cheapest cut is the shortest closure, whatever leaks far away
     length = np.linalg.norm(
         patches.local[links.ends[:, 1]] - patches.local[links.ends[:, 0]], axis=1
     )
@@ -108,6 +110,8 @@ def holes_of(
 def _links(patches: Patches, rows: np.ndarray, fault_edges: np.ndarray) -> Links:
     """Links between some triangles over edges that no fault has."""
     t, n = patches.triangles[rows], len(patches.local)
+
+    # half-edges sorted by the edge that they run along: those of one edge are next to each other
     one, two = t.ravel(), np.roll(t, -1, axis=1).ravel()
     key = np.minimum(one, two) * n + np.maximum(one, two)
     parent = np.repeat(patches.parent_of_triangle[rows], 3)
@@ -135,6 +139,8 @@ def _minimum_cut(
     a, b = node[pairs].T
     inner = np.flatnonzero(a != b)
     a, b = a[inner], b[inner]
+
+    # `maximum_flow` takes whole numbers only; one more, so that no edge is free to cut
     capacity = np.ceil(length[inner] * WHOLE).astype(np.int32) + 1
     both = np.concatenate([a, b]), np.concatenate([b, a])
     graph = csr_array(coo_array((np.tile(capacity, 2), both), shape=(n + 2, n + 2)))
@@ -175,6 +181,7 @@ def _hole(
     cell: float,
 ) -> Hole:
     """One hole from the middles and lengths of its edges, with the outer ghosts behind it."""
+    # outer ghosts behind the hole: the nearest one, and those a little farther
     vertex, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
     mine = is_among(vertex, outer) & (vertex >= 0)
     vertex, at = vertex[mine], patches.local[point[mine], :2]

@@ -32,6 +32,7 @@ def islands(
     blocks : sequence of Blocks
         Of each fault; where they hold nothing, it meets no triangle.
     """
+    # threads cost more than they save for one fault, one island, or few triangles
     count, island = _tiled(nodes, frame.shape)
     if count < 2 or len(blocks) < 2 or len(faces) < 2 * LEAST:
         return [(np.arange(len(faces)), list(range(len(blocks))))]
@@ -58,6 +59,7 @@ def _numbered(of_face: np.ndarray, count: int) -> tuple[np.ndarray, int]:
     number = np.zeros(count, dtype=np.int64)
     held, last = 0, 0
     for name in names[np.argsort(first)].tolist():
+        # the one before is large enough: start another
         if held >= LEAST:
             held, last = 0, last + 1
         number[name] = last

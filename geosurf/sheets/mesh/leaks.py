@@ -26,6 +26,7 @@ def edges_of(patches: Patches, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 def sides_at_curves(patches: Patches) -> Sides:
     """By surface: numbers of edges between points of curves, rising, and the triangle of each."""
+    # an edge of a curve has both its ends on curves: few triangles are left to look at
     on_curve = np.zeros(len(patches.local), dtype=bool)
     on_curve[patches.curve_edges] = True
     a, b, c = on_curve[patches.triangles].T
@@ -70,6 +71,8 @@ def leaks_of(
     """Outer edges with a ghost end, cut by a fault, of which a part is in `keep`."""
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     t, mine = patches.triangles[rows], corner[rows]
+
+    # name (n_point,): the vertex of the sheet before the cut, -1 for points that the cut made
     name = np.full(len(patches.local), -1)
     name[t[mine >= 0]] = mine[mine >= 0]
     # free edges with a point that was made, then all of those that go on from their ends
@@ -93,6 +96,8 @@ def leaks_of(
         for step, kept in onward[a]:
             before, here, any_kept = a, step, kept
             passed = []
+
+            # a point where the rim branches ends the walk: no single outer edge goes on there
             while name[here] < 0:
                 ahead = [(v, k) for v, k in onward[here] if v != before]
                 if len(ahead) != 1:

@@ -61,6 +61,8 @@ def on_sheet(nodes: np.ndarray, near: NearTrace, side: int, torn: Torn) -> np.nd
     ghosts = np.flatnonzero((of >= 0) & (near.side[of] == side))
     ghosts = ghosts[np.argsort(torn.node_of_ghost[ghosts], kind="stable")]
     over = torn.node_of_ghost[ghosts]
+
+    # ghosts first to stop of the sorted list lie over each node
     first, stop = (np.searchsorted(over, nodes.ravel(), side=end) for end in ("left", "right"))
     out = np.full(nodes.size, -1)
     single = stop - first == 1  # where sectors meet a wall may have several
@@ -94,6 +96,8 @@ def ghosts_by_points(
         own, shares = picks.corners()
         used = used[is_among(own[used].ravel(), nodes).reshape(-1, 4).all(axis=1)]
         vertex, pick = np.concatenate([own[used], vertex]), np.concatenate([used, pick])
+
+        # rows whose four vertices are in the graph; slot (n, 4): their rows there
         known = is_among(vertex.ravel(), nodes).reshape(-1, 4) | (vertex >= torn.n_node)
         rows = known.all(axis=1)
         vertex, pick, share = vertex[rows], pick[rows], np.concatenate([shares[used], share])[rows]

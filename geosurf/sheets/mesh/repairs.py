@@ -106,6 +106,8 @@ def repaired(
                 if tears.nearest(_middle(frame, pair), 3 * AT_TIP, ("tip",)) == end
             }
             rings[k] = ring - mine
+
+        # at a tip 0 comes first: the tear ends where it did, but throw dies at its last link
         is_tip = state.network.traces[end[0]].ends[end[1]] == "tip"
         shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
     if plan.links:
@@ -138,6 +140,8 @@ def _plan_for(
         end = tears.nearest(at, 4 * AT_TIP, ("tip", "branch"))
     longer = longer_part(plan.untorn, state, at, AT_TIP)
 
+    # the cheapest remedy that is left: more of a part that is left out already, an earlier end,
+    # a ring, and at any cost a level ring, at last a part of the trace
     if longer is not None:
         plan.untorn = longer
     elif end is not None and repairs.shortened.get(end, 0) < MOST_LINKS:
@@ -146,6 +150,7 @@ def _plan_for(
         leaks = _leaks_near(at, cut, torn, frame)
         plan.links |= leaks
         if not leaks or tried > 1:
+            # no outer edge leaks here, or rings did not help: one at all ghosts behind the hole
             nodes = torn.node_of(hole.ghosts).tolist()
             plan.links.update(zip(nodes, nodes, strict=True))
         if tried >= most:

@@ -22,6 +22,8 @@ def grown_over(torn: Torn, triangles: Triangles, state: Heights) -> Torn:
     widest = max((-np.minimum(w.left, w.right).min(initial=0.0) for w in state.walls), default=0.0)
     if widest <= SPARE:
         return torn
+
+    # each ring goes on by RING at least: so many are enough, and rings stop once none is short
     for _ in range(int(np.ceil((widest + SPARE) / RING))):
         needy = _short_of_overlap(torn, state)
         if not needy.any():
@@ -37,6 +39,8 @@ def grown_at(torn: Torn, triangles: Triangles, places: Iterable[tuple[int, int]]
     chosen = set()
     for k in range(3):
         one, two = torn.corners[:, k], torn.corners[:, (k + 1) % 3]
+
+        # one end over a given node is enough: the ring goes on a link to each side of the leak
         touched = np.isin(nodes[:, k], near) | np.isin(nodes[:, (k + 1) % 3], near)
         chosen |= _pairs(one[touched], two[touched])
     return grow(torn, triangles, chosen)

@@ -30,6 +30,7 @@ def torn_limits(
     diagonal = RISING if rising else FALLING
     in_mesh = (every.kind < 2) | (every.kind == diagonal)
     for (trace, end), n in shortened.items():
+        # places of the links that the mesh tears; the n-th from this end is the new end
         place = np.sort(every.place[in_mesh & (every.trace == trace)])
         place = place[(place >= low[trace]) & (place <= high[trace])]
         if n >= len(place):
@@ -56,6 +57,7 @@ class Ends:
         for i, trace in enumerate(network.traces):
             vertex = np.arange(len(trace.line))
             for k, end in enumerate(trace.ends):
+                # a branch that was led to its main fault ends there, and is not moved
                 if not end.startswith(kinds) or (i, k) in joined:
                     continue
                 place = self.limits[k][i]
@@ -71,6 +73,8 @@ def reverse_ends(state: Heights) -> set[End]:
     found = set()
     for i, walls in enumerate(state.walls):
         heave = walls.left + walls.right
+
+        # a median of ten places near the end: a single odd one does not decide
         for k, part in enumerate((heave[:10], heave[-10:])):
             if len(part) and np.median(part) < 0:
                 found.add((i, k))
@@ -119,6 +123,7 @@ def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tu
         if far[vertex] <= NEAR_HOLE:
             choice.append((_throw_at(walls, vertex), number, float(trace.along[vertex])))
 
+    # smallest throw first; a trace that gave up enough of itself gives way to the next one
     for _, number, place in sorted(choice):
         mine = [p for p in untorn if p[0] == number and p[1] - AGAIN <= place <= p[2] + AGAIN]
         if sum(last - first for _, first, last in mine) > MOST_LEFT_OUT:
@@ -141,6 +146,8 @@ def _without_throw(trace: Trace, walls: Walls, place: float) -> tuple[float, flo
     """The part of a trace around a place [cells] with next to no throw; a few cells if it has."""
     along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
     throw = np.abs(walls.throw)
+
+    # from the nearest place with throw on one side to that on the other
     high = along[throw > LITTLE * throw.max(initial=0.0)]
     before, after = high[high < place], high[high > place]
     first = float(before.max()) if len(before) else float(trace.along[0])

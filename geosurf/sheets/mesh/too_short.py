@@ -40,6 +40,7 @@ def too_short(
         except GeosurfError:  # several pieces, or a closed rim: it has no upper side
             continue
         for hole in holes:
+            # distance [m] of the hole from each side of the rim: the sheet got out at the nearest
             far = {side: _distance(hole.place, fault.vertices[arc]) for side, arc in arcs.items()}
             nearest = min(far.values())
             # at a corner the end of a fault may be a little nearer than its upper or lower rim

@@ -68,6 +68,7 @@ class Triangles:
 
     def corners(self, t: np.ndarray) -> np.ndarray:
         """Nodes (n, 3) of triangles."""
+        # triangles 2 a and 2 a + 1 share the cell whose lower left node is a
         a = t // 2
 
         # corners of the cell a, b, c, d: anticlockwise, a at its lower left
@@ -106,6 +107,8 @@ class Triangles:
 
     def beside(self, node: np.ndarray, kind: np.ndarray) -> np.ndarray:
         """The two triangles (n, 2) of links named as in `Cuts`; they need not exist."""
+        # an east link has a triangle of the cell below it, a north link one of the cell west of it;
+        # a diagonal lies between the two triangles of its own cell
         row, col = np.divmod(node, self.n_col)
         below, west = 2 * (node - self.n_col), 2 * (node - 1)
         here = 2 * node
@@ -113,6 +116,8 @@ class Triangles:
         left, right = (1, 0) if self.rising else (0, 1)  # the triangle at that side of a cell
         north = np.stack([here + left, west + right], axis=1)
         diagonal = np.stack([here, here + 1], axis=1)
+
+        # the first row has no cell below, the first column none to the west
         east[row == 0, 1] = -1
         north[col == 0, 1] = -1
         return np.select(
@@ -121,6 +126,8 @@ class Triangles:
 
     def links(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Node and kind (n, 3) of the links from each corner to the next."""
+        # the step in node numbers names the kind: 1, n_col, n_col + 1, and n_col - 1 for falling
+        # ones, which `Cuts` names by the lower left node of their cell, one west of the lower end
         other = np.roll(corners, -1, axis=1)
         low, high = np.minimum(corners, other), np.maximum(corners, other)
         step = high - low
@@ -226,6 +233,8 @@ def _glued(
     real_of[number[3 * n :]] = nodes - 3 * n
     vertex = real_of[number[: 3 * n]]
     ghost = vertex < 0
+
+    # ghosts are numbered as they first appear, not by labels, which scipy is free to choose
     _, first, name = np.unique(number[: 3 * n][ghost], return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))  # in the order of first appearance
     n_node = len(triangles.present)
