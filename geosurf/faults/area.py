@@ -55,6 +55,7 @@ def inside_area(patches: Patches, walls: np.ndarray) -> np.ndarray:
     >>> float(east.min()), float(east.max())
     (0.0, 4.0)
     """
+    # surfaces one at a time: pieces of one do not touch pieces of another
     inside = np.zeros(patches.n_triangle, dtype=bool)
     is_wall = np.zeros(patches.n_triangle, dtype=bool)
     is_wall[walls] = True
@@ -67,6 +68,8 @@ def inside_area(patches: Patches, walls: np.ndarray) -> np.ndarray:
 
 def _of_one(patches: Patches, rows: np.ndarray, walls: np.ndarray) -> np.ndarray:
     """Which triangles of one surface lie inside, bool (n,)."""
+    # (n_piece, 2): whether a piece meets the front and the back of a wall; normals of walls point
+    # out, so inside is behind
     beside = adjacency(patches, rows, walls, strict=False)
     held = beside.beside[:, BACK] & ~beside.within
     odd = np.flatnonzero(held & beside.beside[:, FRONT])
@@ -79,6 +82,8 @@ def _of_one(patches: Patches, rows: np.ndarray, walls: np.ndarray) -> np.ndarray
             f"{place(where)}: its walls are not closed there. Give all that build_walls returns.",
             place=tuple(where.tolist()), surfaces=(name,),
         )  # fmt: skip
+
+    # pieces that no wall cuts are inside or outside as a whole: one vertex decides
     alone = ~beside.beside.any(axis=1) & ~beside.within
     for piece in np.flatnonzero(alone).tolist():
         first = rows[np.flatnonzero(beside.piece == piece)[0]]
@@ -90,10 +95,17 @@ def _holds(patches: Patches, walls: np.ndarray, point: np.ndarray) -> bool:
     """Whether a point that is on no wall lies inside: by the sides of the area north of it."""
     x = patches.local
     used = x[patches.triangles[walls]].reshape(-1, 3)
+
+    # strictly between bottom and top: a piece on no wall cannot lie in them
     if not used[:, 2].min() < point[2] < used[:, 2].max():
         return False
+
+    # triangles of the bottom, whose open edges are the outline of the area in the map
     level = walls[(x[patches.triangles[walls], 2] == used[:, 2].min()).all(axis=1)]
     rim = open_edges(patches.triangles[level], len(x))
+
+    # crossing parity along a ray to the north, in fractions: no rounding near the outline.
+    # Half-open in easting, so that a corner counts for one of its two edges
     px, py = Fraction(float(point[0])), Fraction(float(point[1]))
     count = 0
     for a, b in x[rim][:, :, :2].tolist():

@@ -56,13 +56,21 @@ def bridge_to(
     """
     if is_past(split([fault, main]), fault.name, main.name, keep):
         return ExtendedFault(fault, fault.n_triangle, ())
+
+    # distances are floats: they only choose the side to extend, and `is_past` decides exactly
     rim = find_rim(fault)
     corners = main.vertices[main.triangles]
     gaps = {side: side_gaps(fault.vertices[rim.arcs[side]], corners) for side in SIDES}
     side = min(SIDES, key=lambda side: (gaps[side][0], SIDES.index(side)))
+
+    # start with twice the largest gap; an oblique or curved approach needs more, so the length
+    # doubles until the fault has passed
     length = 2.0 * gaps[side][1]
     while True:
         made = extend_to(fault, main, side, length)
+
+        # a continuation shorter than asked has left the bounds of the main fault: more would not
+        # meet it
         beyond_bounds = made.extensions[0].distance < length
         if beyond_bounds or is_past(split([made.surface, main]), fault.name, main.name, keep):
             return made
@@ -82,11 +90,19 @@ def is_past(patches: Patches, fault: str, main: str, keep: str) -> bool:
     rows = [
         np.flatnonzero(patches.surface_of_triangle == patches.names.index(n)) for n in (fault, main)
     ]
+
+    # (n_piece, 2) bool: whether each piece of the fault touches the front and the back of the main
+    # one
     beside = adjacency(patches, *rows)
     side = main_side(patches.sources[patches.names.index(main)], keep)
     unwanted = beside.beside[:, 1 if side > 0 else 0]
+
+    # a piece on both sides is not cut through yet; no unwanted piece means that nothing crossed
     if (beside.beside.all(axis=1)).any() or not unwanted.any():
         return False
+
+    # past it is the fault of which a whole side is cut off: none of the arc's vertices is on a part
+    # that stays. Splitting keeps input vertices bit for bit, so coordinates identify them
     gone = unwanted[beside.piece]
     t = patches.triangles[rows[0]]
     source = patches.sources[patches.names.index(fault)]
@@ -103,6 +119,8 @@ def side_gaps(line: np.ndarray, corners: np.ndarray) -> tuple[float, float]:
     if len(line) < 2:
         return np.inf, np.inf
     far = np.array([nearest_of(point[None, None].repeat(2, 1), corners).distance for point in line])
+
+    # trapezoidal weights: half of each step beside a point, so that dense picks do not count more
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     weight = np.r_[step, 0.0] + np.r_[0.0, step]
     return float(np.average(far, weights=weight)), float(far.max())

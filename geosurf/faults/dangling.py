@@ -103,14 +103,24 @@ class _Walk:
     def __init__(self, patches: Patches, fault: Fault, gone: Gone) -> None:
         self.x, n = patches.vertices, len(patches.local)
         t = patches.triangles[fault.rows]
+
+        # a half-edge that is its own successor around its edge has one triangle: the rim as cut
         ring, _ = edges(t, n)
         half = np.flatnonzero(ring == np.arange(len(ring)))
         start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
         keys = np.minimum(start, end) * n + np.maximum(start, end)
+
+        # steps that are no open end: on a part to drop, or on another fault
         lost = gone.triangles[half // 3] | np.isin(keys, gone.edges)
+
+        # start -> (end, lost); a rim vertex has one way on, since rims that touch themselves are
+        # refused
         self.onward = dict(
             zip(start.tolist(), zip(end.tolist(), lost.tolist(), strict=True), strict=True)
         )
+
+        # arcs come from the input, vertices from the arrangement: equal coordinates link them, as
+        # vertices of the input stay bit for bit
         places = map(tuple, self.x[start].tolist())
         self.at = dict(zip(places, start.tolist(), strict=True))
 
@@ -124,6 +134,8 @@ class _Walk:
         for i, (a, b) in enumerate(pairwise(arc)):
             length = float(np.linalg.norm(b - a))
             last = self.at[tuple(b.tolist())]
+
+            # other faults may have split this step: go on to its far end, one part at a time
             while True:
                 at, lost = self.onward[at]
                 stays.append(not lost)
@@ -141,6 +153,8 @@ def _open_end(fault: Fault, rim: Rim, side: str, walk: _Walk, box: np.ndarray) -
     low, high = box[::2], box[1::2]
     if len(arc) < 2 or not rim_in_box(rim, x, side, low, high):
         return None
+
+    # directions are known at vertices of the arc; points of cuts in between take interpolated ones
     points, places, stays = walk.along(x[arc])
     way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
     of_point = np.stack(
@@ -148,10 +162,15 @@ def _open_end(fault: Fault, rim: Rim, side: str, walk: _Walk, box: np.ndarray) -
     )
     start, way = _within(points, unit_rows(of_point), stays, low, high)
     inside = exits(start, way, low, high)
+
+    # the longest way from the part inside to the box: NaN marks rays that miss it
     known = np.flatnonzero(np.isfinite(inside))
     if len(known) == 0:
         return None
     far, own = float(inside[known].max()), _own_length(fault, rim, side)
+
+    # within its own length, a fault can be extended with some trust in its last direction; the
+    # shares in SHORT make this stricter along strike than along dip
     short = far <= SHORT[side] * own and len(fault.rims) == 1
     reason = f"{far:.0f} m to the side of the model box, its own length is {own:.0f} m"
     if len(fault.rims) > 1:
@@ -169,6 +188,9 @@ def _within(
     Vertices may all lie outside: those of a fault of two triangles are above and below the box.
     """
     a, b = clip_steps(line, low, high)
+
+    # each step that is partly inside counts by its two ends and its middle, so that long steps of
+    # coarse faults are not seen at their ends alone
     step = np.flatnonzero((a <= b) & stays)
     share = np.stack([a[step], 0.5 * (a[step] + b[step]), b[step]], axis=1).ravel()
     at, share = np.repeat(step, 3), share[:, None]

@@ -51,6 +51,8 @@ def closest_approach(x: np.ndarray, one: np.ndarray, two: np.ndarray) -> Approac
     >>> closest_approach(x, np.array([[3, 4, 5]]), np.array([[0, 1, 2]])).distance
     3.0
     """
+    # two triangles are closest between an edge of one and the other triangle, or an edge passes
+    # through it: edges of each against triangles of the other cover all cases
     sides = [np.unique(np.sort(_sides(t), axis=1), axis=0) for t in (one, two)]
     there = nearest_of(x[sides[0]], x[two])
     back = nearest_of(x[sides[1]], x[one])
@@ -68,12 +70,17 @@ def nearest_of(segments: np.ndarray, triangles: np.ndarray) -> Approach:
 
     Of several places as close as each other, the one with the least coordinates.
     """
+    # around the middle: UTM northings of 6 million m would cost seven digits
     middle = 0.5 * (triangles.min(axis=(0, 1)) + triangles.max(axis=(0, 1)))
     s, t = segments - middle, triangles - middle
+
+    # along a space-filling curve, so that blocks of 32 in a row are compact
     s, t = s[_along_curve(s)], t[_along_curve(t)]
     s_blocks, t_blocks = (np.arange(0, len(v), _BLOCK) for v in (s, t))
     low_s, high_s = _boxes(s, s_blocks)
     low_t, high_t = _boxes(t, t_blocks)
+
+    # lower bound of the distance of two blocks: that of their boxes, (n_s_block, n_t_block)
     gap = np.maximum(low_s[:, None] - high_t, low_t - high_s[:, None])
     bound = np.sqrt((np.maximum(gap, 0.0) ** 2).sum(axis=2))
     best: tuple[float, tuple[float, ...], tuple[float, ...]] = (
@@ -81,10 +88,14 @@ def nearest_of(segments: np.ndarray, triangles: np.ndarray) -> Approach:
         (0.0, 0.0, 0.0),
         (0.0, 0.0, 0.0),
     )
+
+    # branch and bound, nearest boxes first: stop as soon as no box can be nearer
     for flat in np.argsort(bound, axis=None, kind="stable"):
         i, j = np.unravel_index(flat, bound.shape)
         if bound[i, j] > best[0]:
             break
+
+        # tuples compare by distance, then by place: ties do not depend on the order of blocks
         here = s[s_blocks[i] : s_blocks[i] + _BLOCK], t[t_blocks[j] : t_blocks[j] + _BLOCK]
         best = min(best, _closest_pair(*here))
     return Approach(best[0], np.array(best[1]) + middle, np.array(best[2]) + middle)
@@ -99,6 +110,8 @@ def _along_curve(shapes: np.ndarray) -> np.ndarray:
     """Order that keeps near shapes together: bits of the three coordinates, interleaved."""
     centre = shapes.mean(axis=1)
     span = np.maximum(np.ptp(centre, axis=0).max(), np.finfo(float).tiny)
+
+    # ten bits for each axis, interleaved: the Morton order
     cell = ((centre - centre.min(axis=0)) / span * 1023).astype(np.int64)
     key = np.zeros(len(shapes), dtype=np.int64)
     for bit in range(10):
@@ -113,6 +126,9 @@ def _closest_pair(
     """(distance, point on a segment, point on a triangle) of all pairs of two blocks."""
     n, m = len(s), len(t)
     i, j = (grid.ravel() for grid in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
+
+    # the closest points are at an end of the segment, where it passes through the plane, or on it
+    # and an edge of the triangle
     found = [_of_ends(p, t[j]) for p in (s[i, 0], s[i, 1], _on_planes(s[i], t[j]))]
     found += [_of_lines(s[i], t[j][:, [k, (k + 1) % 3]]) for k in range(3)]
     on_s, on_t = (np.concatenate([f[k] for f in found]) for k in range(2))

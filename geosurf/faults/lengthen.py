@@ -67,6 +67,8 @@ def lengthen_fault(surface: TriSurface, distance: Any) -> ExtendedFault:
     longer, guides, found = surface, guides_of(surface), []
     axes = find_rim(surface).axes  # as it was given: a long continuation could turn the mean
     waiting = list(distances)
+
+    # strike, then dip: the sides of `SIDES` in turn, each from the rim as it is by then
     while waiting:
         rim = find_rim(longer, axes)
         # a side that is but a point waits until its neighbours make it a line
@@ -89,6 +91,7 @@ def read_distances(distance: Any, what: str) -> dict[str, float]:
     >>> read_distances({"down": 50, "strike": 200}, "lengthen of 'F1'")
     {'start': 200.0, 'end': 200.0, 'down': 50.0}
     """
+    # one number for all sides, or a mapping that may say "strike" for both ends
     given = distance if isinstance(distance, Mapping) else dict.fromkeys(SIDES, distance)
     if not given:
         raise InputError(f"{what} is {distance!r}. {_HOW}")

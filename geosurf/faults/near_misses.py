@@ -27,8 +27,13 @@ def near_miss(
 ) -> NetworkRow | None:
     """The row of two faults that do not meet, if an end of one points at the other in the box."""
     found = []
+
+    # either may be the one that stops short; the nearer end wins, then the smaller fault, then the
+    # name, so the order of faults does not matter
     for fault, main in ((one, two), (two, one)):
         a, b = np.reshape(fault.surface.bounds, (3, 2)), np.reshape(main.surface.bounds, (3, 2))
+
+        # distance of the bounds, a lower bound of the gap: most pairs end here
         apart = np.maximum(np.maximum(a[:, 0] - b[:, 1], b[:, 0] - a[:, 1]), 0.0)
         if np.linalg.norm(apart) > limit:
             continue
@@ -43,6 +48,8 @@ def near_miss(
     if not found:
         return None
     distance, _, _, side, fault, main, gap = min(found, key=lambda entry: entry[:4])
+
+    # `keep` is the part on this side of the main fault: the one the fault comes from
     front, angle = _lies_in_front(fault, main, gap)
     reason = f"{distance:.1f} m short of {main.name}, {angle:.0f} degrees apart"
     proposal, keep = "extend then truncate", side_word(main, front)
@@ -81,6 +88,8 @@ def _facing_gap(
     line = x[arc]
     corners = main.surface.vertices[main.surface.triangles]
     steps = np.stack([line[:-1], line[1:]], axis=1)
+
+    # what lies outside the model needs no bridge
     if box is not None:
         steps = _steps_in_box(steps, line, box[::2], box[1::2])
     if len(steps) == 0:
@@ -90,6 +99,8 @@ def _facing_gap(
         return None
     if box is not None and ((gap.there < box[::2]) | (gap.there > box[1::2])).any():
         return None
+
+    # an end must point at the other fault: a gap to one that runs alongside is intended
     if gap.distance > 0:
         t, guides = fault.surface.triangles, guides_of(fault.surface)
         nearest = arc[[np.linalg.norm(line - gap.at, axis=1).argmin()]]
@@ -103,6 +114,8 @@ def _steps_in_box(
     steps: np.ndarray, line: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
     """The parts (n, 2, 3) of the steps of a line that lie in a box; whole ones bit for bit."""
+    # steps that are inside as a whole keep their vertices, so distances agree bit for bit with
+    # those of no box
     enter, leave = clip_steps(line, low, high)
     meets = enter <= leave
     a, along = line[:-1][meets], np.diff(line, axis=0)[meets]
@@ -115,6 +128,9 @@ def _steps_in_box(
 def _lies_in_front(fault: Fault, main: Fault, gap: Approach) -> tuple[bool, float]:
     """Whether a fault lies in front of another one it nearly meets, and their angle there."""
     corners = main.surface.vertices[main.surface.triangles]
+
+    # the triangle of the main fault whose middle is nearest to the gap, and the same for the fault:
+    # good enough for a word and an angle, which decide nothing exactly
     off = np.linalg.norm(corners.mean(axis=1) - gap.there, axis=1)
     normal = unit_vector(normals_of(corners[[off.argmin()]])[0])
     own = fault.surface.vertices[fault.surface.triangles]
@@ -132,6 +148,8 @@ def unit_vector(vector: np.ndarray) -> np.ndarray:
 
 def side_word(main: Fault, front: bool) -> str:
     """The word for one side of a main fault."""
+    # vertical faults have no hanging wall, horizontal ones no strike: the first pair of words that
+    # is defined, else the sign
     for yes, no in (("hanging wall", "footwall"), ("right", "left")):
         try:
             return yes if (main_side(main.surface, yes) > 0) == front else no

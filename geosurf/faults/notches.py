@@ -49,6 +49,7 @@ def without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[An
 
 def filled_lengths(length: np.ndarray) -> np.ndarray:
     """Lengths with those that are not known taken from the nearest two, the longer one."""
+    # ranks of the nearest known lengths to the left and right of each row, clipped at the ends
     known = np.flatnonzero(np.isfinite(length))
     rows = np.arange(len(length))
     right = np.minimum(np.searchsorted(known, rows), len(known) - 1)
@@ -62,8 +63,11 @@ def strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.ndar
 
     The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
     """
+    # near rows of the strip are the arc, far ones are the new vertices n, n + 1, ... in its order
     a, b = arc[:-1], arc[1:]
     c, d = n + np.arange(len(arc) - 1), n + np.arange(1, len(arc))
+
+    # squares of both diagonals; ties are decided by coordinates, not by numbering
     one = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
     two = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
     lesser = np.array([tuple(p) < tuple(q) for p, q in pairwise(near)])

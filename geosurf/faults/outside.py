@@ -46,6 +46,7 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
     where = "model box" if aoi is None else "area of interest"
     bounds, wider, words = surface.bounds, list(box), []
     for k in range(3):
+        # positive on the side where the fault's bounds end before the box begins
         below, above = box[2 * k] - bounds[2 * k + 1], bounds[2 * k] - box[2 * k + 1]
         if max(below, above) > 0:
             side = int(above > 0)
@@ -53,6 +54,8 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
             middle = 0.5 * (bounds[2 * k] + bounds[2 * k + 1])
             room = _ROOM * (box[2 * k + 1] - box[2 * k])
             wider[2 * k + side] = middle + room if side else middle - room
+
+    # the distance is from samples: it goes into a sentence, not into the model
     points = _spots(surface)
     if words:
         of = "" if words[-1].endswith(_SIDES[2]) else " of"
@@ -61,6 +64,7 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
         off = np.maximum(points - high, 0.0) + np.maximum(low - points, 0.0)
         place = points[np.argmin((off**2).sum(axis=1))]
     else:
+        # the bounds overlap, but the fault does not meet the outline in the map
         w, e, s, n = box[:4]
         ring = np.array([(w, s), (e, s), (e, n), (w, n)], dtype=float) if aoi is None else aoi
         distance, place = _beside(points, ring)
@@ -69,6 +73,8 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
             effect = f"close to the {where}, but not in it,"
     remedy = f"enlarge {'box' if aoi is None else 'aoi'}= to it, if all horizons reach that far."
     if words and aoi is None:
+        # whole metres, with decimals only for boxes narrower than 100 m: `box=` should be short to
+        # type
         digits = max(0, 2 - math.floor(math.log10(max(box[1] - box[0], box[3] - box[2]))))
         sides = ", ".join(f"{round(value, digits):.12g}" for value in wider)
         remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
@@ -83,6 +89,8 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
 
 def _spots(surface: TriSurface) -> np.ndarray:
     """Points all over a surface: of large triangles many, of many triangles some."""
+    # a lattice of barycentric weights on each triangle, or one triangle in many: about 4096 places
+    # in either case
     n = max(int((_SAMPLE / max(surface.n_triangle, 1)) ** 0.5), 1)
     weights = np.array([(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]) / n
     triangles = surface.triangles[:: max(surface.n_triangle // _SAMPLE, 1)]
@@ -99,6 +107,9 @@ def _beside(points: np.ndarray, ring: np.ndarray) -> tuple[float, np.ndarray]:
     best, spot = math.inf, points[0]
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         edge = b - a
+
+        # foot of the perpendicular, clipped to the edge; 1e-300 spares doubled corners a division
+        # by 0
         t = np.clip((points[:, :2] - a) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
         gaps = np.hypot(*(a + t[:, None] * edge - points[:, :2]).T)
         k = int(np.argmin(gaps))

@@ -146,12 +146,16 @@ def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
 def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
     """Find the outer rim of each connected piece of a fault, the largest piece first."""
     x, name = surface.vertices, surface.name
+
+    # vertices at one place count as one: the lowest number stands for all of them
     number, count = weld(x)
     first = np.full(count, -1, dtype=np.int64)
     first[number[::-1]] = np.arange(len(x))[::-1]
     t = first[number][surface.triangles]
     _refuse_flat(t, x, name)
     _refuse_clash(t, x, name)
+
+    # pieces connected over edges; each has a rim of its own
     piece, n_piece = pieces(t, edges(t, len(x))[0])
     rims = [_outer_rim(x, t[piece == p], name, axes) for p in range(n_piece)]
     area = [math.fsum(np.linalg.norm(normals_of(x[t[piece == p]]), axis=1)) for p in range(n_piece)]
@@ -166,6 +170,8 @@ def _outer_rim(x: np.ndarray, t: np.ndarray, name: str, axes: Axes | None) -> Ri
     if not loops:
         where = place(x[t[0, 0]])
         raise SurfaceError(f"fault {name!r} is closed at {where}: it has no rim. Cut it open.")
+
+    # holes have shorter rims; between equal ones the lowest half-edge decides
     loop = max(loops, key=lambda line: (math.fsum(_steps(x[t[line // 3, line % 3]])), -line.min()))
     normals = normals_of(x[t])
     return _parted(x, t, loop, normals, axes or mean_axes(normals))
@@ -195,6 +201,7 @@ def _refuse_clash(t: np.ndarray, x: np.ndarray, name: str) -> None:
 
 def _loops(t: np.ndarray, half: np.ndarray, x: np.ndarray, name: str) -> list[np.ndarray]:
     """Closed lines of half-edges with one triangle."""
+    # half-edge 3 * triangle + corner runs from that corner to the next one
     start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
     values, times = np.unique(start, return_counts=True)
     if (times > 1).any():
@@ -205,6 +212,8 @@ def _loops(t: np.ndarray, half: np.ndarray, x: np.ndarray, name: str) -> list[np
     following = dict(
         zip(start.tolist(), zip(end.tolist(), half.tolist(), strict=True), strict=True)
     )
+
+    # follow the rim from its lowest vertex; each vertex has one way on
     loops = []
     while following:
         at, line = min(following), []
@@ -222,6 +231,8 @@ def _steps(line: np.ndarray) -> np.ndarray:
 
 def _parted(x: np.ndarray, t: np.ndarray, loop: np.ndarray, normals: np.ndarray, axes: Axes) -> Rim:
     """Cut a loop of half-edges into the four sides that suit its edges best."""
+    # turned so that the loop is counter-clockwise as seen against `sign * normal`, whichever way
+    # the triangles face
     if axes.sign < 0:
         loop = loop[::-1]
     # from the least vertex, so that the order of vertices and triangles is not seen
@@ -234,6 +245,8 @@ def _parted(x: np.ndarray, t: np.ndarray, loop: np.ndarray, normals: np.ndarray,
     strike, up = plane_axes(units, axes.strike)
     outward = np.cross(x[ends[:, 1]] - x[ends[:, 0]], units)  # as long as the edge
     to_end, to_up = (outward * strike).sum(axis=1), (outward * up).sum(axis=1)
+
+    # gain of each edge for each side: how far it looks towards it, times its length
     cuts = _best_cuts(np.stack([to_end, to_up, -to_end, -to_up]))
     n = len(loop)
     arcs = {}
@@ -250,18 +263,27 @@ def _best_cuts(gain: np.ndarray) -> list[int]:
     For each place of the first cut, the others follow from running maxima.
     """
     n = gain.shape[1]
+
+    # cumulated twice around, so that runs may pass the start
     sums = np.concatenate([np.zeros((4, 1)), np.cumsum(np.tile(gain, 2), axis=1)], axis=1)
     steps = sums[:-1] - sums[1:]  # what moving a cut by one edge is worth: run k instead of k + 1
     best, found = -np.inf, [0, 0, 0, 0]
+
+    # dynamic programming over the three later cuts: O(n) for each start, O(n^2) in all
     for a in range(n):
         value = steps[0, a : a + n + 1]
         back = []
         for k in range(3):
             top = np.maximum.accumulate(value)
+
+            # the first place where a maximum is reached, so that ties are decided the same way
+            # always
             rise = np.r_[True, top[1:] > top[:-1]]
             back.append(np.maximum.accumulate(np.where(rise, np.arange(n + 1), 0)))
             value = top + (steps[k + 1, a : a + n + 1] if k < 2 else sums[3, a : a + n + 1])
         worth = float(value[n] - sums[0, a])
+
+        # ties up to rounding stay with the earliest start
         if worth > best + 1e-9 * abs(worth):
             third = int(back[2][n])
             second = int(back[1][third])

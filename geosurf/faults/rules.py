@@ -122,6 +122,8 @@ def _rule(fault: str, entry: Any, faults: Sequence[str] | None) -> Rule:
 def _ordered(rules: Mapping[str, tuple[Rule, ...]]) -> list[str]:
     """Truncated faults, each after those that it ends at; by name where that leaves a choice."""
     left, order = sorted(rules), []
+
+    # topological order; faults in `left` that wait for nothing are taken by name
     while left:
         ready = [f for f in left if not any(r.main in left for r in rules[f])]
         if not ready:
@@ -136,6 +138,8 @@ def _ordered(rules: Mapping[str, tuple[Rule, ...]]) -> list[str]:
 def _circle(rules: Mapping[str, tuple[Rule, ...]], left: list[str]) -> str:
     """Name one circle among faults none of which can come first."""
     path = [left[0]]
+
+    # each fault left has a main that is left, so the walk must come back to itself
     while True:
         onward = next(rule.main for rule in rules[path[-1]] if rule.main in left)
         if onward in path:
@@ -181,6 +185,8 @@ def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]
             f"extend is {extend!r}; give True, names of faults, or {{name: sides}}, any of "
             f"{('strike', *SIDES)}."
         )
+
+    # names alone mean all sides; `ALL_SIDES` orders strike before dip, which fills the corners
     sides_of = extend if isinstance(extend, Mapping) else dict.fromkeys(extend, ALL_SIDES)
     read_names(sides_of, "extend", faults)
     return {
@@ -217,5 +223,7 @@ def read_sides(sides: Any, what: str) -> tuple[str, ...]:
             raise InputError(
                 f"{what} has side {word!r}; sides are {known}.{did_you_mean(str(word), known)}"
             )
+
+    # 'strike' stands for both ends; the order is that of work, not that of the words
     wanted = {"start", "end"} if "strike" in words else set()
     return tuple(side for side in SIDES if side in wanted.union(words))

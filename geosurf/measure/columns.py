@@ -68,11 +68,20 @@ def cross_columns(
     >>> found.triangle.tolist(), found.way.tolist(), found.elevation.tolist()
     ([1], [1], [3.0])
     """
+    # which way each foot moves, east-west and north-south (n_foot, 2): +1 or -1, never 0
     push = np.where(feet <= middle, 1.0, -1.0)
+
+    # +1 counter-clockwise on the map, so the triangle faces up; -1 down; 0 for an upright one,
+    # which has no shadow and is skipped
     facing = signs_of_turns(x[:, :2], triangles)
     upright = facing == 0
+
+    # feet are numbered after the vertices: one array for the sign of any three points
     points = np.concatenate([x[:, :2], feet])
     parts = [(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))]
+
+    # a foot is inside a shadow if all three edges have it on the side of the third corner; each
+    # edge only tests the pairs that passed the edge before
     for face, foot in _near(x[:, :2], triangles, np.flatnonzero(~upright), feet):
         for k in range(3):
             a, b = triangles[face, k], triangles[face, (k + 1) % 3]
@@ -86,6 +95,9 @@ def cross_columns(
 def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Sign of the turn of three points (n, 3): a float filter first, exact integers behind it."""
     a, b, c = (x[rows[:, k]] for k in range(3))
+
+    # the filter of Shewchuk (1997), section 4: a determinant larger than the bound on its own
+    # rounding has the right sign; TINY guards the bound against underflow
     u, v = b - a, c - a
     left, right = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
     det, size = left - right, np.abs(left) + np.abs(right)
@@ -96,6 +108,8 @@ def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     zero |= ((u[:, 0] == 0) | (v[:, 1] == 0)) & ((u[:, 1] == 0) | (v[:, 0] == 0))
     sign[zero] = 0
     sure |= zero
+
+    # the rest, a small share, is decided by exact integers; only their points are scaled
     open_rows = np.flatnonzero(~sure)
     if len(open_rows):
         used, mine = np.unique(rows[open_rows], return_inverse=True)
@@ -115,6 +129,9 @@ def _seen_from(
 
     Never 0, unless a and b are one place in the map.
     """
+    # 0 means that the foot is on the line of the edge: its nudge decides. The change of the
+    # determinant is -dy to the east and +dx to the north; north counts only where dy is 0, since it
+    # is infinitely smaller
     sign = signs_of_turns(points, np.stack([a, b, foot], axis=1))
     on = np.flatnonzero(sign == 0)
     step = points[b[on]] - points[a[on]]
@@ -132,21 +149,35 @@ def _near(
     """
     if len(feet) == 0 or len(rows) == 0:
         return
+
+    # the boxes of the shadows; a foot on the rim of a box is a candidate, too
     corners = x[triangles[rows]]
     low, high = corners.min(axis=1), corners.max(axis=1)
+
+    # coordinates become ranks: grids of feet have few distinct ones, and integers compare without
+    # rounding
     eastings, east = np.unique(feet[:, 0], return_inverse=True)
     northings, north = np.unique(feet[:, 1], return_inverse=True)
+
+    # about sqrt(n) strips: a box then reads few strips that it only touches, and each strip holds
+    # about sqrt(n) feet
     n_strip = min(len(northings), 1 + int(np.sqrt(len(feet))))
     strip_of = np.arange(len(northings) + 1) * n_strip // len(northings)
+
+    # sort by strip, then easting: the feet of a box within one strip are a run in this order
     key = strip_of[north] * len(eastings) + east
     order = np.argsort(key, kind="stable")
     key = key[order]
+
+    # ranks of the feet within each box, first and one past the last
     south = np.searchsorted(northings, low[:, 1], "left")
     beyond = np.searchsorted(northings, high[:, 1], "right")
     west = np.searchsorted(eastings, low[:, 0], "left")
     end = np.searchsorted(eastings, high[:, 0], "right")
     met = np.flatnonzero((beyond > south) & (end > west))
     first, last = strip_of[south[met]], strip_of[beyond[met] - 1]
+
+    # one row for each pair of a box and a strip that it meets, then the run of feet in it
     which, strip = _spread(first, last - first + 1)
     which = met[which]
     base = strip * len(eastings)
@@ -154,10 +185,14 @@ def _near(
     count = np.searchsorted(key, base + end[which], "left") - start
     if not count.any():
         return
+
+    # the number of pairs is known before they are made: parts of about AT_ONCE bound the memory
     cuts = np.searchsorted(np.cumsum(count), np.arange(0, int(count.sum()), AT_ONCE), "right")
     for a, b in zip(cuts, [*cuts[1:], len(count)], strict=True):
         of, place = _spread(start[a:b], count[a:b])
         one, foot = which[a:b][of], order[place]
+
+        # runs are exact in easting but only strips in northing
         inside = (feet[foot, 1] >= low[one, 1]) & (feet[foot, 1] <= high[one, 1])
         yield rows[one[inside]], foot[inside]
 
@@ -171,6 +206,7 @@ def _spread(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def _elevations(x: np.ndarray, t: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Elevation of triangles (n, 3) at feet (n, 2) inside their shadows."""
+    # barycentric weights: twice the area of the triangle of the foot and the other two corners
     p = [x[t[:, k], :2] - feet for k in range(3)]
     weight = np.stack(
         [
@@ -186,5 +222,7 @@ def _elevations(x: np.ndarray, t: np.ndarray, feet: np.ndarray) -> np.ndarray:
     z = x[t, 2]
     flat = total == 0
     total[flat], weight[flat] = 3.0, 1.0
+
+    # sum of differences from the lowest corner: a level triangle gets its elevation exactly
     lowest = z.min(axis=1)
     return lowest + (weight * (z - lowest[:, None])).sum(axis=1) / total

@@ -51,16 +51,28 @@ def cutoff_chains(
     """
     n = len(fault.x)
     level = [s.name for s in patches.sources if s.role == "horizon"].index(horizon)
+
+    # triangles of the fault with a unit on this wall, and the zone index of that unit
     told = np.flatnonzero(fault.sides[:, side] >= 0)
     zone = np.array([unit.zone_index for unit in fault.listed])[fault.sides[told, side]]
+
+    # for each edge of the fault the highest and lowest zone beside it on this wall: upper and lower
+    # (n_edge,), zone indices count downwards
     key, edge = np.unique(_edge_keys(fault.triangles[told], n), return_inverse=True)
     upper, lower = np.full(len(key), len(units)), np.full(len(key), -1)
     np.minimum.at(upper, edge, np.repeat(zone, 3))
     np.maximum.at(lower, edge, np.repeat(zone, 3))
+
+    # vertices are shared between surfaces that meet, so the edges that horizon and fault have in
+    # common are found by their keys alone
     mine = patches.triangles[patches.surface_of_triangle == row_of(patches, horizon, "horizon")]
     on = np.zeros(n, dtype=bool)
     on[fault.triangles] = True
     met = np.isin(key, _edge_keys(mine[on[mine].sum(axis=1) > 1], n))
+
+    # the horizon with index `level` bounds zones `level` and `level + 1`: it cuts off where those
+    # above and below it are on different sides of the edge. An edge with the same zones on both
+    # sides belongs to a horizon that is clipped away there
     found = key[met & (upper <= level) & (lower > level)]
     return chains_of(np.stack(np.divmod(found, n), axis=1), fault.x)
 
@@ -85,17 +97,24 @@ def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
     """
     n = len(fault.x)
     told = np.flatnonzero(fault.sides[:, side] >= 0)
+
+    # as above, with units instead of zones: the two units beside each edge, equal inside one unit
     unit = np.repeat(fault.sides[told, side], 3)
     key, edge = np.unique(_edge_keys(fault.triangles[told], n), return_inverse=True)
     one, two = np.full(len(key), len(fault.listed)), np.full(len(key), -1)
     np.minimum.at(one, edge, unit)
     np.maximum.at(two, edge, unit)
     found: dict[str, list[np.ndarray]] = {}
+
+    # of all pairs of units side by side, those of one zone and block differ in contacts alone: the
+    # contacts that lie above one of them and not above the other part the two
     for a, b in np.unique(np.stack([one, two], axis=1)[one != two], axis=0).tolist():
         upper, lower = fault.listed[a], fault.listed[b]
         if (upper.zone, upper.block) == (lower.zone, lower.block):
             for name in set(upper.beneath) ^ set(lower.beneath):
                 found.setdefault(name, []).append(key[(one == a) & (two == b)])
+
+    # contacts from the top down: units are listed from the top down, and `beneath` as well
     order = dict.fromkeys(name for unit in fault.listed for name in unit.beneath)
     names = sorted(found, key=list(order).index)
     return {
@@ -185,6 +204,8 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     """
     faces_of(patches, units, horizon, "horizon")
     rings, faults, areas, kinds, parts = [], [], [], [], []
+
+    # only surfaces with triangles in the model: others have no sides to read
     inside = np.unique(patches.surface_of_triangle[(units.sides >= 0).any(axis=1)])
     for i in inside.tolist():
         if patches.sources[i].role != "fault":

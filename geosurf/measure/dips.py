@@ -54,12 +54,20 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
 
     faces = faces_of(patches, units, name)
     role = patches.sources[row_of(patches, name, "horizon", "fault")].role
+
+    # a horizon that ends inside one unit, or that the column clipped, bounds nothing there; a fault
+    # counts where it dies, too
     kept = np.ones(len(faces.areas), dtype=bool)
     if role == "horizon":
         kept = faces.sides[:, 0] != faces.sides[:, 1]
     vectors, areas = faces.vectors[kept], faces.areas[kept]
+
+    # dip is that of the plane: the normal is turned up, and `overturned` keeps what was lost
     up = vectors[:, 2] < 0
     dip, azimuth = _lie(np.where(up[:, None], -vectors, vectors))
+
+    # area-weighted mean: the sum of vectors does not depend on how the surface is meshed. fsum is
+    # exact, so the order of triangles does not matter either
     total = np.array([math.fsum(column) for column in vectors.T.tolist()])
     mean_dip, mean_azimuth = _lie((-total if total[2] < 0 else total)[None])
     middle = faces.x[faces.triangles[kept]].mean(axis=1) + faces.origin
@@ -88,6 +96,7 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
 
 def _lie(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Dip and azimuth of planes from their upward normals (n, 3) [degrees]."""
+    # a horizontal plane has no dip direction: NaN, not north
     flat = np.hypot(normals[:, 0], normals[:, 1])
     dip = np.degrees(np.arctan2(flat, normals[:, 2]))
     azimuth = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360.0

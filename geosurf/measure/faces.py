@@ -44,6 +44,7 @@ class Faces:
     @cached_property
     def vectors(self) -> np.ndarray:
         """Area times unit normal of each triangle, float64 (n, 3) [m2]."""
+        # half the cross product is area times normal: one array gives areas, dips and means
         a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
         half: np.ndarray = 0.5 * np.cross(b - a, c - a)
         return half
@@ -57,6 +58,7 @@ class Faces:
     @cached_property
     def mean(self) -> np.ndarray:
         """Unit vector along the sum of `vectors`."""
+        # rounded once (fsum): the mean is the same whatever the order of triangles
         total = np.array([math.fsum(column) for column in self.vectors.T.tolist()])
         size = np.linalg.norm(total)
         if size == 0:
@@ -82,11 +84,14 @@ class Faces:
                 "fault that dips.",
                 surfaces=(self.name,),
             )
+
+        # the horizontal part of the normal of the hanging wall points down dip
         down = np.array([east, north]) / size
         return np.array([[-down[1], down[0]], down])
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Distance of local points (n, 3) along the mean strike, from the fault's end [m]."""
+        # the first vertex along the strike is 0, so that lines of both walls share one axis
         start = (self.x[np.unique(self.triangles), :2] @ self.strike[0]).min()
         found: np.ndarray = points[:, :2] @ self.strike[0] - start
         return found
@@ -126,6 +131,8 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
             f"no {' or '.join(roles)} has the name {name!r}. Names are "
             f"{known}.{did_you_mean(str(name), known)}"
         )
+
+    # a triangle with no unit on either side lies outside the walls, or was cut off with them
     mine = patches.surface_of_triangle == row_of(patches, name, *roles)
     rows = np.flatnonzero(mine & (units.sides >= 0).any(axis=1))
     if len(rows) == 0:

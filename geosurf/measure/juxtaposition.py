@@ -68,9 +68,13 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
 
     faces = faces_of(patches, units, fault, "fault")
     pairs, group, between = _pairs(faces)
+
+    # fsum, so that the areas of all pairs and their total agree to the last digit
     areas = [math.fsum(faces.areas[between][group == k].tolist()) for k in range(len(pairs))]
     listed = faces.listed
     coords: dict[str, Any] = {}
+
+    # the same columns for both sides; contacts only if some unit has one
     for k, (side, words) in enumerate(_SIDE_WORDS.items()):
         mine = [listed[u] for u in pairs[:, k].tolist()]
         for label in ("name", "zone", "block", "contact"):
@@ -96,6 +100,7 @@ def _pairs(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     A fault that lies in a wall of the model has a unit on one side only: nothing faces it there.
     """
+    # -1 in `sides` is outside the model
     between = np.flatnonzero((faces.sides >= 0).all(axis=1))
     pairs, group = np.unique(faces.sides[between], axis=0, return_inverse=True)
     return pairs.reshape(-1, 2), group.ravel(), between
@@ -145,11 +150,15 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
     """
     faces = faces_of(patches, units, fault, "fault")
     rows: list[tuple[np.ndarray, str, str, str, str, int]] = []
+
+    # zones of each wall by themselves: what a reader of an Allan diagram lays over each other
     for side, sign in ((PLUS, "+"), (MINUS, "-")):
         for u in np.unique(faces.sides[faces.sides[:, side] >= 0, side]).tolist():
             unit = faces.listed[u]
             for ring in rings_of(faces.triangles[faces.sides[:, side] == u], faces.x):
                 rows.append((ring, "zone", sign, unit.name, unit.zone, 1))
+
+    # the overlay, exact: regions that see the same pair of units
     pairs, group, between = _pairs(faces)
     for k, (a, b) in enumerate(pairs.tolist()):
         plus, minus = faces.listed[a], faces.listed[b]
@@ -165,6 +174,9 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
         for name, chains in contact_chains(faces, side).items():
             rows += [(line, "contact", sign, name, "", 0) for line in chains]
     lines = []
+
+    # the diagram plane is vertical along the mean strike; the points keep their place in the world,
+    # so that a curved fault can be unrolled otherwise
     for line, *_ in rows:
         p = faces.x[line]
         world = p + faces.origin
@@ -180,6 +192,8 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
     labels = {
         key: ([row[k + 1] for row in rows], {"long_name": told[key]}) for k, key in enumerate(words)
     }
+
+    # right-hand rule: the strike is 90 degrees to the left of the dip direction
     down = faces.strike[1]
     azimuth = math.degrees(math.atan2(down[0], down[1])) % 360.0
     attrs = {"fault": fault, "strike": (azimuth - 90.0) % 360.0, "strike_units": "degree"}

@@ -38,14 +38,21 @@ def chains_of(edges: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     """
     if len(edges) == 0:
         return []
+
+    # vertices are numbered by place (x, then y, then z), so that neither the order of edges nor the
+    # numbers of vertices decide where a line starts
     used = np.unique(edges)
     used = used[np.lexsort(x[used].T[::-1])]  # numbered by place
     rank = np.empty(len(x), dtype=np.int64)
     rank[used] = np.arange(len(used))
+
+    # sorted: each edge from its lower to its higher end, edges in rising order
     segments = np.sort(rank[edges], axis=1)
     segments = segments[np.lexsort(segments.T[::-1])]
     nodes, offsets, _ = link_segments(segments, np.array([0, len(segments)]), len(used))
     lines = [nodes[a:b] for a, b in pairwise(offsets.tolist())]
+
+    # open lines start at the lower of their two ends
     lines = [line[::-1] if line[-1] < line[0] else line for line in lines]
     return [used[line] for line in sorted(lines, key=lambda line: line.tolist())]
 
@@ -73,6 +80,9 @@ def rings_of(triangles: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     """
     start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     n = len(x)
+
+    # an edge of two triangles that face alike occurs once in each direction; on the rim its reverse
+    # is missing
     rim = ~np.isin(start * n + end, end * n + start)
     start, end = start[rim], end[rim]
     # numbered by place, so that where rings touch the way on does not depend on numbers
@@ -80,10 +90,15 @@ def rings_of(triangles: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     used = used[np.lexsort(x[used].T[::-1])]
     rank = np.empty(n, dtype=np.int64)
     rank[used] = np.arange(len(used))
+
+    # from each rim vertex to the next (several where rings touch in a vertex); lists are filled in
+    # falling order, so pop gives the lowest
     onward: dict[int, list[int]] = {}
     for a, b in sorted(zip(rank[start].tolist(), rank[end].tolist(), strict=True), reverse=True):
         onward.setdefault(a, []).append(b)
     rings = []
+
+    # each ring starts at its lowest vertex: lower ones have been used up by then
     for first in range(len(used)):
         while onward.get(first):
             ring, at = [first], onward[first].pop()
@@ -119,6 +134,8 @@ def ragged(
     import xarray as xr
 
     count = np.array([len(line) for line in lines], dtype=np.int64)
+
+    # the empty block gives a table with all columns even when there is no line
     table = np.concatenate([*lines, np.empty((0, len(columns)))])
     data: dict[str, Any] = {
         name: ("point", table[:, k], {"units": units, "long_name": words})

@@ -86,7 +86,12 @@ def well_misfit(patches: Patches, units: Units, tops: Any) -> xarray.Dataset:
     inside = np.flatnonzero((units.sides >= 0).any(axis=1))
     columns = columns_through(patches, checked.points, inside)
     zones = [unit.zone_index for unit in units.values()] or [0]
+
+    # (n_crossing, 2) units above and below what each vertical line meets, -1 outside
     sides = units.sides[columns.triangle]
+
+    # a horizon counts as present where it separates zones: a triangle with one zone on both sides
+    # was clipped away or lies in a hole of the column
     borders = (sides >= 0).all(axis=1) & (
         np.array(zones)[sides[:, 0]] != np.array(zones)[sides[:, 1]]
     )
@@ -118,6 +123,8 @@ def _compared(
         return _Row(UNKNOWN, block=block)
     if not len(z):
         return _Row(OUTSIDE)
+
+    # faults that the vertical line meets, from the bottom up, as the crossings are sorted
     faults = np.flatnonzero(is_fault[at])
     of_fault = [patches.names[i] for i in surface[faults]]
     horizon = [
@@ -126,11 +133,16 @@ def _compared(
     ]  # fmt: skip
     mine = np.isin(surface, horizon)
     values = z[mine & borders[at]]
+
+    # one value or several: compare with the nearest and name a fault that lies between, since then
+    # top and horizon are in different blocks
     if len(values):
         model = float(values[nearest_first(values, picked)[0]])
         between = fault_between(z[faults], of_fault, picked, model)
         status = FOUND if len(values) == 1 else SEVERAL
         return _Row(status, model, block, between, len(values))
+
+    # the horizon is there but borders nothing, or no fault could have left a gap
     if mine.any() or not len(faults):
         return _Row(ABSENT, block=block)
     nearest = of_fault[int(np.abs(z[faults] - picked).argmin())]
@@ -139,11 +151,14 @@ def _compared(
 
 def _block_at(units: Units, columns: Columns, at: slice, picked: float) -> str:
     """Block of the unit that holds a top: the unit below the first triangle above it."""
+    # strictly above: a top on a surface belongs to the unit on its upper side
     above = np.flatnonzero(columns.elevation[at] > picked)
     if not len(above):
         return ""
     first = at.start + int(above[0])
     side = units.sides[columns.triangle[first]]
+
+    # a triangle that faces up has its front on top, so the unit below is that behind it
     below = int(side[1] if columns.way[first] > 0 else side[0])
     return list(units.values())[below].block if below >= 0 else ""
 

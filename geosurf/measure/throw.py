@@ -86,6 +86,8 @@ def separation(
     how = "give a list of arrays (n, 3)"
     hanging_wall = listed(hanging_wall, "separation takes cut-off lines", how)
     footwall = listed(footwall, "separation takes cut-off lines", how)
+
+    # unit vectors in the map; rows of `axes` are the coordinates in which lines are compared
     down = np.array([math.sin(azimuth), math.cos(azimuth)])
     strike = np.array([-down[1], down[0]])
     axes = np.stack([strike, down])
@@ -96,11 +98,17 @@ def separation(
     parts: list[np.ndarray] = []
     pairs: list[np.ndarray] = []
     at: list[np.ndarray] = []
+
+    # all pairs of lines that share a stretch of the fault: a line that is interrupted on one wall
+    # by another fault still meets the whole line on the other
     for h in hanging:
         for f in foot:
             low, high = max(h[0, 0], f[0, 0]), min(h[-1, 0], f[-1, 0])
             if low > high or (low == high and len(hanging) + len(foot) > 2):
                 continue  # lines of different stretches, or that only follow each other
+
+            # every vertex of either line: between them both are straight, so linear reading is
+            # exact
             s = np.unique(np.concatenate([h[:, 0], f[:, 0], [low, high]]))
             s = s[(s >= low) & (s <= high)]
             pairs.append(np.full(len(s), len(pairs)))
@@ -108,6 +116,8 @@ def separation(
             parts.append(_profile(s, h, f, axes))
     table = np.concatenate([*parts, np.empty((0, len(_COLUMNS)))])
     s = np.concatenate([*at, np.empty(0)])
+
+    # the earliest line of both walls is 0, whether or not it has a partner
     first = min((line[0, 0] for line in (*hanging, *foot)), default=0.0)
     data: dict[str, Any] = {
         name: ("point", table[:, k], {"units": units, "long_name": words})
@@ -160,10 +170,14 @@ def _section(
         raise InputError(
             f"a cut-off line of the {wall} has values that are not finite; leave such points out."
         )
+
+    # first drop doubled vertices: they would turn back along the strike by rounding alone
     points = _thinned(points)
     along, across = axes @ points[:, :2].T
     at = along if level is None else _led(level, points) @ axes[0]
     section = np.column_stack([at, across, points[:, 2], along])
+
+    # all lines run with the strike, so that np.interp gets rising abscissae
     if section[-1, 0] < section[0, 0]:
         section, points = section[::-1], points[::-1]
     back = np.flatnonzero(np.diff(section[:, 0]) <= 0)
@@ -191,9 +205,14 @@ def _thinned(points: np.ndarray) -> np.ndarray:
 
 def _profile(s: np.ndarray, h: np.ndarray, f: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """Columns of the profile at places along the strike."""
+    # both walls at the same s: down-dip position d, elevation z, and the true place along strike,
+    # which differs from s where lines down the dip are followed
     (dh, zh, sh), (df, zf, sf) = (
         [np.interp(s, line[:, 0], line[:, k]) for k in (1, 2, 3)] for line in (h, f)
     )
+
+    # positive where the hanging wall is lower; heave takes the sign of the opening (the hanging
+    # wall lies down dip) and the length of the whole horizontal step
     throw, heave = zf - zh, np.copysign(np.hypot(dh - df, sh - sf), dh - df)
     size = np.hypot(throw, heave)
     dip = np.degrees(np.arctan2(np.abs(throw), np.abs(heave)))

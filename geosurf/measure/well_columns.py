@@ -64,10 +64,16 @@ def columns_through(
     Columns
     """
     rows = np.arange(patches.n_triangle) if triangles is None else triangles
+
+    # only moved to the origin of the model: the crossing itself is decided in local coordinates
     feet = points[:, :2] - patches.origin[:2]
+
+    # the middle of what is asked for; lines on the rim of a model then see its inside
     used = patches.local[patches.triangles[rows].ravel(), :2]
     middle = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(2)
     found = cross_columns(patches.local, patches.triangles[rows], feet, middle)
+
+    # by point, then from the bottom up; triangles that coincide come in the order of their rows
     order = np.lexsort((found.triangle, found.elevation, found.foot))
     triangle = rows[found.triangle[order]]
     return Columns(
@@ -87,6 +93,8 @@ def nearest_first(elevation: np.ndarray, picked: float) -> np.ndarray:
 def fault_between(elevation: np.ndarray, names: Sequence[str], picked: float, model: float) -> str:
     """Name of the fault between a top and the horizon, next to the top; '' if none is there."""
     low, high = min(picked, model), max(picked, model)
+
+    # a fault exactly at the top or at the horizon is not between them
     inside = np.flatnonzero((elevation > low) & (elevation < high))
     if not len(inside):
         return ""
