@@ -109,6 +109,8 @@ def extend_horizon(
         raise InputError(f"distance is {distance!r}; give metres, 0 or more.")
     if distance == 0 and not fill:
         raise InputError("nothing to do: give distance= in metres, fill_holes=True, or both.")
+
+    # the grid in the frame of its lattice, and the faults that it must not be continued across
     surface = triangulate_horizon(horizon, name=name, positive=positive, length_unit=length_unit)
     if surface.lattice is None:
         raise HorizonError(
@@ -124,6 +126,8 @@ def extend_horizon(
     frame, z = _enlarged(frame, z, corners, float(distance))
     new = _new_nodes(frame, np.isfinite(z), corners, float(distance), fill)
     z = _continued(frame, z, new, walls)
+
+    # nodes that no link ties to data got no value
     new &= np.isfinite(z)
     return _as_array(surface.name, frame, z, new, crs)
 
@@ -145,6 +149,8 @@ def warning_of_extrapolation(horizon: TriSurface) -> GeosurfWarning | None:
     if mark is None or lattice is None or not mark.any():
         return None
     frame, _ = frame_of_lattice(lattice, f"horizon {horizon.name!r}")
+
+    # distance in metres of each extrapolated node from the nearest node with data
     data = np.zeros(lattice.shape, dtype=bool)
     data[lattice.present] = ~mark
     wide, tall = frame.spacing.tolist()
@@ -188,6 +194,9 @@ def _enlarged(
 ) -> tuple[Frame, np.ndarray]:
     """The lattice with further rows and columns around it, and its values, NaN on these."""
     n_row, n_col = z.shape
+
+    # rows and columns as far as the distance reaches, no more than the area needs; a share of a
+    # step is taken for rounding. The horizon's own rows and columns always stay
     steps = np.ceil(distance / frame.spacing - 1e-9).astype(np.int64)
     low, high = -steps, np.array([n_col - 1, n_row - 1]) + steps
     if corners is not None:
@@ -201,6 +210,8 @@ def _enlarged(
             f"the extended horizon would have {columns * rows} nodes, more than {MOST}. Give a "
             "smaller area or distance."
         )
+
+    # where the old lattice lies in the new one
     at = slice(-low[1], n_row - low[1]), slice(-low[0], n_col - low[0])
     wide = np.full((rows, columns), np.nan)
     wide[at] = z
@@ -234,10 +245,13 @@ def _new_nodes(
     from scipy.ndimage import binary_dilation, binary_fill_holes, distance_transform_edt
 
     wide, tall = frame.spacing.tolist()
+
+    # holes belong to `fill`, not to `distance`; a hole at the border is no hole
     far = distance_transform_edt(~known, sampling=(tall, wide))
     holes = binary_fill_holes(known) & ~known
     new = ~known & ~holes & (far <= distance * (1 + 1e-9))
     if corners is not None:
+        # two rows more than the area, so that all triangles that its rim crosses exist
         inside = _in_polygon(frame, corners)
         new &= binary_dilation(inside, np.ones((3, 3)), iterations=2)
     if fill:
@@ -248,6 +262,7 @@ def _new_nodes(
 
 def _in_polygon(frame: Frame, corners: np.ndarray) -> np.ndarray:
     """Which nodes are inside a polygon, bool (n_row, n_col)."""
+    # even-odd rule, for all nodes at once: each edge of the polygon flips those to its left
     n_row, n_col = frame.shape
     x, y = frame.to_lattice(corners).T
     column, row = np.meshgrid(np.arange(n_col), np.arange(n_row))
@@ -266,6 +281,8 @@ def _continued(
     """Elevations with those of new nodes; first across faults, to trace them, then up to them."""
     if not new.any():
         return z
+
+    # the traces of faults over new nodes need heights there: a first solve without tears
     found = _solved(frame, z, new, None)
     if not walls:
         return found
@@ -280,13 +297,18 @@ def _solved(frame: Frame, z: np.ndarray, new: np.ndarray, cut: np.ndarray | None
     """Elevations with those of new nodes that uncut links tie to data; NaN at the others."""
     from scipy.ndimage import distance_transform_edt
 
+    # noise is averaged over about as many cells as new nodes reach out, within limits
     widest = float(distance_transform_edt(new).max())  # cells
     averaged = float(np.clip(widest, *AVERAGED))
     collar = int(np.ceil(2.0 * averaged)) + RIM
     near = distance_transform_edt(~new) <= collar
+
+    # band: new nodes, and a collar of data around them, which is all that they depend on
     band = np.flatnonzero((new | near & np.isfinite(z)).ravel())
     graph = lattice_graph(band, frame.shape, cut)
     is_new = new.ravel()[band]
+
+    # new nodes that a fault separates from all data have no solution: they leave the band
     tied = np.ones(len(band), dtype=bool)
     tied[is_new] = grounded(graph, np.where(is_new, np.cumsum(is_new) - 1, -1))
     if not tied.all():
@@ -295,6 +317,8 @@ def _solved(frame: Frame, z: np.ndarray, new: np.ndarray, cut: np.ndarray | None
 
     # the trend of the rim
     uv = frame.cells_of_node(band)
+
+    # centred and scaled, or squares of cells would cost the normal matrix its digits
     uv = (uv - uv.mean(axis=0)) / max(float(np.ptp(uv, axis=0).max()), 1.0)
     u, v = uv.T
     terms = np.column_stack([np.ones(len(u)), u, v, u * u, u * v, v * v])
@@ -307,6 +331,8 @@ def _solved(frame: Frame, z: np.ndarray, new: np.ndarray, cut: np.ndarray | None
     steps = steps_to_known(graph, np.where(is_new, -1, 0))
     smooth = _smooth(graph, rest, is_new, steps <= collar - RIM, frame.stretch, averaged)
     number = np.where(is_new, np.cumsum(is_new) - 1, -1)
+
+    # exact at data: what the averaged surface misses there is continued, too, and dies soon
     missed = smoothest(graph, number, np.where(is_new, 0.0, rest - smooth), frame.stretch)
     out = z.copy().ravel()
     out[band[is_new]] = trend[is_new] + smooth[is_new] + missed
@@ -322,6 +348,7 @@ def _smooth(
     averaged: float,
 ) -> np.ndarray:
     """The smoothest surface (n,): drawn to data near new nodes, through data farther away."""
+    # weight of data: averaged**-6, as third differences squared scale with length to the sixth
     unknown = is_new | free
     number = np.where(unknown, np.cumsum(unknown) - 1, -1)
     pull = np.where(is_new, 0.0, averaged**-6.0)[unknown]

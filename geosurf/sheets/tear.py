@@ -171,6 +171,8 @@ def _torn(
     """
     tried: list[tuple[Closed, dict[str, FaultCut]]] = []
     bad: set[int] = set()
+
+    # trims as given first; then others, at the faults where the sheet stayed open or lost a wall
     for change in TRIM_CHANGES:
         used = trims.changed(bad, change)
         closed = close(picks, faults, used, noise, fill_empty_blocks, trims)
@@ -184,9 +186,13 @@ def _torn(
         if not found:
             return closed, cuts
         tried.append((closed, cuts))
+
+        # the next change is for all faults that were bad so far
         bad |= found
         if len(closed.built.cut.holes) > MANY:  # other trims close a hole or two, not so many
             break
+
+    # the error is that of the trims as given, which the user can act on
     closed, cuts = tried[0]
     refuse_leaks(closed.picks, closed.built, closed.faults, closed.trims.widest)
     refuse_lost_cutoffs(closed.picks, closed.built, cuts)

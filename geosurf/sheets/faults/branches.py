@@ -39,6 +39,8 @@ def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[TraceContact]
     """Ends of traces that lie on another fault, at their own height."""
     if not traces:
         return []
+
+    # rows 2 i and 2 i + 1: both ends of trace i
     ends = np.concatenate([real_ends(trace) for trace in traces])
     far = [side_of_few(mesh, ends, 1.0)[0] for mesh in meshes]
     return [
@@ -64,6 +66,8 @@ def mains_first(branches: dict[int, set[int]]) -> list[int]:
 
     def visit(fault: int, above: tuple[int, ...]) -> None:
         """List a fault after those that it ends on."""
+        # `above`: the faults that led here; one of them again closes a circle, which is not
+        # followed
         if fault in order or fault in above:
             return
         for main in sorted(branches.get(fault, ())):
@@ -91,11 +95,16 @@ def wall_field(
     """
     out = drape.copy()
     none = np.empty(0, dtype=np.int64)
+
+    # nodes near the branch; only these get new heights
     beside = [
         near.nodes_within(WALL)
         for near in (NearTrace(frame, trace, WALL) for trace in traces if trace.fault == number)
     ]
     nodes = distinct(none, *beside)
+
+    # carried: nodes to extrapolate to; beyond: nodes on the other wall of a main fault, which are
+    # taken away. A branch has to be traced on its own wall, or its end lies a heave away
     carried, beyond = [nodes[is_among(nodes, filled)]], [none]
     for main, mesh in mains:
         side = _side_of(branch, mesh)
@@ -122,6 +131,7 @@ def _side_of(branch: FaultMesh, main: FaultMesh) -> float:
     Its edges are asked every half cell: the triangles of a fault may be as wide as itself. What is
     on the main fault has no side.
     """
+    # each edge is sampled, however long: middles of wide triangles may lie far from the main fault
     ends = np.stack([branch.triangles, np.roll(branch.triangles, -1, axis=1)], axis=2)
     a, b = branch.points[ends.reshape(-1, 2)].transpose(1, 0, 2)
     number = np.minimum(np.hypot(*(b - a)[:, :2].T) / EVERY, MOST).astype(np.int64) + 1
@@ -129,6 +139,8 @@ def _side_of(branch: FaultMesh, main: FaultMesh) -> float:
     step = np.arange(len(edge)) - np.repeat(np.cumsum(number) - number, number)
     share = (step + 0.5) / number[edge]
     places = a[edge] + share[:, None] * (b - a)[edge]
+
+    # the majority of places decides; those nearer than EVERY lie on the contact itself
     far, side = side_at_own_height(main, mesh_blocks(main, FAR), places, FAR)
     return 1.0 if side[far >= EVERY].sum() >= 0 else -1.0
 
@@ -136,6 +148,8 @@ def _side_of(branch: FaultMesh, main: FaultMesh) -> float:
 def _carried(heights: np.ndarray, fill: np.ndarray, frame: Frame) -> np.ndarray:
     """Heights with the nodes of `fill` carried on by the least bending."""
     heights[fill] = np.nan
+
+    # second differences reach two nodes: with these, the band holds all that fixes the fill
     band = around(fill, frame.shape, 2)
     graph = lattice_graph(band, frame.shape)
     value = heights[band]
@@ -143,6 +157,8 @@ def _carried(heights: np.ndarray, fill: np.ndarray, frame: Frame) -> np.ndarray:
     at = np.searchsorted(band, fill)
     number[at] = np.arange(len(fill))
     graph = without_absent(graph, np.isfinite(value) | (number >= 0))
+
+    # unknowns that no link ties to data would make the matrix singular: they stay NaN
     tied = grounded(graph, number)
     keep = np.full(len(band), -1)
     keep[at[tied]] = np.arange(tied.sum())
@@ -162,6 +178,8 @@ def led_to(line: np.ndarray, end: int, main: Trace) -> np.ndarray:
     foot = a + t[:, None] * step
     foot = foot[np.hypot(*(foot - tip[:2]).T).argmin()]
     way = foot - tip[:2]
+
+    # a trace that touches already needs no piece; otherwise one to the foot, and PAST beyond it
     far = float(np.hypot(*way))
     if far < 1e-6:
         return line

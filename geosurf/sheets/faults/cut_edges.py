@@ -51,6 +51,7 @@ class Cuts:
 
     def ends(self, n_col: int) -> tuple[np.ndarray, np.ndarray]:
         """First and second node of each link."""
+        # a falling link runs from the lower right node of its cell to the upper left one
         first = self.node + (self.kind == FALLING)
         second = self.node + np.array([1, n_col, n_col + 1, n_col])[self.kind]
         return first, second
@@ -98,6 +99,8 @@ def cut_at_joints(cuts: Cuts, joints: Sequence[Joint], traces: list[Trace], fram
     more: list[tuple[int, int, int, float, int]] = []
     for i, k, end, j, place in joints:
         for node, kind in _links_around(traces[j].line[:, :2] / frame.stretch, place, frame):
+            # not crossed by the branch: it has to be cut; crossed: it must not, unless the crossing
+            # lies past the main trace, where the branch does not exist
             found = np.flatnonzero((cuts.trace == i) & (cuts.node == node) & (cuts.kind == kind))
             beyond = cuts.place[found] < end if k == 0 else cuts.place[found] > end
             drop += found.tolist()
@@ -112,6 +115,8 @@ def cut_at_joints(cuts: Cuts, joints: Sequence[Joint], traces: list[Trace], fram
     columns = [kept.node, kept.kind, kept.trace, kept.place, kept.left]
     if more:
         columns = [np.append(c, d) for c, d in zip(columns, zip(*more, strict=True), strict=True)]
+
+    # by trace, then node and kind, as `cuts_of` lists them
     order = np.lexsort((columns[1], columns[0], columns[2]))
     return Cuts(*columns).take(order)
 
@@ -119,6 +124,8 @@ def cut_at_joints(cuts: Cuts, joints: Sequence[Joint], traces: list[Trace], fram
 def _links_around(line: np.ndarray, place: float, frame: Frame) -> list[tuple[int, int]]:
     """Links (node, kind) that a line [lattice] crosses once before and once after a place."""
     x, y = whole_units(line).T
+
+    # no link is longer than a diagonal: pieces within two cells are all that can cross it
     near = (np.abs(line - _at(line, place)) <= 2.0).all(axis=1)
     pieces = np.flatnonzero(near[:-1] & near[1:])
     ends = np.stack([x[pieces], y[pieces], x[pieces + 1], y[pieces + 1]], axis=1)
@@ -134,6 +141,8 @@ def _side_at(line: np.ndarray, place: float, node: int, kind: int, frame: Frame)
     first = node + (kind == FALLING)
     row, col = divmod(int(first), frame.shape[1])
     piece = min(int(place), len(line) - 2)
+
+    # which side, from the sign of the cross product
     way, to = line[piece + 1] - line[piece], np.array([col, row]) - _at(line, place)
     return 1 if way[0] * to[1] - way[1] * to[0] > 0 else -1
 
@@ -146,6 +155,7 @@ def _at(line: np.ndarray, place: float) -> np.ndarray:
 
 def whole_units(xy: np.ndarray) -> np.ndarray:
     """Columns and rows (n, 2) in units of 2**-22, off all lines of the lattice; see `cut_links`."""
+    # x is 2 modulo 4 and y odd: no vertex lies on a row, a column or a diagonal
     x = 2 * (2 * np.floor(xy[:, 0] * (UNIT // 4)).astype(np.int64) + 1)
     y = 2 * np.floor(xy[:, 1] * (UNIT // 2)).astype(np.int64) + 1
     return np.stack([x, y], axis=1)

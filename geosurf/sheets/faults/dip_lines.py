@@ -64,6 +64,8 @@ class DipLines:
         """Where they are along strike after each step, from where they start."""
         step = (to - z) / steps
         found = [s]
+
+        # Runge and Kutta's fourth order: slopes at the start, twice in the middle, and at the end
         for k in range(steps):
             at = z + k * step
             one = self.slope(s, at)
@@ -99,11 +101,15 @@ def dip_lines(
     n_s, n_z = section.table.shape
     spacing = section.length / (n_s - 1)
     ends = np.stack(section.extent(np.linspace(section.z[0], section.z[1], n_z)), axis=1)
+
+    # stretching counts between these levels of the table; others may be as uneven as they are
     rows = slice(None)
     if levels is not None:
         node = np.linspace(section.z[0], section.z[1], n_z)
         low, high = np.searchsorted(node, levels[0], "right"), np.searchsorted(node, levels[1])
         rows = slice(max(min(low, n_z) - 1, 0), high + 1)
+
+    # wider means until neighbouring lines stretch rock by MOST_STRETCH at most
     reach = cell
     while True:
         table = _slopes(section, ends, spacing, reach)
@@ -183,6 +189,8 @@ def to_level(
     """
     corner = np.floor(fault.vertices[:, :2].min(axis=0))
     section = section_of(fault, corner, 0.5 * cell, None)
+
+    # where the fault turns back somewhere, only the levels of the cut-offs have to be smooth
     z = np.concatenate([*(line[:, 2] for line in (*hanging_wall, *footwall)), [level]])
     levels = (float(z.min()), float(z.max())) if len(section.turned) else None
     lines = dip_lines(section, throw, cell, levels)
@@ -230,16 +238,22 @@ def _check_between(
     hanging, foot = ([profile(line) for line in wall] for wall in walls)
     met, length, first = 0.0, 0.0, None
     for h, f in product(hanging, foot):
+        # compared where both walls have a cut-off, at the union of their points
         low, high = max(h[0, 0], f[0, 0]), min(h[-1, 0], f[-1, 0])
         if low >= high:
             continue
         s = np.unique(np.concatenate([h[:, 0], f[:, 0]]).clip(low, high))
         z_h, z_f = (np.interp(s, *line.T) for line in (h, f))
         top = leads(s, np.full(len(s), level), z_f)[-1, :, 0]
+
+        # net (steps + 1, n, 2): lines from the footwall's to the hanging wall's cut-off; its cells,
+        # halved, are all that lines between the cut-offs cover
         net = leads(top, z_f, z_h)
         a, b, c, d = net[:-1, :-1], net[:-1, 1:], net[1:, 1:], net[1:, :-1]
         covered = np.stack([np.stack([a, b, c], 2), np.stack([a, c, d], 2)]).reshape(-1, 3, 2)
         hit = np.zeros(len(covered), dtype=bool)
+
+        # boxes first: most triangles that turn back are far away
         reaches = (section.turned.max(axis=1) >= covered.min(axis=(0, 1))).all(axis=1)
         reaches &= (section.turned.min(axis=1) <= covered.max(axis=(0, 1))).all(axis=1)
         for triangle in section.turned[reaches]:
@@ -276,6 +290,8 @@ def _slopes(section: Section, ends: np.ndarray, spacing: float, reach: float) ->
         if last - first <= 2.0 * spacing:
             continue
         s = np.clip(at, first, last)
+
+        # means over the reach: differences of r along strike, and of the integral of its dip
         low, high = np.maximum(s - reach, first), np.minimum(s + reach, last)
         r_s = (np.interp(high, at, r[:, j]) - np.interp(low, at, r[:, j])) / (high - low)
         area = np.append(0.0, np.cumsum(0.5 * spacing * (steep[1:, j] + steep[:-1, j])))

@@ -39,6 +39,7 @@ class Blocks:
         b = (np.floor((high + reach) / size) - self.corner).astype(np.int64)
 
         # list each item once for each of its blocks, then sort by block
+        # n (n_box, 2): how many blocks each box reaches over, each way
         n = b - a + 1
         total = n.prod(axis=1)
         item = np.repeat(np.arange(len(low)), total)
@@ -179,6 +180,7 @@ class NearTrace:
 
     def look_up(self, node: np.ndarray) -> np.ndarray:
         """Row of each node here, -1 where it is not near, or no node."""
+        # nodes that were not asked for yet are measured all at once, then looked up again
         at, known = self._known(node)
         if not known.all():
             new = distinct(node[~known])
@@ -194,6 +196,8 @@ class NearTrace:
     def within(self, far: float) -> np.ndarray:
         """Rows of `nodes_within`."""
         far = min(far, self.reach)
+
+        # the search grows only when asked for more than before
         if far > self._searched:
             blocks = Blocks(self._low, self._high, far, 0.5 * BLOCK)
             new = window(self.frame, blocks)
@@ -228,6 +232,8 @@ class NearTrace:
         self.distance = np.concatenate([self.distance, distance[near]])
         self.side = np.concatenate([self.side, side[near]])
         self.place = np.concatenate([self.place, nearest + t[near]])
+
+        # rows given before stay valid: `_asked` is sorted, the table is only appended to
         asked = np.concatenate([self._asked, node])
         order = np.argsort(asked, kind="stable")
         self._asked, self._row = asked[order], np.concatenate([self._row, row])[order]

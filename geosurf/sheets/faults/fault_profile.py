@@ -137,6 +137,8 @@ def section_of(
     points = fault.vertices - np.append(corner, 0.0)
     corners = points[fault.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+    # normals weighted by area: their mean gives dip direction and strike, by the right-hand rule
     mean = normals.sum(axis=0)
     across = float(np.hypot(*mean[:2]))
     if across <= 1e-9 * float(np.abs(normals).sum()):
@@ -147,6 +149,8 @@ def section_of(
         )
     dip = mean[:2] / across
     axes = np.array([[-dip[1], dip[0]], dip])
+
+    # ahead > 0: r is a function of s and z on the triangle; level ones have no place at all
     ahead = normals[:, :2] @ dip
     z = points[fault.triangles, 2]
     level = (normals[:, :2] == 0.0).all(axis=1)
@@ -165,10 +169,14 @@ def section_of(
     left_out = fault.triangles[turned]
     triangles, normals = fault.triangles[ahead > 0], normals[ahead > 0]
     used = np.unique(triangles)
+
+    # r as a table over s and z, on the triangles that do not turn back
     s, r = axes @ points[:, :2].T
     first, length = float(s[used].min()), float(np.ptp(s[used]))
     z = np.array([points[used, 2].min(), points[used, 2].max()])
     slope = float(-mean[2] / across)
+
+    # nodes along strike as fine as asked for; two levels are enough for a plane
     n_s = int(np.clip(np.ceil(length / step), 2, MOST[0] - 1)) + 1
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     n_z = MOST[1] if np.ptp(unit, axis=0).max() > 1e-12 else 2  # a plane is linear in z
@@ -193,6 +201,7 @@ def overlapping(triangle: np.ndarray, others: np.ndarray) -> np.ndarray:
     >>> overlapping(one, np.stack([one + 1.0, one + 1.9, one + 2.1, one + 5.0]))
     array([0, 1])
     """
+    # separating axes: the sides of the boxes, then lines along each of the six edges
     low, high = triangle.min(axis=0), triangle.max(axis=0)
     near = ((others.min(axis=1) <= high) & (others.max(axis=1) >= low)).all(axis=1)
     rows = np.flatnonzero(near)
@@ -238,6 +247,8 @@ def _read(
     found = _on_mesh(plane, r, triangles, points)
     outside = np.flatnonzero(np.isnan(found))
     if len(outside):
+        # beyond the mesh: on from the nearest place of its rim, by the mean dip; in parts, as pairs
+        # of all points and all rim edges would not fit into memory
         rim = _rim(triangles)
         for rows in np.array_split(outside, len(outside) * len(rim) // PAIRS + 1):
             at, value = _nearest(plane, r, rim, points[rows])

@@ -68,6 +68,8 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
         return lambda s, z, xy: given.at(s, z, section)
     if callable(given) and not hasattr(given, "dims"):
         return lambda s, z, xy: _called(given, s, what)
+
+    # a DataArray: its dimensions say whether it is a map or a profile
     if hasattr(given, "dims"):
         if {"northing", "easting"} <= set(given.dims):
             return _of_map(given, corner, what)
@@ -170,11 +172,14 @@ def _of_map(given: Any, corner: np.ndarray, what: str) -> Amount:
 
     def amount(s: np.ndarray, z: np.ndarray, xy: np.ndarray) -> np.ndarray:
         """Throw [m] at places in the map (n, 2)."""
+        # i, j: row and column below each place; g, f: shares of the next ones
         (j, f), (i, g) = (
             np.divmod(np.interp(xy[:, k], axis, np.arange(len(axis))), 1.0)
             for k, axis in enumerate(axes)
         )
         i, j = i.astype(np.int64), j.astype(np.int64)
+
+        # on the last row and column the next one is the same, with a share of 0
         up, on = np.minimum(i + 1, len(axes[1]) - 1), np.minimum(j + 1, len(axes[0]) - 1)
         low = values[i, j] * (1.0 - f) + values[i, on] * f
         high = values[up, j] * (1.0 - f) + values[up, on] * f

@@ -59,6 +59,8 @@ def walls_of(
 
         # height of both sheets where the trace cuts each link [m]
         left, right = (_at_cut(heights, bits, cuts, at, shape, side) for side in (1, -1))
+
+        # a running median of 15 links: single links next to a contact or a tip do not count
         known = np.isfinite(left) & np.isfinite(right)
         left, right = _median(left[known], 15), _median(right[known], 15)
 
@@ -80,6 +82,8 @@ def _at_cut(
     """Height of one side's sheet where a trace cuts each link, extrapolated along the link."""
     n_col = shape[1]
     first, second = cuts.ends(n_col)
+
+    # here: the end of the link on the asked side, there: its other end, across the fault
     here = np.where(cuts.left == side, first, second)
     there = np.where(cuts.left == side, second, first)
 
@@ -87,6 +91,8 @@ def _at_cut(
     behind = 2 * here - there
     row, col = np.divmod(here, n_col)
     row2, col2 = np.divmod(np.clip(behind, 0, len(heights) - 1), n_col)
+
+    # behind is one link further on the same row or column; at the border it may not be a node
     whole = (behind >= 0) & (behind < len(heights)) & (abs(row2 - row) + abs(col2 - col) == 1)
     behind = np.where(whole, behind, here)
     whole &= bits[np.minimum(here, behind)] & (1 << cuts.kind) == 0
@@ -109,6 +115,8 @@ def _median(values: np.ndarray, width: int) -> np.ndarray:
 def throw_beside(heights: np.ndarray, near: NearTrace, block: np.ndarray) -> float:
     """Size of a fault's throw next to some nodes, from the data on its two sides [m]."""
     at = near.look_up(block)
+
+    # 20 vertices more to both sides, and data within six cells: enough for a median
     places = near.place[at[at >= 0]]
     if len(places) == 0:
         return np.inf

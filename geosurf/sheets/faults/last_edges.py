@@ -27,6 +27,8 @@ def last_link(
 ) -> tuple[int, ...]:
     """Both nodes of the link of the mesh at which a tear ends: the first one outside of a limit."""
     rows = np.flatnonzero((cuts.trace == trace) & (cuts.kind != (FALLING if rising else RISING)))
+
+    # distance of each link outside of the limit, as vertex numbers; the nearest one is the last
     past = limit - cuts.place[rows] if end == 0 else cuts.place[rows] - limit
     rows, past = rows[past > 0], past[past > 0]
     if not len(rows) or not np.isfinite(limit):
@@ -52,6 +54,8 @@ def on_own_side(
         return bool(found[0] == side)
 
     above, below = own(height + clear), own(height - clear)
+
+    # on its side, or within `clear` of the fault: a small step away from it decides
     if above and below:
         return height
     if above or below:
@@ -63,6 +67,8 @@ def _between(own: Callable[[float], bool], height: float, other: float, clear: f
     """The elevation nearest to a height, on the way to another one, that is on its own side."""
     if not own(other):
         return height
+
+    # bisection: the side changes once between both heights; 60 halvings reach the last digit
     good, bad = other, height
     for _ in range(HALVINGS):
         middle = 0.5 * (good + bad)

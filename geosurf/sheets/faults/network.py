@@ -57,6 +57,8 @@ class Network:
         self.traces: list[Trace] = []
         self.dropped: list[tuple[int, float]] = []
         stretch = frame.stretch
+
+        # the drape's height ranges are found once, for all faults
         bounds = block_bounds(drape)
         found = map_threads(trace_lines, [(mesh, drape, stretch, bounds) for mesh in meshes])
         for number, lines in enumerate(found):
@@ -65,6 +67,9 @@ class Network:
         self.joints: list[Joint] = []
         if filled is not None:
             self._trace_branches(meshes, drape, frame, filled)
+
+        # the solve tears the extensions as well, the mesh only where the fault really is: a tear
+        # that is longer than its fault would be a hole
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
         self.mesh = np.array([[t.start, t.stop] for t in self.traces]).reshape(-1, 2)
         self._at_rims(drape, stretch)
@@ -78,6 +83,8 @@ class Network:
             if length < SHORTEST:
                 self.dropped.append((number, length))
                 continue
+
+            # a closed trace, as of a fault around a dome, has no ends
             closed = bool((line[0, :2] == line[-1, :2]).all())
             longer, start, stop = extended(line, *([0.0 if closed else EXTENSION] * 2))
             ends = ["closed", "closed"] if closed else ["tip", "tip"]
@@ -117,6 +124,8 @@ class Network:
         choice = [other for other in self.traces if other.fault == main]
         if not choice:
             return
+
+        # places are vertex numbers, which shift by the vertices that are added and left out
         first, last = int(np.ceil(trace.start)), int(np.floor(trace.stop))
         line = trace.line[first:] if k == 0 else trace.line[: last + 1]
         best = min(choice, key=lambda other: gap_to(line[0 if k == 0 else -1], other))
@@ -137,12 +146,16 @@ class Network:
                 real = np.interp((trace.start, trace.stop)[k], np.arange(len(along)), along)
                 beyond = real + (-1.0 if k == 0 else 1.0)
                 xy = [np.interp(beyond, along, trace.line[:, c]) / stretch[c] for c in (0, 1)]
+
+                # no data a cell beyond: mesh and solve are torn to the end of the extension, so
+                # that the walls do not heal at the border
                 if np.isnan(sample(drape, np.array([xy]))[0]):
                     trace.ends[k] = "rim"
                     self.mesh[i, k] = self.solve[i, k]
 
     def _at_faults(self, names: list[str]) -> None:
         """An end that runs into another fault's trace, or a little past it, is a branch."""
+        # every crossing of two traces, listed for each of both: number, other, place, place on that
         found = []
         for i in range(len(self.traces)):
             for j in range(i + 1, len(self.traces)):
@@ -161,10 +174,15 @@ class Network:
                 tip = self.traces[i].line[-k, :2]
                 (_, place), j = min((nearest(tip, self.traces[j]), j) for j in mains)
                 self.joints.append((i, k, float(self.mesh[i, k]), j, place))
+
+        # an end counts as a branch if it crosses a trace of another fault near that one's real
+        # part, stops short of it by REACHES at most, or runs past it by OVERSHOOT at most
         for i, j, p, q in found:
             one, two = self.traces[i], self.traces[j]
             if one.fault == two.fault:
                 continue
+
+            # the other trace is only an extension there
             if not two.start - 0.5 * EXTENSION <= q <= two.stop + 0.5 * EXTENSION:
                 continue
             along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
@@ -178,9 +196,13 @@ class Network:
                     if not one.ends[k].startswith("branch"):
                         one.ends[k] = f"branch of {names[two.fault]}"
                         self.solve[i, k] = p
+
+                    # of several faults that it crosses, the first one met from inside ends it
                     inner = max if k == 0 else min
                     self.solve[i, k] = inner(self.solve[i, k], p)
                     self.mesh[i, k] = inner(self.mesh[i, k], self.solve[i, k])
+
+        # where links may go around the end: see `cut_at_joints`
         self.joints += [
             (i, k, p, j, q)
             for i, j, p, q in found
@@ -233,6 +255,7 @@ def gap_to(point: np.ndarray, trace: Trace) -> float:
 
 def nearest(point: np.ndarray, trace: Trace) -> tuple[float, float]:
     """Distance of a point from a trace in the map [cells], and the place that is nearest to it."""
+    # foot of the perpendicular on each piece, clipped to the piece
     a, step = trace.line[:-1, :2], np.diff(trace.line[:, :2], axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-30)
     t = np.clip(((point - a) * step).sum(axis=1) / length, 0.0, 1.0)

@@ -90,6 +90,8 @@ class EllipticThrow:
 
     def at(self, s: np.ndarray, z: np.ndarray, section: Section | None = None) -> np.ndarray:
         """Throw [m] at distances along strike and elevations; sizes left out are a fault's."""
+        # what was left out is taken from the fault at each elevation, so that throw dies at its
+        # ends
         middle, level = self.centre
         half = self.half_length
         if section is not None:
@@ -145,6 +147,8 @@ class Slip:
         if not part.any():
             return xy, z
         section = self.section
+
+        # how far down: throw at the place along strike where the particle leaves from
         s, r = section.of(xy)
         here = section.across(s, z)
         down = part * self.amount(np.clip(s, 0.0, section.length), z, xy)
@@ -152,6 +156,9 @@ class Slip:
             away = np.where(part > 0, r - here, here - r)
             # smooth on past the fault, where ghosts are
             down = down * np.clip(1.0 - away / self.reach, 0.0, None) ** 2
+
+        # and along: as the fault's dip line does between both levels; what is off the fault keeps
+        # its distance across it, so that rock neither detaches from the fault nor sinks into it
         lower = z - down
         to = self.along(s, z, lower)
         return section.places(to, r + section.across(to, lower) - here), lower
@@ -162,6 +169,7 @@ class Slip:
 
     def extremes(self, low: float, high: float) -> tuple[float, float]:
         """Largest throw and largest heave, by size, between two elevations [m]."""
+        # sampled at 257 places along strike and 33 levels: reach, blends and limits follow from it
         s = np.linspace(0.0, self.section.length, 257)
         z = np.linspace(low, high, 33)
         s, z = (a.ravel() for a in np.meshgrid(s, z))

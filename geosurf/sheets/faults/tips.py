@@ -73,6 +73,9 @@ class Tips:
         """On which side of the coordinates places [cells] are, and whether next to the tear."""
         x, y = self._flat(places)
         beside = np.abs(x) < self.size if len(self.tips) == 2 else x < 0
+
+        # next to the tear a node's side is the one that links were cut by, even where the
+        # straightened coordinate disagrees by rounding; elsewhere that of the coordinate
         row = self.near.look_up(nodes)
         known = beside & (row >= 0)
         side = np.where(y >= 0, 1.0, -1.0)
@@ -103,14 +106,23 @@ class Tips:
         """Shapes (n, k) at places [cells]; `wall`: the side of an extrapolated sheet."""
         x, y = self._flat(places)
         side, _ = self.side(nodes, places)
+
+        # upper half plane on the left; off the branch cut by a hair, so that roots are one-sided
         z = (x + 1j * side * np.maximum(np.abs(y), 1e-12)) / self.size
         past = np.zeros(len(x), dtype=bool) if wall is None else (wall != 0) & (wall != side)
         if len(self.tips) == 2:
+            # J of the Joukowski map:
+            # J
+            # < 1 outside the slit; 1 / J continues a wall past the slit
             j = z - np.sqrt(z - 1.0) * np.sqrt(z + 1.0)
             j = np.where(past, 1.0 / j, j)
             return np.stack([-(j**k).imag for k in range(1, TERMS + 1)], axis=1)
+
+        # past the slit a wall turns on around the tip, by a full circle
         angle = np.angle(z) - np.where(past, 2.0 * np.pi * side, 0.0)
         far = np.abs(z)
+
+        # three derivatives vanish at the rim as well: third differences see no edge there
         fade = (1.0 - np.minimum(far, 1.0) ** 2) ** 4
         return np.stack([fade * far**p * np.sin(p * angle) for p in POWERS], axis=1)
 
@@ -123,9 +135,14 @@ def tips_of(traces: Sequence[Trace], near: Sequence[NearTrace], cuts: Cuts) -> l
         free = [k for k in range(2) if trace.ends[k] == "tip"]
         if not free or not len(place):
             continue
+
+        # only as far as links are cut: throw dies at the last one, not at the end of the fault
         ends = max(trace.start, place.min()), min(trace.stop, place.max())
         if len(free) == 2:
             tips = [_between(number, trace, near[number], ends)]
+
+            # a trace that turns back has no straight coordinates between its tips: each tip by
+            # itself
             if tips[0] is None:
                 tips = [_single(number, trace, near[number], ends, k) for k in free]
         else:
@@ -138,6 +155,8 @@ def _line(trace: Trace, ends: tuple[float, float]) -> np.ndarray:
     """Places (n, 2) along a trace between two of its places [cells]."""
     along = trace.along
     first, last = np.interp(ends, np.arange(len(along)), along)
+
+    # steps of equal length, whatever the vertices of the trace are
     s = np.linspace(first, last, max(int((last - first) / STEP), 1) + 1)
     return np.stack([np.interp(s, along, trace.line[:, c]) for c in (0, 1)], axis=1)
 
@@ -166,6 +185,8 @@ def _single(
     line = _line(trace, ends)
     line = line[::-1] if k == 0 else line
     tip = line[-1]
+
+    # the direction of the last two cells: that of the tip itself is rounding
     ahead = tip - line[-1 - min(int(CHORD / STEP), len(line) - 1)]
     size = float(np.hypot(*ahead))
     if size == 0.0:
@@ -198,6 +219,7 @@ def _drawn_on(x: np.ndarray, y: np.ndarray, ends: tuple[bool, bool]) -> np.ndarr
     k = min(int(CHORD / STEP), len(x) - 1)
     far = 1000.0
     if ends[0]:
+        # past an end the line goes on by the mean slope of its last two cells
         slope = (y[k] - y[0]) / (x[k] - x[0])
         x, y = np.append(x[0] - far, x), np.append(y[0] - far * slope, y)
     if ends[1]:

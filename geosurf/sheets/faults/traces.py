@@ -85,6 +85,8 @@ def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
     """A fault in the frame of a horizon."""
     uv = frame.to_lattice(surface.vertices[:, :2]) * frame.stretch
     points = np.column_stack([uv, surface.vertices[:, 2]])
+
+    # normals in cells, all three axes alike: their slope gives distances across strike in cells
     scaled = points * (1.0, 1.0, 1.0 / frame.cell)
     a, b, c = (scaled[surface.triangles[:, k]] for k in range(3))
     return FaultMesh(surface.name, points, surface.triangles, np.cross(b - a, c - a), frame.cell)
@@ -94,6 +96,8 @@ def sample(grid: np.ndarray, xy: np.ndarray) -> np.ndarray:
     """Bilinear values of a grid at columns and rows (n, 2); NaN outside and next to NaN."""
     n_row, n_col = grid.shape
     x, y = xy[:, 0], xy[:, 1]
+
+    # NaN of a neighbour comes through by itself, as its share times NaN is NaN
     inside = (x >= 0) & (x <= n_col - 1) & (y >= 0) & (y <= n_row - 1)
     j = np.clip(np.floor(np.where(inside, x, 0)).astype(np.int64), 0, n_col - 2)
     i = np.clip(np.floor(np.where(inside, y, 0)).astype(np.int64), 0, n_row - 2)
@@ -117,10 +121,14 @@ def trace_lines(
     rows = np.flatnonzero(near)
     if len(rows) == 0:
         return []
+
+    # a few triangles a thousand times as wide as the others would ask for splits of all
     wide = _widths(mesh.points, mesh.triangles[rows]).max(axis=1)
     limit = max(UNEVEN * float(np.median(wide)), FINE)
     points, faces, rows = _evened(mesh.points, mesh.triangles[rows], rows, limit)
     ahead = np.roll(faces, -1, axis=1)
+
+    # edges (n, 3): number of the edge from each corner, the same for both its triangles
     keys = np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead)
     edges = np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1, 3)
     wide = _widths(points, faces).max(axis=1)
@@ -218,6 +226,7 @@ def _numbered(one: np.ndarray, two: np.ndarray) -> np.ndarray:
 
 def _kept(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Which points of a line stay: those that do not repeat the one before by a fifth of a cell."""
+    # one point for each fifth of a cell; both ends always stay
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     keep = np.ones(len(x), dtype=bool)
     fifth = np.floor(place / 0.2)
@@ -241,6 +250,8 @@ def extended(line: np.ndarray, first: float, last: float) -> tuple[np.ndarray, f
 def _beyond(line: np.ndarray, length: float) -> np.ndarray:
     """Points from `length` cells before the line up to it, along its first two cells."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+
+    # the direction of two cells: a single piece may be shorter than rounding
     k = min(int(np.searchsorted(along, 2.0)), len(line) - 1)
     away = line[0] - line[k]
     away = away / max(float(np.hypot(*away[:2])), 1e-9)

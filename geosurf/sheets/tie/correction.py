@@ -54,6 +54,8 @@ def correction(
             f"horizon {tops.horizons[controls.top[0]]!r}. Give at least "
             f'tie={{"range": {np.ceil(FEWEST_CELLS * cut.cell):.0f}}}.'
         )
+
+    # one field for each top: vertices in reach, and their distance around faults
     fields = [
         map_distances(cut.x, cut.triangles, cut.walls, start, tops.points[row, :2], reach)
         for row, start in zip(controls.top.tolist(), controls.triangle.tolist(), strict=True)
@@ -65,12 +67,16 @@ def correction(
 
     # tops in one cell act as one: the mean of them meets the mean of their residuals
     mean = (groups == np.arange(groups.max() + 1)[:, None]) / np.bincount(groups)[:, None]
+
+    # acts (n, n): how top k acts at top i. Least squares, should the matrix be singular
     acts = np.stack([_at_controls(cut, controls, field, reach) for field in fields], axis=1)
     weights = np.linalg.lstsq(mean @ acts @ mean.T, mean @ controls.residual)[0] @ mean
 
     change = np.zeros(len(cut.x))
     for weight, (vertices, distance) in zip(weights.tolist(), fields, strict=True):
         change[vertices] += weight * wendland(distance / reach)
+
+    # an overshoot: several tops contradict each other, though no pair of them does by itself
     if np.abs(change).max(initial=0.0) > OVERSHOOT * controls.largest:
         _refuse_steepest(controls, tops, far)
     return change
@@ -93,6 +99,8 @@ def _at_controls(
 ) -> np.ndarray:
     """How one top acts at all of them, as the triangles interpolate it."""
     vertices, distance = field
+
+    # interpolated as the mesh is, not read off exactly: so the mesh itself meets the top
     value = np.zeros(len(cut.x))
     value[vertices] = wendland(distance / reach)
     return (value[cut.triangles[controls.triangle]] * controls.share).sum(axis=1)
@@ -107,11 +115,14 @@ def _between(
     value = np.full(len(cut.x), np.nan)
     corners = cut.triangles[controls.triangle]
     for k, (vertices, distance) in enumerate(fields):
+        # NaN at a corner out of reach, or behind a fault, makes the pair infinitely far apart
         value[vertices] = distance
         weighed = np.where(controls.share > 0, value[corners] * controls.share, 0.0).sum(axis=1)
         far[:, k] = np.where(np.isnan(weighed), np.inf, weighed)
         value[vertices] = np.nan
     far[np.arange(n), np.arange(n)] = 0.0
+
+    # both directions are computed; rounding, and reach, may make one of them shorter
     same_place: np.ndarray = np.minimum(far, far.T)
     return same_place
 
@@ -128,6 +139,7 @@ def _refuse_contradictions(
     controls: Controls, tops: Tops, far: np.ndarray, groups: np.ndarray, settings: TieSettings
 ) -> None:
     """Refuse two tops that no smooth correction meets."""
+    # in one cell residuals may differ by little, farther apart by a slope of STEEPEST
     apart = np.abs(controls.residual[:, None] - controls.residual[None, :])
     together = groups[:, None] == groups[None, :]
     allowed = np.where(together, 1.5 * settings.tolerance, STEEPEST * far)

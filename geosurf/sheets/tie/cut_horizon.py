@@ -66,12 +66,18 @@ def cut_horizon(horizon: TriSurface | Sheet, faults: Sequence[TriSurface]) -> Cu
     """
     surface = horizon.surface if isinstance(horizon, Sheet) else horizon
     patches = trim_sheets(rebuild_surfaces([surface, *faults]))
+
+    # surface 0 is the horizon, all others are its faults
     mine = patches.surface_of_triangle == 0
     rows = np.flatnonzero(mine)
     faces = patches.triangles[rows]
     walls = patches.triangles[~mine]
+
+    # on_fault (3 n,): edges of the horizon that faults have as well; exact, as both share points
     on_fault = np.isin(_edge_keys(faces, len(patches.local)), _edge_keys(walls, len(patches.local)))
     corner = _own_corners(faces, on_fault, len(patches.local))
+
+    # one point for each wall: points on a fault are there twice, a tip only once
     first = np.unique(corner, return_index=True)[1]
     x = patches.vertices[faces.ravel()[first]]
     ends = np.stack([corner, corner.reshape(-1, 3)[:, [1, 2, 0]].ravel()], axis=1)
@@ -88,6 +94,8 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     from scipy.sparse.csgraph import connected_components
 
     key = _edge_keys(faces, n_vertex)
+
+    # half-edges with the same key follow each other; pairs one, two are the two sides of an edge
     half = np.flatnonzero(~on_fault)
     half = half[np.argsort(key[half], kind="stable")]
     same = np.flatnonzero(key[half[1:]] == key[half[:-1]])
@@ -100,6 +108,8 @@ def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.n
     ends = np.where(flat[one] == flat[two], after[two], two)
     a, b = np.concatenate([one, after[one]]), np.concatenate([starts, ends])
     links = coo_array((np.ones(len(a)), (a, b)), shape=(len(flat), len(flat)))
+
+    # corners that are joined are one vertex
     number: np.ndarray = connected_components(links, directed=False)[1]
     return number.astype(np.int64)
 

@@ -94,6 +94,7 @@ def tie_horizon(
     >>> round(float(tied.made.vertices[0, 2]), 9)
     -5.0
     """
+    # always from the data as given, plus the sum of all changes: rounding does not accumulate
     rows = tops.of(name)
     points = points_of_data(data)
     total = np.zeros(len(points))
@@ -101,6 +102,9 @@ def tie_horizon(
     cut = cut_horizon(made, faults)
     controls = first = controls_of(cut, tops, rows)
     rounds = 0
+
+    # torn again after each correction: heights near faults are solved for, so that one
+    # correction of the data does not meet tops there
     while controls.largest > settings.tolerance:
         if rounds == ROUNDS:
             _refuse_misfit(controls, tops, settings)
@@ -114,6 +118,8 @@ def tie_horizon(
     notes = _warnings(report, tops, controls)
     for warning in (*found, *notes):
         warn(warning)
+
+    # the sheet's own report says that it was tied, and what was left out
     if isinstance(made, Sheet) and isinstance(made.report, SheetReport):
         words = [*made.report.notes, f"tied to well tops: {report}"]
         more = (*made.report.warnings, *notes)
@@ -173,10 +179,15 @@ def _at_data(
     below. Data in the gap of a fault, which lie on no sheet, stay.
     """
     found = np.zeros(len(points))
+
+    # data out of reach of all wells do not change: they are not looked at
     near = np.zeros(len(points), dtype=bool)
     for well in wells:
         near |= np.hypot(*(points[:, :2] - well[:2]).T) < reach
     rows = np.flatnonzero(near)
+
+    # vertices at the very place of a datum, by searching its place among theirs; two of them on a
+    # fault, and the one nearest in elevation is on the datum's own wall
     order, keys = cut.by_place
     mine = place_keys(points[rows])
     first, last = (np.searchsorted(keys, mine, side) for side in ("left", "right"))
@@ -198,6 +209,8 @@ def _between_vertices(
     if not len(rows):
         return found
     columns = columns_through(cut.patches, points[rows], cut.rows)
+
+    # of several triangles above and below a datum, the nearest one
     off = np.abs(columns.elevation - points[rows[columns.foot], 2])
     order = np.lexsort((off, columns.foot))
     foot, once = np.unique(columns.foot[order], return_index=True)
