@@ -54,6 +54,7 @@ def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = 0o666) ->
     """
     part = write_beside(Path(path).parent, data, mode)
     try:
+        # one step for all readers: they see the old file or the new one
         part.replace(path)
     finally:
         remove(part)  # without effect if it has moved
@@ -110,6 +111,7 @@ def remove_abandoned(folder: Path) -> None:
     """Remove files that writers left when they were killed, a day ago or longer."""
     for path in _parts(folder):
         with suppress(OSError):
+            # regular files only, and only old ones: a younger one may be in use
             found = path.lstat()
             if stat.S_ISREG(found.st_mode) and time.time() - found.st_mtime > ABANDONED:
                 path.unlink()

@@ -100,6 +100,7 @@ class Lock:
             if sys.platform == "win32":  # pragma: no cover - another system
                 msvcrt.locking(handle, msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
             else:
+                # given back by the system when the process ends, however it ends
                 fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         except _HELD:
             return False

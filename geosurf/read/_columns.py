@@ -119,10 +119,12 @@ def is_value(draft: Draft, word: str) -> bool:
 
 def three_words(draft: Draft, words: list[str], i: int) -> list[str]:
     """Words of x, y and z on one line, by the header, `columns`, or as the only numbers."""
+    # cheap test first: end marks are rare, and lines are many
     ends = len(words) >= 3 and words[0].startswith("999") and _are_end_mark(words)
     if ends:
         return ["999", "999", "999"]
 
+    # a line with more or fewer values than the header is a shifted column, not a point
     if draft.width is not None and len(words) != draft.width:
         raise FormatError(
             f"{draft.path}, line {i}: found {len(words)} values, expected {draft.width} as in the "
@@ -162,6 +164,7 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
             "Correct that line or export the file again."
         )
 
+    # three words in the first three places, as on the lines before, need no look at each
     if len(words) == 3 and draft.places in (None, [0, 1, 2]):
         return [0, 1, 2]  # the reader reports a word that is not a number
     # Exactly three numbers among other words: these are x, y and z.
@@ -172,6 +175,8 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
             "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
             "columns=(3, 4, 5)."
         )
+
+    # numbers that change their columns within a file are refused: one kind of line is misread
     if draft.places not in (None, found):
         raise FormatError(
             f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in found]}, on the "
@@ -187,6 +192,7 @@ def _are_end_mark(words: list[str]) -> bool:
 
 def _with_point(path: Path, line: int, word: str) -> str:
     """Return a number with a decimal comma as one with a point."""
+    # a point, or a second comma, would be a thousands separator
     if "." in word or word.count(",") > 1:
         raise FormatError(
             f"{path}, line {line}: found {word!r}, expected a number with one decimal comma at "
@@ -197,6 +203,7 @@ def _with_point(path: Path, line: int, word: str) -> str:
 
 def named_places(draft: Draft, header: list[str], line: int) -> list[int]:
     """Where x, y and z are in a header of lower case, by their usual names or the caller's."""
+    # columns by number, counted from 1, go before names
     if draft.columns is not None and not isinstance(draft.columns[0], str):
         places = [int(k) - 1 for k in draft.columns]
         if max(places) >= len(header):

@@ -32,6 +32,8 @@ def read_text(path: Path, *, final_line_end: bool = True) -> str:
     "1603.2" both parse), so it is refused where the format has no other end mark.
     """
     data = read_bytes(path)
+
+    # wide texts have zero bytes between letters: the next check would call them binary
     if data.startswith(WIDE_MARKS):
         raise FormatError(f"{path}: the text is in UTF-16 or UTF-32. Save the file as UTF-8.")
     if b"\0" in data:
@@ -52,6 +54,7 @@ def read_text(path: Path, *, final_line_end: bool = True) -> str:
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
 
+    # a text that ends within a line may end within a number, which would then be wrong
     if final_line_end and not text[-1].isspace():
         n_line = text.count("\n") + 1
         raise FormatError(
@@ -182,6 +185,7 @@ def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
 
 def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
     """Return +1 (elevation) or -1 (depth) from a file and the argument of a caller."""
+    # a default for many files applies only where the file is silent
     if isinstance(asked, Otherwise):
         elevation_sign(asked, what)
         asked = asked if said is None else None

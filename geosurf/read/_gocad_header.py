@@ -50,6 +50,8 @@ class Header:
     def take_line(self, path: Path, i: int, words: list[str]) -> None:
         """Read one line that is not a vertex or triangle; most have no effect here."""
         key, rest = words[0].upper(), words[1:]
+
+        # NAME means the system's inside its block, and the object's elsewhere
         if key.startswith("GOCAD_") and key.endswith("COORDINATE_SYSTEM"):
             self.inside = True
         elif key.startswith("END_") and key.endswith("COORDINATE_SYSTEM"):
@@ -93,6 +95,8 @@ class Header:
         # Each axis is named once: columns may come in any order.
         if sorted(k for k in known if k is not None) == [0, 1, 2]:
             return [known.index(k) for k in range(COUNT_OF_AXES)]
+
+        # some axes known, others not: in their usual order they may stay, otherwise it is a guess
         if any(k not in (None, at) for at, k in enumerate(known)):
             raise FormatError(
                 f"{what}: AXIS_NAME is {self.axis_names}, so the order of x, y and z is "
@@ -105,6 +109,8 @@ class Header:
     ) -> np.ndarray:
         """Points (n, 3) in the order x, y, z: metres, elevation up."""
         order = self.order(what)
+
+        # an axis called depth, without a word on its direction, could be meant either way
         deep = self.axis_names[order[2]].lower() in DEPTHS if self.axis_names else False
         if self.positive is None and positive is None and deep:
             raise InputError(
@@ -133,6 +139,7 @@ class Header:
 
 def _named(text: str) -> str:
     """Return the name of a system, or nothing where it names none."""
+    # "GOCAD Local" and the like name no system
     last = (text.split() or [""])[-1].lower()
     return "" if last in NO_SYSTEM else text
 

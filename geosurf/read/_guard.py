@@ -57,6 +57,7 @@ def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
 
+    # the open file is asked, not the path, which another process may change in between
     kept = os.fstat(handle)
     if not stat.S_ISREG(kept.st_mode):
         os.close(handle)
@@ -75,6 +76,7 @@ def read_bytes(path: Path) -> bytes:
     """Return the content of a regular file, or the reason why there is none."""
     # One byte more than expected shows that the file has grown meanwhile.
     with opened(path) as (file, size):
+        # a machine with little free memory still reads what every file may ask for
         free = free_memory()
         if free is not None and size > max(free, ALLOWANCE):
             raise InputError(
@@ -118,6 +120,7 @@ def limit_of(size: int) -> int:
     >>> limit_of(1000) == 256 * 2**20, limit_of(10**8) == 64 * 10**8
     (True, True)
     """
+    # the limit grows with the file, so that large files need no setting
     text = os.environ.get(BUDGET, "").strip()
     if not text:
         return max(ALLOWANCE, MULTIPLE * size)

@@ -64,6 +64,7 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
             if isinstance(found, h5py.Group):
                 todo.append(found)
             elif isinstance(found, h5py.Dataset):
+                # texts and references are left out: a few bytes of them may stand for gigabytes
                 if found.size is not None and found.size > 1 and found.dtype.kind not in "fiub":
                     passed_over.append(str(name))
                     continue
@@ -90,6 +91,7 @@ def _bytes_of(path: Path, data: Any, size: int) -> int:
 
 def _refuse_packed(path: Path, data: Any, chunk: int, size: int) -> None:
     """Refuse chunks that unpack to more than a chunk has."""
+    # filters in the order in which they pack; two of zlib multiply their ratios
     filters = data.id.get_create_plist()
     kinds = [filters.get_filter(k)[0] for k in range(filters.get_nfilters())]
     if kinds.count(DEFLATE) > 1:

@@ -75,6 +75,7 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     # The fast way: three bare numbers on each line that is not empty.
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
+        # three words on each line that is not empty, counted over the bytes of the whole piece
         count, words = _words_per_line(piece), piece.split()
         whole = len(words) == 3 * np.count_nonzero(count) == count.sum() and count.max() == 3
         if whole and (draft.points or draft.header or not _is_header(draft, [words[:3]])):
@@ -140,6 +141,8 @@ def _words(draft: Draft, line: str, i: int) -> list[str]:
 def _from_csv(draft: Draft, text: str, labels: Sequence[str]) -> Table:
     """Points of csv, by its header; without one by numbers of columns."""
     first = text[: text.find("\n")]
+
+    # the first line shows the separator; commas count unless they are decimal signs
     at_comma = "," in first and not (draft.decimal == "," and ";" in first)
     sign = "," if at_comma else next((sign for sign in ";\t" if sign in first), ",")
     # With a decimal comma, semicolons or tabs separate.
@@ -162,6 +165,7 @@ def _from_csv(draft: Draft, text: str, labels: Sequence[str]) -> Table:
 
 def _csv_header(draft: Draft, row: list[str], labels: Sequence[str]) -> int | None:
     """Take the first row of csv; return the column of labels."""
+    # a first row with a number is data: then only column numbers can name x, y, z
     header = [word.strip().lower() for word in row]
     draft.width = len(header)
     draft.header = not any(is_value(draft, word) for word in header)

@@ -55,6 +55,7 @@ def layout_of(path: Path, decimal: str) -> Layout:
     FormatError
         If the header has no end, or a row has another number of words than the header.
     """
+    # line numbers are those of the file: comments and empty lines count, but are not rows
     lines = read_text(path).split("\n")
     unit = next((match[1] for line in lines[:50] if (match := UNIT.match(line.strip()))), None)
     numbered = [
@@ -64,6 +65,8 @@ def layout_of(path: Path, decimal: str) -> Layout:
     ]
     if not numbered:
         raise FormatError(f"{path}: the file has comments only. Export the tops again.")
+
+    # the most particular layout first: a table would take nearly anything
     begins = [k for k, (_, line) in enumerate(numbered[:50]) if line.upper() == "BEGIN HEADER"]
     if begins:
         header, body = _petrel(path, numbered, begins[0])
@@ -106,11 +109,15 @@ def _with_attributes(numbered: list[tuple[int, str]]) -> Layout:
 def _table(path: Path, numbered: list[tuple[int, str]], decimal: str) -> Layout:
     """A table with one header line or none."""
     first = numbered[0][1]
+
+    # the first line decides; a decimal comma does not separate
     separators = [sign for sign in SEPARATORS if sign in first and sign != decimal]
     if separators:
         rows = list(_separated(path, numbered, separators[0]))
     else:
         rows = [(number, _blank_words(line)) for number, line in numbered]
+
+    # a header has no number in any column
     is_header = not any(is_number(word.replace(",", ".", 1)) for word in rows[0][1])
     return Layout(rows[0][1], rows[1:]) if is_header else Layout(None, rows)
 

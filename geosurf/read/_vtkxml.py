@@ -60,6 +60,7 @@ class XmlFile:
                 "or does not hold a surface; export it again."
             )
 
+        # byte order is that of the root element
         dtype = np.dtype(self.order + kind)
         try:
             if node.get("format") == "ascii":

@@ -35,6 +35,8 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
     FormatError
     """
     _refuse_tag_lines(path, data)
+
+    # version, ascii (0) or binary (1), and bytes of a whole number
     head = re.match(rb"\s*\$MeshFormat\s+([24])\.(\d+)\s+([01])\s+([48])\s", data)
     start = re.search(rb"^\$Nodes[ \t\r]*\n", data, re.M)
     if head is None or start is None:
@@ -52,6 +54,7 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
     else:
         tags = _tags_of_rows(path, data, start.end())
 
+    # meshio allocates up to the largest tag: a sparse one in a small file is damage
     limit = max(LARGEST_TAG, len(data))
     if len(tags) and int(tags.max()) > limit:
         raise FormatError(
@@ -90,6 +93,7 @@ def _tags_of_words(path: Path, words: list[bytes], version: str) -> np.ndarray:
     if version[0] == "2":
         found = words[1::4]
     else:
+        # version 4: the section's counts, then blocks of four words and their nodes
         at = 4 if version == "41" else 2
         while at + 4 <= len(words):
             n = _count(path, words[at + 3])
@@ -143,6 +147,7 @@ def _tags_of_blocks(path: Path, data: bytes, at: int, size: int) -> np.ndarray:
 
 def _tags_of_blocks_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
     """Tags of the nodes of version 4.0: blocks of rows."""
+    # blocks and nodes in the section; each block: three int32, then how many rows
     _, n_node = _numbers(path, data, at, "<u8", 2)
     _refuse_more(path, data, at, n_node, ROW.itemsize)
     at += 16

@@ -115,6 +115,8 @@ def read_gocad(
     surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
     if len(surfaces) == 1:
         return surfaces[0] if name is None else surfaces[0].renamed(name)
+
+    # several surfaces: exactly one of them has to have the name
     names = [surface.name for surface in surfaces]
     found = [surface for surface in surfaces if surface.name == name]
     if len(found) != 1:
@@ -205,6 +207,8 @@ def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[
         key = words[0].upper()
         if key == "END":
             return
+
+        # an object without END was cut short: its triangles may be missing
         if key == "GOCAD":
             raise FormatError(
                 f"{path}, line {i}: a new object begins before the END of the object on line "
@@ -313,6 +317,7 @@ def _triangle_line(draft: _Draft, i: int, words: list[str]) -> None:
 
 def _key(draft: _Draft, i: int, word: str) -> str:
     """Return an id as it is written shortest: 7 for 007."""
+    # the usual spelling needs no conversion; 007 and +7 are brought to it
     if word.isascii() and word.isdecimal() and word[0] != "0":
         return word
     return str(integer(word, draft.path, i, "id of a vertex"))
@@ -344,6 +349,8 @@ def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> Tri
     path, header = draft.path, draft.header
     name = header.name or path.stem
     what = f"{path.name}: surface {name!r}"
+
+    # points alone are no surface
     if not draft.corners:
         raise FormatError(
             f"{path}: surface {name!r}, which begins on line {draft.line}, has no TRGL lines. "
@@ -378,6 +385,7 @@ def _vertex_data(draft: _Draft) -> dict[str, np.ndarray]:
 
     data, at = {}, 0
     for k, (key, size) in enumerate(zip(header.properties, sizes, strict=True)):
+        # columns of one property; its own no-data value means NaN
         part = table[:, at : at + size].copy()
         if k < len(header.no_data):
             part[part == header.no_data[k]] = np.nan

@@ -87,6 +87,8 @@ def read_irap(
 def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     """Header and values (nrow, ncol) of a text file, NaN where undefined."""
     text = read_text(path)
+
+    # only the header's words one by one: the nodes are millions, and are taken in bulk
     words = list(itertools.islice(re.finditer(r"\S+", text), N_HEADER))
     if len(words) < N_HEADER:
         raise FormatError(
@@ -120,6 +122,7 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     for i in range(12, 19):
         whole(i, "the last header line, seven zeros")
 
+    # all that follows are values, wherever lines end
     rest = text[words[-1].end() :]
     values = number_text(rest, path, line_of_token[-1], "value of a node")
     _check_count(path, len(values), header)

@@ -83,6 +83,7 @@ def read_model3d(
             )
         surfaces[part.name] = _welded(part, roles.get(part.name, "surface"))
 
+    # a model without one of its surfaces would leak without a hint of why
     missing = [name for name in roles if name not in surfaces]
     if missing:
         raise FormatError(
@@ -176,6 +177,7 @@ def read_region_faces(
                 f"file has {len(parts)}. Export the model again, with all surfaces."
             )
         if name != "Universe":
+            # each part turned so that its normals point the same way with regard to the region
             turned = [parts[abs(k) - 1][:, :: 1 if k > 0 else -1] for k in signed]
             found[name] = np.concatenate([np.empty((0, 3, 3)), *turned])
     return found
@@ -272,6 +274,7 @@ def _role(kind: str) -> str:
 def _welded(surface: TriSurface, role: str) -> TriSurface:
     """The surface with one vertex per place; horizons turned so that their normals point up."""
     # Parts repeat the vertices on their seams: the first in each place stays.
+    # backwards, so that the first vertex of each place is written last, and stays
     number, count = weld(surface.vertices)
     vertices = np.empty((count, 3))
     vertices[number[::-1]] = surface.vertices[::-1]

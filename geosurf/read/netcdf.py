@@ -92,6 +92,7 @@ def read_netcdf_horizon(
     data = _pick(path, dataset, variable)
     what = f"{path}: variable {data.name!r}"
 
+    # direction and unit as the file states them, or the caller; both have to agree
     sign = agreed_sign(_said(data, "positive"), positive, what)
     scale = agreed_scale(_said(data, "units"), length_unit, None, what)
 
@@ -145,6 +146,8 @@ def read_netcdf_fault(
     import xarray as xr
 
     dataset = _load(path).reset_coords()
+
+    # one variable for each of the three, over both dimensions of the fault
     found = {}
     for key, spellings in (
         ("easting", EASTING),
@@ -192,6 +195,7 @@ def _load(path: Path) -> xr.Dataset:
     """Return the whole file in memory, or raise an error that names the damage or package."""
     import xarray as xr
 
+    # the library opens the very file that was checked: the path may lead elsewhere by then
     with opened(path) as (file, size), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of attributes: what is wrong with them is an error below
         engine, name = _engine(path, file.read(4)), same_file(path, file)
@@ -219,6 +223,8 @@ def _engine(path: Path, head: bytes) -> str:
     """Return the first installed library that reads files that begin so."""
     if not head:
         raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
+
+    # by the first bytes, never by the suffix: both kinds of NetCDF are called .nc
     fitting = [
         engine for engine, marks in ENGINES.items() if any(head.startswith(mark) for mark in marks)
     ]
@@ -270,6 +276,8 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
         return next(iter(grids.values()))
     if is_word(variable, grids):
         return grids[str(variable)]
+
+    # none, or several and no choice: list them, with the nearest name
     asked = "" if variable is None else f" {variable!r} is not one of them."
     guess = "" if variable is None else did_you_mean(variable, grids)
     is_fault = set(FAULT_DIMS) <= {str(dim) for dim in dataset.dims}
@@ -282,6 +290,7 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
 
 def _coordinate(path: Path, data: xr.DataArray, spellings: tuple[str, ...]) -> xr.DataArray:
     """Return the coordinate whose name or standard_name is one of `spellings`."""
+    # by name, or by the standard_name of the CF conventions
     found = [
         coordinate
         for key, coordinate in data.coords.items()
@@ -300,6 +309,7 @@ def _dims(
     path: Path, data: xr.DataArray, easting: xr.DataArray, northing: xr.DataArray
 ) -> tuple[Any, ...]:
     """Return the dimensions of `data`, the one that runs north first."""
+    # each coordinate along its own dimension, or both over both: a rotated grid
     if easting.ndim == northing.ndim == 1 and {*northing.dims, *easting.dims} == set(data.dims):
         return (northing.dims[0], easting.dims[0])
     if easting.ndim == northing.ndim == 2 and easting.dims == northing.dims == data.dims:

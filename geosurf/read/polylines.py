@@ -119,6 +119,8 @@ def read_polylines(
     [3]
     """
     lines = [line for line, _ in _parts(path, columns, decimal)]
+
+    # polygons in a plane need no direction: their z is 0
     if positive is None and not any(line[:, 2].any() for line in lines):
         return lines
     what = f"{path.name}: polygons"
@@ -140,6 +142,8 @@ def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
 def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     """Polylines (n, 3) as they stand in the file, each with its first line number."""
     points, lines = table.points, table.lines
+
+    # the mark in all three columns; a file cut short lacks the last one
     ends = np.flatnonzero((points == END_MARK).all(axis=1))
     if len(ends) == 0 or ends[-1] != len(points) - 1:
         raise FormatError(
@@ -168,6 +172,8 @@ def _by_label(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
             f"{path}, line 1: the column POLY_ID (or STICK_ID) is missing, so the polyline of "
             "each point is unknown. Add the column, or read the file with read_points."
         )
+
+    # polylines by runs of equal labels, in the order of the file
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
     pieces = [(points[a:b], int(lines[a])) for a, b in itertools.pairwise(breaks)]
     firsts = [labels[a] for a in breaks[:-1]]

@@ -138,11 +138,14 @@ def _places(path: Path, layout: Layout, columns: tuple | None) -> Places:
         return _numbered(path, layout, columns)
     spelled: dict[str, tuple[str, ...]]
     if columns is not None:
+        # names from the caller are matched as they stand; usual ones without unit and punctuation
         words = [word.strip().lower() for word in layout.header]
         given = [word.strip().lower() for word in columns]
         spelled = {key: (word,) for key, word in zip(USUAL, given, strict=True)}
     else:
         words = [_plain(word) for word in layout.header]
+
+        # "name" is the well only where no better column is there
         spelled = {**USUAL}
         if not any(word in USUAL["well"] for word in words):
             spelled["well"] = ("name",)
@@ -215,9 +218,13 @@ def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: 
     for line, words in layout.rows:
         well, horizon = (_name(path, line, words[places[key]], key) for key in ("well", "horizon"))
         top = f"{horizon!r} in well {well!r} (line {line})"
+
+        # Petrel lists picks of faults among the tops
         if kind is not None and words[kind].strip().lower() not in ("horizon", ""):
             unused.append(f"{top} has the type {words[kind]!r}, not Horizon")
             continue
+
+        # a top without a place is left out and listed; one that is there twice counts once
         values = [_value(path, line, words[places[key]], decimal) for key in ("x", "y", "z")]
         lacking = [word for word, v in zip(("x", "y", "z"), values, strict=True) if v is None]
         if lacking:

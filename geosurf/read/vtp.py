@@ -135,6 +135,7 @@ def _surface(
 
 def _points(file: XmlFile, piece: Element) -> np.ndarray:
     """Points (n, 3) of a piece."""
+    # a truncated array seldom ends between two points
     values = file.array(piece.find("Points/DataArray"), "Points")
     if len(values) % 3:
         raise FormatError(
@@ -155,6 +156,7 @@ def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     if piece.get("NumberOfPolys") in (None, "0"):
         return np.empty((0, 3), dtype=np.int64)
 
+    # count (n,): corners of each cell, from where cells end
     corners, ends = _corners_and_ends(file, piece, "Polys", "NumberOfPolys")
     count = np.diff(ends, prepend=0)
     odd = np.flatnonzero((count != 3) & (count != 4))
@@ -191,6 +193,7 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
             "(5) or quads (9). Export the surface only, triangulated."
         )
 
+    # the type states how many corners a cell has: a damaged file may disagree
     wanted = np.where(types == 9, 4, 3)
     odd = np.flatnonzero(surface & (count != wanted))
     if len(odd):
@@ -230,6 +233,7 @@ def _triangles(
     file: XmlFile, corners: np.ndarray, ends: np.ndarray, count: np.ndarray, n_point: int
 ) -> np.ndarray:
     """Triangles (n, 3) of cells with three or four corners, cell by cell."""
+    # numpy would take negative rows from the end, without an error
     bad = np.flatnonzero((corners < 0) | (corners >= n_point))
     if len(bad):
         raise FormatError(

@@ -83,6 +83,8 @@ def read_zmap(
         )
 
     header, nulls, decimals = _header(path, lines[1], lines[2])
+
+    # values begin on the line after the second @
     start = (text.find("\n", marks[1].end()) + 1) or len(text)
     first = text.count("\n", 0, start) + 1
 
@@ -109,11 +111,14 @@ def _values(path: Path, text: str, first: int, nulls: set[str]) -> tuple[np.ndar
     """All values, NaN where undefined, and whether one of the others has a decimal point."""
     parts, has_point = [np.empty(0)], False
     for line, piece in line_blocks(text):
+        # words that mean no value are taken out, and the others become numbers at once
         words = piece.split()
         kept = np.array([word not in nulls for word in words], dtype=bool)
         real = words if kept.all() else list(itertools.compress(words, kept.tolist()))
         has_point = has_point or any("." in word for word in real)
         found = numbers(real)
+
+        # one of them is no number: look for it line by line, so that the error names its place
         if found is None:
             for i, row in enumerate(piece.split("\n"), start=first + line - 1):
                 for word in row.split():
@@ -134,6 +139,7 @@ def _header(
     path: Path, format_line: tuple[int, str], extent_line: tuple[int, str]
 ) -> tuple[GridHeader, set[str], int]:
     """Geometry, the words that stand for 'undefined', and the number of decimals."""
+    # width, null as number, null as text, decimals, first column of a field
     i, line = format_line
     fields = [field.strip() for field in line.rstrip().rstrip(",").split(",")]
     nulls = {field for field in fields[1:3] if field}

@@ -127,6 +127,8 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
             f"{path}: geosurf cannot write an object of type {type(obj).__name__}; it writes "
             f"{', '.join(WRITERS)}.{INSTEAD.get(type(obj).__name__, '')}"
         )
+
+    # a DataArray over other dimensions is a table, and no grid format holds it
     suffix, known = path.suffix.lower(), WRITERS[kind]
     if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:
         raise OutputError(
@@ -139,8 +141,12 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
             f"{path}: {kind} cannot be written as {suffix or 'a file without suffix'!r}. Use one "
             f"of the suffixes {', '.join(known)}.{did_you_mean(suffix, known)}"
         )
+
+    # writers are loaded when needed: meshio and xarray cost time
     module, function = known[suffix]
     encode: Callable[..., Any] = getattr(import_module(f"geosurf.write.{module}"), function)
+
+    # an index and its parts replace their files together; the index is named first
     if suffix == ".vtm":
         files, notes = encode(obj, path.stem)
         return Written(reversed(commit_set(path, files)), notes)
@@ -173,6 +179,8 @@ def _kind(obj: Any) -> str | None:
     for kind, cls in KINDS.items():
         if isinstance(obj, cls):
             return kind
+
+    # an object of xarray exists only if xarray was imported
     xr = sys.modules.get("xarray")
     if xr is not None and isinstance(obj, xr.DataArray):
         return "horizon (DataArray)"

@@ -77,12 +77,17 @@ def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
         If the folder or a file cannot be written.
     """
     folder, parts = index.parent, index.with_suffix("")
+
+    # names that this writer makes: nothing else in the folder is ever replaced or removed
     part = re.escape(parts.name) + r"/\d{3,}_[A-Za-z0-9+_-]+\.vtp"
     names = Names((re.compile(re.escape(index.name)), re.compile(part)), (parts.name,))
+
+    # lock, stage and journal belong to this index: two indexes in one folder do not wait
     mine = hashlib.sha256(index.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
     lock, stage = Lock(folder / f"{PREFIX}lock-{mine}"), folder / f"{PREFIX}new-{mine}"
     with _refused(index):
         try:
+            # in turn: claim, finish what a killed writer left, stage all files, then replace
             lock.take(wait=True)
             if parts.is_symlink():
                 raise OSError(errno.ELOOP, f"{parts.name} next to it is a link")
@@ -105,6 +110,8 @@ def _named_by(index: Path, names: Names) -> list[PurePosixPath]:
         text = index.read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:
         return []
+
+    # only parts that the old index names: others may belong to somebody
     found = [name for name in names.found_in(index.parent) if f'/{name.name}"' in text]
     return [PurePosixPath(index.name), *sorted(found)]
 

@@ -26,6 +26,8 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
         for key, value in surface.vertex_data.items()
         if value.dtype.kind in "biuf" and value.size
     }
+
+    # what the format cannot hold is said, never dropped in silence
     lost = [key for key in surface.vertex_data if key not in numeric]
     notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
 
@@ -72,6 +74,8 @@ def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
 def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
     """Return a PLine file: one object per pair of surfaces, one ILINE per curve."""
     lines: list[str] = []
+
+    # sorted, so that the bytes do not depend on the order of curves
     pairs = sorted({tuple(pair) for pair in curves.surfaces_of_curve.tolist()})
     for pair in pairs:
         title = " x ".join(curves.names[row] for row in pair)

@@ -32,6 +32,8 @@ def irap_classic(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
     (x, y, xinc, yinc, rotation), values = regular_grid(horizon, name)
     nrow, ncol = values.shape
     xmax, ymax = x + (ncol - 1) * xinc, y + (nrow - 1) * yinc
+
+    # a value equal to the mark would be read back as undefined
     if (values == float(UNDEFINED_CLASSIC)).any():
         raise OutputError(
             f"horizon {name!r} has a value of {UNDEFINED_CLASSIC}, which means 'undefined' in "
@@ -101,6 +103,8 @@ def regular_grid(horizon: xr.DataArray, name: str) -> tuple[Geometry, np.ndarray
             f"horizon {name!r} has dims {horizon.dims} and coordinates {list(horizon.coords)}; "
             "a grid file needs two dims and the coordinates easting and northing. Add them."
         )
+
+    # rows from the south, columns from the west, whatever order the array has
     if horizon.easting.ndim == horizon.northing.ndim == 1:
         horizon = horizon.transpose("northing", "easting").sortby(["northing", "easting"])
 
@@ -159,6 +163,8 @@ def _fitted(easting: np.ndarray, northing: np.ndarray) -> Geometry:
     # Steps between corner nodes average the rounding of all columns and rows.
     along = (float(easting[0, -1]) - x, float(northing[0, -1]) - y)
     across = (float(easting[-1, 0]) - x, float(northing[-1, 0]) - y)
+
+    # a single column of nodes: the direction follows from the rows, at a right angle
     if ncol > 1:
         rotation = math.degrees(math.atan2(along[1], along[0]))
     else:

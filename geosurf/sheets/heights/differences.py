@@ -24,6 +24,7 @@ def _turned(
     nodes: Sequence[Node], links: Sequence[Link]
 ) -> tuple[tuple[Node, ...], tuple[Link, ...]]:
     """A difference the other way: rows for columns."""
+    # east and north links change places; diagonals stay what they are
     turn = (1, 0, 2, 3)
     return tuple((j, i) for i, j in nodes), tuple((j, i, turn[k]) for i, j, k in links)
 

@@ -28,6 +28,8 @@ def bridge(
     """
     if len(stray) == 0 or (len(stray) > SLIVER and not fill_empty_blocks):
         return None
+
+    # links between the block and others: the traces that cut these are its borders
     cuts, frame = tears.cuts, inputs.picks.frame
     first, second = cuts.ends(frame.shape[1])
     inside = is_among(first, stray), is_among(second, stray)
@@ -36,7 +38,11 @@ def bridge(
         return None
     choice = distinct(cuts.trace[border])
     throw = [throw_beside(inputs.picks.means, tears.near[t], stray) for t in choice]
+
+    # the least throw is the least error, should the block not have been faulted with its neighbour
     trace = int(choice[int(np.argmin(throw))])
+
+    # its links over that trace are whole now: the next solve continues the neighbour into it
     gone = (cuts.trace == trace) & (inside[0] | inside[1])
     name = inputs.meshes[tears.network.traces[trace].fault].name
     xy = frame.node_places(stray[:1])[0]

@@ -17,6 +17,7 @@ def picks_in_gaps(inputs: Inputs, state: Heights) -> np.ndarray:
     """Picks that lie between the cut-offs of a fault in the map."""
     found = [np.empty(0, dtype=np.int64)]
     for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
+        # in the gap: nearer to the trace than the cut-off of the wall on its own side of the map
         rows = inputs.nearby[trace.fault].rows
         at = near.look_up(inputs.picks.nodes_of(rows))
         rows, at = rows[at >= 0], at[at >= 0]
@@ -39,6 +40,7 @@ def ignored_misfits(
     misfit : ndarray (n,)
         From the sheet of their side of the map [m].
     """
+    # only data that were not used can test the sheet; several picks of a node are of two walls
     rows, far = distances(near)
     empty = np.zeros(len(picks.z), dtype=bool)
     empty[in_gap] = True
@@ -57,6 +59,8 @@ def smear_seen(inputs: Inputs, state: Heights, reach: float) -> Smear | None:
         return None
     in_gap = picks_in_gaps(inputs, state)
     rows, far, misfit = ignored_misfits(inputs.picks, inputs.nearby, state, in_gap)
+
+    # far extrapolation errs by itself, and would be taken for smear
     nodes = inputs.picks.nodes_of(rows)
     at = np.minimum(np.searchsorted(state.unknown, nodes), len(state.unknown) - 1)
     close = (state.unknown[at] == nodes) & (state.extrapolation[at] <= reach)

@@ -82,6 +82,7 @@ class GridSolver:
     @classmethod
     def over(cls, inputs: Inputs) -> GridSolver:
         """A solver that meets data exactly, until `replace` gives it their noise."""
+        # holes of the data stay holes, except for gaps next to a trace that are FILL wide at most
         present = np.isfinite(inputs.picks.means)
         gaps = narrow_gaps(present.reshape(inputs.picks.frame.shape), FILL)
         grid = WorkingGrid(inputs.picks)
@@ -108,6 +109,8 @@ class GridSolver:
         return self._network_across(lost[self.present[lost]])
 
     def _network_across(self, lost: np.ndarray) -> Network:
+        # the drape is drawn across ignored data and gaps alike, so that a trace does not end in a
+        # gap
         fill = distinct(lost, self.fillable)
         self.grid.mark(fill)
         return self.inputs.network_across(self.grid.values, fill)
@@ -132,11 +135,16 @@ class GridSolver:
         graph = lattice_graph(band, frame.shape, tears.cuts.bits(n_node))
         at = np.searchsorted(band, every)
         value = heights[band]
+
+        # nodes without a value that are not solved for do not exist
         is_unknown = np.zeros(len(band), dtype=bool)
         is_unknown[np.searchsorted(band, unknown)] = True
         graph = without_absent(graph, np.isfinite(value) | is_unknown)
 
         # data that draw nodes: noisy ones, and in wedges ignored ones
+        # steps (n_band,): uncut links to the nearest known node, so that a datum behind a fault is
+        # far; third differences run away over long extrapolation, so that bad data are better than
+        # none
         steps = steps_to_known(graph, np.where(is_unknown, 0, -1))
         reach = int(far_from_data(selection.trim))
         lonely = (steps > reach) & ~_is_between_faults(band, tears, selection.trim)
@@ -144,6 +152,7 @@ class GridSolver:
         targets = self._targets(every, noisy, band[wedge], selection, evidence)
 
         # blocks that no datum reaches are joined to a neighbour, if they may
+        # a block is what uncut links join; one without any datum would make the matrix singular
         free = is_unknown.copy()
         free[at[targets.alone]] = False  # a datum that only draws the surface reaches it, too
         tied = reached(graph, free)
@@ -154,6 +163,7 @@ class GridSolver:
             return self.solve(selection, tears, evidence, (*filled_blocks, note))
 
         # the smoothest heights of the others
+        # solved: unknown and noisy nodes, less those that nothing ties
         solved = np.zeros(len(band), dtype=bool)
         solved[at] = True
         solved &= tied
@@ -162,6 +172,8 @@ class GridSolver:
         targets = Targets(targets.data[own], targets.pull[own], targets.alone[own])
         nodes = band[solved]
         self.grid.mark(nodes)
+
+        # under noise the solve with shapes of tips makes these heights anew
         if evidence.throws is None or self.noise.weight is None:
             heights[nodes] = self._smoothest(graph, value, solved, targets)
         bent, apart = self._bend_at_tips(nodes, tears, targets, evidence)
@@ -224,6 +236,8 @@ class GridSolver:
         """
         data, pull = np.zeros(len(every)), np.zeros(len(every))
         alone = np.zeros(len(every), dtype=bool)
+
+        # row of each noisy node; `grid.values` has the mean of the picks of its own wall
         rows = np.searchsorted(every, noisy)
         data[rows], pull[rows] = self.grid.values[noisy], self.noise.weight or 0.0
         alone[rows] = True
@@ -231,10 +245,15 @@ class GridSolver:
         wedge = wedge[self.present[wedge]]
         if len(wedge):
             picks = self.inputs.picks
+
+            # picks on their own side whose node has no other: means of two walls are no data
             values = picks.means_at(wedge, selection.single)
             wedge, values = wedge[np.isfinite(values)], values[np.isfinite(values)]
             far = distance_of_nodes(picks, self.inputs.nearby, wedge)
             rows = np.searchsorted(every, wedge)
+
+            # a datum right at the fault may belong to the other wall: it cannot hold a block by
+            # itself
             alone[rows] = far >= HOLDS * selection.trim
             data[rows] = values
             pull[rows] = (
@@ -278,6 +297,7 @@ class GridSolver:
 
 def _is_between_faults(nodes: np.ndarray, tears: Tears, trim: float) -> np.ndarray:
     """Nodes (n,), bool, that are near two faults: what both ignore leaves wedges without data."""
+    # faults, not traces: a fault with two traces next to each other leaves no wedge
     count = np.zeros(len(nodes), dtype=np.int64)
     of_fault: dict[int, list[np.ndarray]] = {}
     for trace, near in zip(tears.network.traces, tears.near, strict=True):

@@ -42,6 +42,7 @@ class Trims:
     def changed(self, faults: Collection[int], by: float) -> Trims:
         """The same with those of some faults, by number, wider or narrower; none below a cell."""
         return Trims(
+            # not below a cell; a trim that is smaller than that already becomes no smaller
             tuple(
                 max(trim + by, min(trim, 1.0)) if k in faults else trim
                 for k, trim in enumerate(self.of_fault)
@@ -114,11 +115,15 @@ class Inputs:
 
 def inputs_of(picks: Picks, meshes: list[FaultMesh], trims: Trims) -> Inputs:
     """Find the picks near each fault, and how many of them the first pass ignores."""
+    # the first pass only has to find gaps and overlaps: its trim is generous, and at least as wide
+    # as smear and half an overlap
     trim = trims.widest
     first_trim = max(FIRST_TRIM, trim)
     half = 0.5 * widest_overlap(picks, meshes)
     if half > first_trim + 1.0:
         first_trim = half + 1.0  # an average of both walls is not a datum of either
+
+    # a cell beyond the trim: picks across the trace are looked for there as well
     reach = first_trim + 1.0
     if not picks.on_nodes and first_trim <= FIRST_TRIM:
         first_trim = trim  # scattered points are not smeared
@@ -136,6 +141,7 @@ def _near_picks(
     picks: Picks, mesh: FaultMesh, reach: float, levels: tuple[float, float]
 ) -> NearPicks:
     """Picks within reach of a fault [cells]; `levels`: lowest and highest elevation of all [m]."""
+    # only the part of the fault at levels of the horizon can be near a datum at its own height
     mesh, blocks = blocks_between(mesh, reach, *levels)
     if blocks is None:
         return NearPicks(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0))

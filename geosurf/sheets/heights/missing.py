@@ -61,6 +61,8 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
     """
     if not picks.on_nodes:
         return []
+
+    # a fault with a trace has both walls, or is refused as a block without data
     met = {trace.fault for trace in state.network.traces}
     met |= {fault for fault, _ in state.network.dropped}
     absent = np.isnan(picks.means)
@@ -69,6 +71,8 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
         if number in met or not absent.any():
             continue
         blocks = mesh_blocks(mesh, FILL)
+
+        # picks near the fault, with their side of it at their own height
         uv = picks.columns(np.arange(len(picks.z))) * picks.frame.stretch
         rows, _ = blocks.of(uv)
         points = np.column_stack([uv[rows], picks.z[rows]])
@@ -76,6 +80,9 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
         rows, far, side = rows[side != 0], far[side != 0], side[side != 0]
         if not len(rows):
             continue
+
+        # absent nodes near these picks, at their median height, on the other side of the fault:
+        # there the lattice goes on without data
         nearest = int(far.argmin())
         nodes = around(picks.nodes_of(rows), picks.frame.shape, int(FILL))
         nodes = nodes[absent[nodes]]
@@ -84,6 +91,9 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
         beyond, of = side_at_own_height(mesh, blocks, there, FILL)
         nodes = nodes[(of == -side[nearest]) & (beyond < FILL)]
         at = picks.places(rows[nearest : nearest + 1])[0]
+
+        # data on one side only can be continued; data on both sides, with a wide gap, cannot be
+        # torn
         if len(nodes) and (side == side[nearest]).all():
             name = f"{mesh.name}{'-' if side[nearest] > 0 else '+'}"
             found.append(Missing(mesh.name, name, far[nearest] * picks.frame.cell, at, nodes))
@@ -116,6 +126,8 @@ def continued(picks: Picks, missing: Sequence[Missing]) -> tuple[Picks, list[dic
     from scipy.ndimage import label
 
     shape = picks.frame.shape
+
+    # each absent part as a whole, as far as it reaches, once it is next to the fault
     part, _ = label(np.isnan(picks.means).reshape(shape), np.ones((3, 3)))
     part = part.ravel()
     heights = picks.means.copy()
@@ -130,6 +142,8 @@ def continued(picks: Picks, missing: Sequence[Missing]) -> tuple[Picks, list[dic
         notes.append({"nodes": len(fill), "over": one.fault, "place": at})
     fill = distinct(*filled)
     fill = fill[np.isfinite(heights[fill])]
+
+    # filled nodes become picks like all others, in the order of nodes
     node = np.concatenate([picks.node, fill])
     z = np.concatenate([picks.z, heights[fill]])
     order = np.argsort(node, kind="stable")

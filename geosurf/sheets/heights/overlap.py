@@ -32,11 +32,14 @@ def widest_overlap(picks: Picks, meshes: Sequence[FaultMesh]) -> float:
     high, low = _highest_and_lowest(picks)
     widest = 0.0
     for mesh in meshes if len(high) else ():
+        # cheap bound first: only nodes whose two picks have the fault between them
         at_dip = _overlap_at_dip(picks, mesh, high, low)
         both = at_dip > 0.0
         if not both.any():
             continue
         blocks = mesh_blocks(mesh, SEEN)
+
+        # distances of both picks to the fault, at their own heights, add up to the overlap
         overlap = sum(
             side_at_own_height(mesh, blocks, _points(picks, rows[both]), SEEN)[0]
             for rows in (high, low)

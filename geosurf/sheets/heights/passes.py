@@ -57,6 +57,8 @@ class Rebuilt:
 
         `untorn` are parts of traces, between two places along them [cells], that are left out.
         """
+        # walls and gaps stay those of the whole tear: they say what a datum is, not where it is
+        # torn
         tears = state.tears.between(limits).without(untorn)
         found = self.solver.solve(self.selection, tears, self.evidence)
         return replace(found, walls=state.walls, in_gap=state.in_gap)
@@ -72,6 +74,8 @@ def solver_of(
     """The solver that fits the data; `noise` is its standard deviation [m], None to estimate it."""
     inputs = inputs_of(picks, meshes, trims)
     solver = GridSolver.over(inputs) if picks.on_nodes else PointSolver.over(inputs)
+
+    # the signal is needed even where the noise is given: the weight is their ratio
     estimate, signal = solver.estimate_noise()
     deviation = estimate if noise is None else float(noise)
     weight = weight_of(deviation, signal, picks.frame.cell)
@@ -89,18 +93,23 @@ def rebuild(solver: Solver) -> Rebuilt:
     if len(state.stray):  # the generous trim left nothing between two faults
         selection, state = single_pass(solver, inputs.trim)
     state = state.with_walls(frame)
+
+    # scattered points are not smeared by a gridder
     smear = None
     if inputs.picks.on_nodes:
         smear = smear_seen(inputs, state, far_from_data(selection.trim))
     state = _retraced(solver, selection, Evidence(smear=smear), state)
 
     # second pass, with what the first one showed
+    # now known: throw and sense of each fault, so overlap or gap, smear, and better traces
     throws = [float(np.abs(walls.throw).max(initial=0.0)) for walls in state.walls]
     evidence = Evidence(throws, smear, overlapping_traces(state))
     selection = select(inputs, inputs.trim, state.tears, state)
     state = solver.solve(selection, state.tears, evidence, state.filled_blocks)
     state = state.with_walls(frame)
     state = replace(state, in_gap=picks_in_gaps(inputs, state))
+
+    # whether walls are shared is decided once: later solves, which close the mesh, must agree
     evidence = replace(evidence, apart=state.apart, apart_is_final=True)
     return Rebuilt(solver, selection, evidence, state)
 

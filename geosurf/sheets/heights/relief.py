@@ -78,6 +78,7 @@ def common_relief(
     apart : collection of int
         Traces whose walls have nothing in common.
     """
+    # unknowns: heights of `nodes`, then three splines for each piece of a trace
     throws = _throws(network, len(nodes), apart)
     limits = _limits(network, cuts)
     parts = _across(nodes, cuts, limits, near, throws, shape, weights)
@@ -86,6 +87,8 @@ def common_relief(
     from scipy.sparse import coo_array
 
     parts += _stiffness(throws)
+
+    # each part counts its rows from 0: number them on
     n_row = 0
     for row, _, _ in parts:
         row += n_row
@@ -111,6 +114,9 @@ def _places(
     They are few and meet many: rows of nodes stay short that way.
     """
     east, north = links_between(nodes, np.zeros(len(nodes), dtype=np.int64), shape[1])
+
+    # the envelope is narrow if unknowns that meet are close in the order: uncut, both walls of a
+    # trace are next to each other
     of_node = places_in_order(east, north, np.arange(len(nodes)))
 
     # most (n_row,): last place of a node in each row; last: the largest of a coefficient
@@ -148,11 +154,14 @@ def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw
             clear &= cKDTree(others).query(trace.line[:, :2])[0] >= CLEAR
 
         # each run of clear vertices, one cell longer at both ends, has splines of its own
+        # piece (n_vertex,): number of the run that a vertex is in, -1 where walls share nothing
         begins = clear & ~np.append(False, clear[:-1])
         piece = np.where(clear, np.cumsum(begins) - 1, -1)
         ends = np.flatnonzero(clear & ~np.append(clear[1:], False))
         origin = trace.along[begins] - 1.0
         length = trace.along[ends] + 1.0 - origin
+
+        # cubic splines over n intervals have n + 3 coefficients
         number = np.ceil(length / KNOT).astype(np.int64) + 3
         starts = first + ORDERS * (np.cumsum(number) - number)
         first += ORDERS * int(number.sum())
@@ -165,6 +174,8 @@ def _limits(network: Network, cuts: Cuts) -> np.ndarray:
     limits = network.solve.copy()
     for k, trace in enumerate(network.traces):
         places = cuts.place[cuts.trace == k]
+
+        # past the last cut link the sheet is whole: there is no throw to take out
         for end, last in enumerate((np.min, np.max)):
             if trace.ends[end] == "tip" and len(places):
                 limits[k, end] = last(places)
@@ -198,12 +209,15 @@ def _across(
 
         # those that cross exactly one trace
         slot = np.minimum(np.searchsorted(key, crossed), len(key) - 1)
+
+        # of (n, n_link): the trace that cuts each link, -1 for none; MANY fails the test below
         of = np.where(key[slot] == crossed, owner[slot], -1)
         trace = of.max(axis=1)
         single = ((of == trace[:, None]) | (of < 0)).all(axis=1) & (trace >= 0) & (trace < MANY)
         use = np.flatnonzero(single & (nodes[at] == node).all(axis=1))
 
         # rows of heights and of the throw of that trace
+        # the weight of the order, over the step along columns and rows to their powers
         scale = weights[order - 1] * weights[3] ** powers[0] * weights[4] ** powers[1]
         for number in np.unique(trace[use]):
             rows = use[trace[use] == number]

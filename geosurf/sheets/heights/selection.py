@@ -11,6 +11,9 @@ from geosurf.sheets.heights.state import SENSE, Heights, Selection, Tears
 
 def select(inputs: Inputs, trim: float, tears: Tears, before: Heights | None) -> Selection:
     """Choose the picks of one pass; `before`: heights of an earlier one, with walls."""
+    # two reasons to ignore a pick: near a fault at its own height, or across the trace in the map.
+    # Either alone fails: gridded data carried into a gap are on a wrong side in 3-D, overlaps in
+    # the map
     ignored = inputs.within(trim)
     wrong, beyond = _wrong_side(inputs, ignored, tears, before)
     single = ~wrong

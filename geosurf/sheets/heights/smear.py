@@ -43,9 +43,12 @@ class Smear:
         h^-6 = (signal / spread)^2.
         """
         # the square of what neighbours share: noise averages out and is taken off
+        # bin of each datum; beyond the last bin its spread goes on
         at = np.minimum(far / BIN, len(self.spread) - 1).astype(np.int64)
         shared = np.maximum(self.spread[at] ** 2 - noise.deviation**2, 0.0)
         most = 1.0 if noise.weight is None else noise.weight
+
+        # where the spread is less than noise allows for, the usual weight holds; 1 avoids 0 / 0
         hard = most * shared <= GAIN * noise.signal**2
         shared = np.where(hard, 1.0, shared)
         return np.where(hard, most, GAIN * noise.signal**2 / shared)
@@ -84,6 +87,8 @@ def distances(near: Sequence[NearPicks]) -> tuple[np.ndarray, np.ndarray]:
 def distance_of_nodes(picks: Picks, near: Sequence[NearPicks], nodes: np.ndarray) -> np.ndarray:
     """Distance (n,) of the nearest pick of some nodes from any fault, at its own height."""
     rows, far = distances(near)
+
+    # the nearest pick of each node counts; infinite for nodes without picks near a fault
     found = np.full(picks.n_node, np.inf)
     np.minimum.at(found, picks.nodes_of(rows), far)
     return found[nodes]

@@ -31,6 +31,7 @@ class Tears:
 
     def between(self, limits: np.ndarray) -> Tears:
         """The same traces, torn between two places (n_trace, 2) of each."""
+        # from all links of the traces, not from those cut now: a tear may become longer again
         every = self.network.cuts
         return replace(self, cuts=every.take(np.flatnonzero(within(every, *limits.T))))
 

@@ -42,6 +42,7 @@ class Bent:
 
     def of(self, frame: Frame, nodes: np.ndarray, anchors: np.ndarray | None = None) -> np.ndarray:
         """By how much nodes (n,) are bent [m], on the wall of each or on that of its anchor."""
+        # shapes with a share of 0 are left out: most faults have no tip that pays
         parts = np.split(self.share, np.cumsum([tip.n_shape for tip in self.tips])[:-1])
         bent = [(tip, part) for tip, part in zip(self.tips, parts, strict=True) if part.any()]
         shapes = shapes_of([tip for tip, _ in bent], frame, nodes, anchors)
@@ -62,6 +63,7 @@ def shapes_of(
     places = frame.cells_of_node(nodes)
     found = [np.empty((len(nodes), 0))]
     for tip in tips:
+        # ghosts bend with the wall of their anchor, on past the fault; wall is 0 ahead of the tip
         wall = None
         if anchors is not None:
             side, beside = tip.side(anchors, frame.cells_of_node(anchors))
@@ -93,6 +95,7 @@ def likely_shares(tips: Sequence[Tips], throw: Sequence[float]) -> np.ndarray:
 
     Half the throw is one wall's; later terms of a smooth profile are smaller.
     """
+    # half the throw on each wall; the k-th term of a series is about k times smaller
     found = [0.5 * throw[tip.trace] / np.arange(1, tip.n_shape + 1) for tip in tips]
     return np.concatenate([np.empty(0), *found])
 
@@ -160,6 +163,8 @@ def smoothest_rest(
     own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
     wanted = products_of_columns(drawn, heights[:, None])[:, 0]
     units = [doubt] * len(groups)
+
+    # without noise the unit is what the energy of a free node is without shapes, near the tips
     if not doubt:
         cost = heights * bent(heights[:, None])[:, 0]
         cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
@@ -193,6 +198,8 @@ def paying_shares(
         data are exact, of a node.
     """
     paying, unit_of = np.zeros(len(likely), dtype=bool), np.zeros(len(likely))
+
+    # each fault by itself: whether all its shapes together pay for their freedom
     for columns, unit in zip(groups, units, strict=True):
         some = np.ix_(columns, columns)
         paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
@@ -202,6 +209,9 @@ def paying_shares(
     # data decide, except for shares that the nodes could take as well: free, those run away
     held = own[np.ix_(used, used)] + np.diag(unit_of[used] / likely[used] ** 2)
     share[used] = np.linalg.lstsq(held, wanted[used], rcond=None)[0]
+
+    # throw must not change its sign between a tip and farther in: where it would, a constraint
+    # makes it 0 close to the tip, by Lagrange multipliers; each round adds rows, so that it ends
     rows: list[np.ndarray] = []
     while len(new := _turning_over(share, groups, towards, rows)):
         rows += new
@@ -227,6 +237,8 @@ def _turning_over(
         for close, further in ends:
             row = np.zeros(len(share))
             row[columns] = close
+
+            # a row that is known already holds to rounding: it is not added again
             turns = (close @ share[columns]) * (further @ share[columns]) < 0.0
             if turns and not any((row == one).all() for one in known):
                 found.append(row)
@@ -237,6 +249,9 @@ def _pays(own: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) 
     """Whether shares that are likely up to some size make the sheet likelier; energies in units."""
     if not (unit > 0.0 and (likely > 0.0).all()):
         return False
+
+    # in units of likely sizes and energy: gain of the best shares against the log of the volume
+    # that they may have had (the Occam factor)
     scaled = own * np.outer(likely, likely) / unit
     side = wanted * likely / unit
     whole = np.eye(len(likely)) + scaled

@@ -65,6 +65,7 @@ class Task:
 
     def near_tips(self) -> Bent | None:
         """Write heights of the nodes around the tips, all others held; what bends them."""
+        # exact data: what is farther from tips is right already, and holds the rest of the solve
         close = [close_to(tip, self.frame, self.nodes) for tip in self.tips]
         some = np.any(close, axis=0) if close else np.zeros(len(self.nodes), dtype=bool)
         nodes = self.nodes[some]
@@ -104,6 +105,8 @@ class Task:
         every = band is self.nodes
         shapes = self._shapes if every else shapes_of(self.tips, self.frame, band)
         groups = groups_of(self.tips, self.frame, band)
+
+        # coefficients of the throws are more unknowns, without links, data, or shapes
         if common is not None:
             more = common.n_coefficient
             graph, number = with_more(graph, more), np.arange(len(band) + more)
@@ -124,6 +127,7 @@ class Task:
         final: bool,
     ) -> tuple[Solved, frozenset[int]]:
         """`everywhere`, with what walls have in common unless data contradict it."""
+        # only nodes with a datum can speak for or against; misfits in units of noise
         drawn = self.pull > 0
         nodes, data = self.nodes[drawn], self.data[drawn]
         weight = self.pull[drawn] / self.noise.energy
@@ -163,8 +167,12 @@ def shared_unless(
     Solved, frozenset of int
         Heights, and the traces whose walls are apart in them.
     """
+    # earlier passes have compared already: the same walls again, for the same sheet
     if final:
         return solve(common_of(apart)), apart
+
+    # walls apart are the measure; traces that lose too much leave, and the others try again. Each
+    # round takes traces away, so that it ends
     alone = solve(None)
     while (common := common_of(apart)) is not None:
         found = solve(common)
@@ -185,6 +193,8 @@ def losing(
     next to a node, all their walls lose some. `worse` (n,) is by how much squares grew, in those of
     noise, `nodes` (n,) where.
     """
+    # freedom that shared walls lose: FREE for each node near a trace, more where it is
+    # near several, less where data are averaged; twice that is too much
     every = distinct(nodes)
     beside = [trace.nodes_within(SEEN) for trace in near]
     lost = np.sum([is_among(every, some) for some in beside], axis=0) * FREE / scale**2

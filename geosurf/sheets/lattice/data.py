@@ -45,6 +45,7 @@ def picks_of(
 
 
 def _from_lattice(surface: TriSurface) -> Picks:
+    # no index array for a grid without holes: pick k is that of node k
     assert surface.lattice is not None
     frame, z = frame_of_lattice(surface.lattice, f"horizon {surface.name!r}")
     there = np.isfinite(z)
@@ -105,6 +106,8 @@ def points_of(
     """Name and points (n, 3) of a table or array: easting, northing, elevation [m]."""
     title = str(name or getattr(data, "attrs", {}).get("name") or "horizon")
     what = f"horizon {title!r}"
+
+    # tables name their columns, and may say units and direction; arrays are in this order
     if hasattr(data, "data_vars") or hasattr(data, "columns"):
         there = list(data.variables if hasattr(data, "data_vars") else data.columns)
         missing = [k for k in ("easting", "northing", "elevation") if k not in there]
@@ -137,6 +140,8 @@ def points_of(
             f"{what}: {len(bad)} points are not finite, the first is point {bad[0]}. Leave out "
             "points that are undefined."
         )
+
+    # elevations in metres, positive up, from here on
     try:
         scale = elevation_sign(positive, what) * metres_per_unit(length_unit, what)
     except InputError as error:

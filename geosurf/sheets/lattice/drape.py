@@ -21,6 +21,7 @@ def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
         return np.zeros_like(present)
     from scipy.ndimage import distance_transform_edt
 
+    # a closing with a disk: absent nodes into which no disk of that width fits between data
     r = int(np.ceil(0.5 * width)) + 1
     reached = distance_transform_edt(~np.pad(present, r)) <= 0.5 * width
     # nodes outside the lattice count as reached, so that a gap may run out of it
@@ -34,6 +35,7 @@ def draped(
     heights: np.ndarray, fill: np.ndarray, shape: tuple[int, int], stretch: np.ndarray
 ) -> np.ndarray:
     """Heights (n,) of the nodes of `fill` on a membrane through the others; NaN where none is."""
+    # first differences reach one node: a rim of one holds the fill
     band = around(fill, shape, 1)
     graph = lattice_graph(band, shape)
     unknown = np.full(len(band), -1)

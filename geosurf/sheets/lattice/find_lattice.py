@@ -24,6 +24,8 @@ def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
     if guess is None:
         return None
     corner, step = guess
+
+    # from a point in the middle, where the first guess of the steps is exact enough to count
     origin = xy[np.argmin(np.hypot(*(xy - np.median(xy, axis=0)).T))]
     corner = origin
     span = float(np.hypot(*np.ptp(xy, axis=0)))
@@ -93,6 +95,7 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | N
     """
     from scipy.spatial import cKDTree
 
+    # points at one place to a millimetre are picks of one node
     _, first = np.unique(np.rint(xy * 1e3).astype(np.int64), axis=0, return_index=True)
     places = xy[np.sort(first)]
     if len(places) < 9:
@@ -109,6 +112,9 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | N
     angle = np.arctan2(vectors[:, 1], vectors[:, 0])
     turn = np.angle(np.exp(4j * angle).mean()) / 4.0
     axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+
+    # neighbours along each axis: their median length is the step; too few vectors that way, and it
+    # is no lattice
     along = np.abs(vectors @ axes.T)
     steps = []
     for k in range(2):

@@ -86,6 +86,8 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
     """
     x, y = lattice.easting, lattice.northing
     z = lattice.elevation
+
+    # rows turned around: all stages after this one count anticlockwise from the lower left
     if not lattice.right_handed:
         z = z[::-1]
         x, y = (x, y[::-1]) if x.ndim == 1 else (x[::-1], y[::-1])
@@ -99,6 +101,8 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
     where = np.stack([x[col], y[row]] if x.ndim == 1 else [x[row, col], y[row, col]], axis=1)
     corner, step = fit_steps(np.stack([col, row], axis=1), where)
     frame = Frame((n_row, n_col), corner, step, x, y)
+
+    # lean: cosine between both axes, 0 at right angles
     off = np.abs(frame.to_lattice(where) - np.stack([col, row], axis=1)).max()
     lean = abs(float(step[0] @ step[1])) / float(frame.spacing.prod())
     if off > REGULAR or lean > REGULAR:

@@ -60,6 +60,8 @@ def noise_of(heights: np.ndarray) -> tuple[float, float]:
         return 0.0, 0.0
     signal = max((double - single) / 63.0, 0.0)
     noise = max(single - signal, 0.0)
+
+    # wider steps see a faint signal under strong noise: it grows as step**6, noise does not
     for step in STEPS[1:]:
         now = double if step == STEPS[1] else _spread(heights, step)
         if np.isfinite(now):  # the first step at which the signal stands out measures it best
@@ -82,6 +84,7 @@ def signal_of(heights: np.ndarray) -> float:
 
 def _spread(heights: np.ndarray, step: int) -> float:
     """Variance of third differences over rows and columns, none of them across a hole."""
+    # a sample of rows and columns is enough for two variances
     every = [max(n // ROWS, 1) for n in heights.shape]
     sizes = third_differences(heights, step, *every)
     if not len(sizes):
@@ -96,6 +99,7 @@ def weight_of(noise: float, signal: float, cell: float) -> float | None:
     An average over h cells errs by about signal h^3 and noise / h. Both are equal at
     h^-6 = (signal / noise)^1.5, and h^-6 is the weight at which third differences average over h.
     """
+    # the ratio of signal to noise sets over how many cells data are averaged
     if noise <= LOUD * cell:
         return None
     return float(np.clip(GAIN * (signal / noise) ** 1.5, LEAST, 1.0))

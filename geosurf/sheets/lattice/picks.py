@@ -71,8 +71,11 @@ class Picks:
     @cached_property
     def means(self) -> np.ndarray:
         """Mean of the picks of each node (n_node,), NaN without; not to be written to."""
+        # most grids have one pick per node, in order: no other array is made for them
         if self.one_each:
             return self.z
+
+        # without doubles the mean is the pick itself, bit for bit
         if self.several is None:
             found = np.full(self.n_node, np.nan)
             found[self.node] = self.z
@@ -88,6 +91,8 @@ class Picks:
         if self._rising:
             at = np.searchsorted(self.node, nodes)
             return at[self.node[np.minimum(at, len(self.node) - 1)] == nodes]
+
+        # runs of picks of each node in the sorted list, all at once
         order, node = self._by_node
         start, stop = (np.searchsorted(node, nodes, side=side) for side in ("left", "right"))
         count = stop - start
@@ -96,6 +101,7 @@ class Picks:
 
     def means_at(self, nodes: np.ndarray, used: np.ndarray) -> np.ndarray:
         """Mean of the picks in use, bool (n_pick,), at some increasing nodes; NaN without."""
+        # sums and counts over the asked nodes only; 0 / 0 is NaN where no pick is in use
         rows = self.of_nodes(nodes)
         rows = rows[used[rows]]
         at = np.searchsorted(nodes, self.nodes_of(rows))

@@ -58,6 +58,8 @@ class Scattered(Picks):
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
         """The four nodes (n, 4) of each point's cell, and their shares (n, 4) in it."""
         n_row, n_col = self.frame.shape
+
+        # the last row and column belong to the cells before them
         j, i = (
             np.clip(np.floor(c).astype(np.int64), 0, n - 2)
             for c, n in zip(self.uv.T, (n_col, n_row), strict=True)
@@ -72,6 +74,8 @@ def scattered(name: str, points: np.ndarray, spacing: float) -> Scattered:
     """Points (n, 3) and a lattice over them, along easting and northing, `spacing` metres wide."""
     what = f"horizon {name!r}"
     refuse_too_few(points, what)
+
+    # multiples of the spacing: the same lattice whatever points are added inside
     low = np.floor(points[:, :2].min(axis=0) / spacing) * spacing
     last = np.ceil((points[:, :2].max(axis=0) - low) / spacing).astype(np.int64)
     n_col, n_row = (max(int(n), 3) + 1 for n in last)
@@ -85,6 +89,8 @@ def scattered(name: str, points: np.ndarray, spacing: float) -> Scattered:
     # uv (n, 2): column and row of each point, between nodes
     frame = Frame((n_row, n_col), low, spacing * np.eye(2), easting, northing)
     uv = (points[:, :2] - low) / spacing
+
+    # the nearest node stands for a point where only its neighbourhood matters
     near = np.rint(uv).astype(np.int64)
     j, i = np.clip(near, 0, [n_col - 1, n_row - 1]).T
     return Scattered(name, frame, i * n_col + j, points[:, 2], uv)
@@ -113,6 +119,7 @@ def proposed_spacing(points: np.ndarray) -> float:
     """Spacing [m] of a lattice with one cell for each point, where there are points."""
     from scipy.spatial import cKDTree
 
+    # the sixth neighbour: median over all points, so that clusters and gaps do not count
     xy = np.unique(points[:, :2], axis=0)
     far = cKDTree(xy).query(xy, k=min(7, len(xy)))[0][:, -1]
     # a circle with six others in it besides its middle has the area of six cells

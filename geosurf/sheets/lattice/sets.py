@@ -16,6 +16,8 @@ def distinct(*parts: np.ndarray) -> np.ndarray:
     every = np.sort(every, axis=None)
     if len(every) < 2:
         return every
+
+    # a number is new where it differs from the one before
     new = np.empty(len(every), dtype=bool)
     new[0] = True
     np.not_equal(every[1:], every[:-1], out=new[1:])
@@ -27,6 +29,8 @@ def is_among(numbers: np.ndarray, some: np.ndarray) -> np.ndarray:
     if len(some) == 0:
         return np.zeros(np.shape(numbers), dtype=bool)
     at = np.searchsorted(some, numbers)
+
+    # past the end: any row will do, the comparison below fails
     at[at == len(some)] = 0
     found: np.ndarray = some[at] == numbers
     return found

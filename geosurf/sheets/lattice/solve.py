@@ -55,6 +55,7 @@ def lattice_graph(
     nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray | None = None
 ) -> Graph:
     """The graph of some nodes of a lattice, increasing; `cut` as from `Cuts.bits`, if any is."""
+    # bits 1 and 2: east and north link cut; 4 and 8: a diagonal, so that the cell has no twist
     bits = np.zeros(len(nodes), dtype=np.int64) if cut is None else cut[nodes].astype(np.int64)
     east, north = links_between(nodes, bits, shape[1])
     return Graph(east, north, bits & 12 == 0, np.stack(np.divmod(nodes, shape[1]), axis=1))
@@ -144,6 +145,7 @@ class System:
 
     def solved(self, rights: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Solve for some right sides (n_unknown,); once, since the matrix becomes its factor."""
+        # a pivot of 0 means an unknown that nothing ties, which callers rule out by `grounded`
         stuck = factorise(self.first, self.lower, self.start)
         if stuck >= 0:
             number = int(np.flatnonzero(self.place == stuck)[0])
@@ -221,6 +223,7 @@ def with_more(graph: Graph, n: int) -> Graph:
 
 def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
     """Whether each unknown is tied to a known node by uncut links, bool (n_unknown,)."""
+    # breadth first from known nodes: what is not reached is not tied
     far = len(unknown) + 1
     steps = steps_from(graph.east, graph.north, unknown < 0, far)
     out = np.zeros(int(unknown.max(initial=-1)) + 1, dtype=bool)

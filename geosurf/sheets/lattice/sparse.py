@@ -29,6 +29,7 @@ def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray) -> csc_arr
     """Sparse matrix (n_unknown, n_unknown) of the energy; `unknown` as for `smoothest`."""
     from scipy.sparse import csc_array
 
+    # one row per unknown: weights, and the columns that they belong to, -1 for none
     matrix, column = normal_equations(
         graph.east, graph.north, graph.square, graph.cell, unknown, weights
     )

@@ -30,9 +30,13 @@ class WorkingGrid:
 
         Returns the nodes that lose all their picks, increasing; their values are NaN.
         """
+        # only what changed since the last call is written again: a pass costs its band, not the
+        # grid
         for nodes in self._changed:
             self.values[nodes] = self.picks.means[nodes]
         nodes = distinct(self.picks.nodes_of(np.flatnonzero(left_out)))
+
+        # a node with other picks keeps their mean; one without is lost
         several = self.picks.several is not None
         self.values[nodes] = self.picks.means_at(nodes, ~left_out) if several else np.nan
         self._changed = [nodes]

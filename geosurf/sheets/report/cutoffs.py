@@ -44,6 +44,8 @@ def cutoff_lines(part: Part, state: Heights, torn: Torn, fault: int) -> dict[str
     """Cut-off lines (n, 3) of a fault by wall, world coordinates; "+" is the hanging wall."""
     patches = part.patches
     edges, triangle = fault_edges(part, fault)
+
+    # real (n_edge, 3): nodes on the wall of each edge's triangle, ghosts replaced by anchors
     parent = part.corners[patches.parent_of_triangle[triangle]]
     real = torn.anchored(parent)
     # all corners of a parent are on sheets of one side, but where a tear has healed
@@ -65,6 +67,7 @@ def cutoff_lines(part: Part, state: Heights, torn: Torn, fault: int) -> dict[str
     both = times[inverse] > 1  # the sheet is whole there: both walls share the line
     total = side.sum(axis=1)
     for wall, sign in (("+", 1), ("-", -1)):
+        # the majority of the three corners names the wall
         mine = distinct(key[both | (np.sign(total) == sign)])
         mine = np.stack(np.divmod(mine, len(patches.local)), axis=1)
         found[wall] = [patches.vertices[line] for line in undirected_chains(mine)]
@@ -97,6 +100,7 @@ def profile(
     stations: np.ndarray, direction: np.ndarray, walls: dict[str, list[np.ndarray]], reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Throw and heave (n,) [m] at stations (n, 2), along their dip directions; NaN where none."""
+    # t: distance from the station along the dip direction; z: elevation, both of each wall
     at = {wall: met(stations, direction, lines, reach) for wall, lines in walls.items()}
     (t_plus, z_plus), (t_minus, z_minus) = at["+"], at["-"]
     return z_minus - z_plus, t_plus - t_minus
@@ -107,6 +111,8 @@ def met(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Distance along the direction and third coordinate (n,) where the nearest line is met."""
     n = len(stations)
+
+    # pieces (n, 6): first and second end of each
     each = [np.hstack([line[:-1], line[1:]]) for line in lines if len(line) > 1]
     if not each or n == 0:
         return np.full(n, np.nan), np.full(n, np.nan)

@@ -34,6 +34,7 @@ def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict
 
     def cut_by(number: int, fault: TriSurface) -> FaultCut:
         """Cut-offs and profiles of one fault."""
+        # stations, directions and places of all traces of the fault, one after the other
         walls = cutoff_lines(built.cut.part_of(number), state, built.torn, number)
         traces = [t for t in state.network.traces if t.fault == number]
         parts = [_stations(trace, frame) for trace in traces]
@@ -53,10 +54,14 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
     """Stations (n, 3), dip directions (n, 2) and distance along the trace (n,), in metres."""
     vertex = np.arange(len(trace.line))
     first, last = np.interp([trace.start, trace.stop], vertex, trace.along)
+
+    # about a cell apart, over the real part of the trace only
     n = max(int((last - first) / STATION), 1) + 1
     along = np.linspace(first, last, n)
     line = np.stack([np.interp(along, trace.along, c) for c in trace.line.T], axis=1)
     xy = frame.to_world(line[:, :2] / frame.stretch)
+
+    # unit vectors of the lattice turn the horizontal part of normals into world directions
     axes = frame.step / frame.spacing[:, None]
     direction = line[:, 3:5] @ axes
     direction /= np.maximum(np.hypot(*direction.T), 1e-12)[:, None]
@@ -106,6 +111,8 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
     found: dict[str, float] = {}
     if not picks.on_nodes:
         return []
+
+    # where nodes have picks of both walls, the data do show the overlap
     several = np.zeros(picks.n_node, dtype=bool) if picks.several is None else picks.several
     lines = zip(state.network.traces, state.near, state.walls, strict=True)
     for trace, near, walls in lines:
@@ -143,6 +150,7 @@ def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
 
     def share(of: float) -> float:
         """The value below which a share of all lies, linear between two."""
+        # the sorted list begins with `met` zeros, which are not stored
         at = of * (n - 1)
         k = np.array([np.floor(at), np.ceil(at)], dtype=np.int64) - met
         low, high = (float(values[i]) if i >= 0 else 0.0 for i in k)
@@ -158,6 +166,8 @@ def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
 
 def _sign_changes(throw: np.ndarray) -> int:
     throw = throw[np.isfinite(throw)]
+
+    # a twentieth of the largest throw: smaller ones change sign by rounding
     large = throw[np.abs(throw) > 0.05 * np.abs(throw).max(initial=0.0)]
     return int((np.diff(np.sign(large)) != 0).sum())
 

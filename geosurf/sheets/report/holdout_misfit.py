@@ -70,6 +70,8 @@ def _walls_of(
     picks: Picks, near: Sequence[NearPicks], state: Heights, rows: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The nearest trace (n,) of picks beside one, -1 without; which side of it; if their node's."""
+    # per pick, of the nearest fault so far: distance at own height, trace, side, and whether its
+    # node is on the same wall
     far = np.full(len(rows), np.inf)
     trace, side = np.full(len(rows), -1), np.zeros(len(rows), dtype=np.int64)
     plain = np.ones(len(rows), dtype=bool)
@@ -84,6 +86,9 @@ def _walls_of(
         inside = (beside.place[at] > first) & (beside.place[at] < last) & (own.far[k] < far[mine])
         mine, at, k = mine[inside], at[inside], k[inside]
         here, there = beside.side[at].astype(np.int64), own.side[k].astype(np.int64)
+
+        # on grids the side in the map is the datum's, except in overlaps, where both walls are
+        # there
         if picks.on_nodes:
             there = np.where(state.walls[number].heave(beside.place[at]) < -SENSE, there, here)
         far[mine], trace[mine], side[mine] = own.far[k], number, there
@@ -93,6 +98,7 @@ def _walls_of(
 
 def _cells_cut(cuts: Cuts, n_col: int) -> tuple[np.ndarray, np.ndarray]:
     """Cells, by their lower left nodes, that cut links bound or cross, and the trace of each."""
+    # a cell has its own links; an east link also bounds the cell below, a north link that west
     below = cuts.kind == EAST
     west = cuts.kind == NORTH
     cells = [cuts.node, cuts.node[below] - n_col, cuts.node[west] - 1]

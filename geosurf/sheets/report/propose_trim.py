@@ -99,10 +99,14 @@ def trims_of(
     given = trim if isinstance(trim, Mapping) else {}
     if not isinstance(trim, Mapping | str):
         return Trims((float(trim),) * len(faults))
+
+    # what was given stays; only "auto" needs a rebuild
     known = {name: value for name, value in given.items() if value != "auto"}
     if all(fault.name in known for fault in faults) and faults:
         return Trims(tuple(float(known[fault.name]) for fault in faults))
     proposed = dict.fromkeys((fault.name for fault in faults), USUAL)
+
+    # scattered points are not smeared, and picks of both walls at one node were not gridded
     if picks.on_nodes and picks.several is None and faults:
         seen = _seen(picks, faults)
         usual = USUAL
@@ -156,6 +160,7 @@ class Seen:
 
 def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
     """Rebuild the horizon without data near its faults, and compare those with it."""
+    # a trim far beyond any smear, so that the sheet is free of it
     meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
     solver = solver_of(picks, meshes, Trims((float(HIDDEN),) * len(meshes)))
     _, state = single_pass(solver, float(HIDDEN))
@@ -176,6 +181,7 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
 
 def _trim_of(tenth: Sequence[float], least: float) -> tuple[float, float | None]:
     """Trim and smear [cells] from the misfit of held-out data in each cell of distance."""
+    # smear ends where the misfit drops by DROP to the next cell; the farthest such drop counts
     smeared = [k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least)]
     if smeared:
         smear = float(max(smeared))

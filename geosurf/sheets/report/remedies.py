@@ -68,6 +68,8 @@ def _early_ends(
         is_tip = trace.ends[end] == "tip"
         if n < (USUAL + 1 if is_tip else 1) or not len(places):
             continue
+
+        # where the tear ends, and where its fault does: both as lengths along the trace
         last = float(places.max() if end else places.min())
         vertex = np.arange(len(trace.line))
         x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
@@ -99,6 +101,8 @@ def _parts_left_out(
     state = built.state
     for number, first, last in built.repairs.untorn:
         trace, walls = state.network.traces[number], state.walls[number]
+
+        # ends of the part in world coordinates, and the largest throw along it
         ends = np.clip([first, last], 0.0, trace.along[-1])
         xyz = np.stack([np.interp(ends, trace.along, c) for c in trace.line[:, :3].T], axis=1)
         world = np.column_stack([frame.to_world(xyz[:, :2] / frame.stretch), xyz[:, 2]])
@@ -123,6 +127,7 @@ def _level_places(
     """Places at which a wall goes on level to its fault."""
     seen: list[np.ndarray] = []
     for cells in map(np.array, built.repairs.level):
+        # several attempts may list the same place: one warning for all within twice the reach
         if any(np.hypot(*(cells - other)) <= 2.0 * LEVEL_REACH for other in seen):
             continue
         seen.append(cells)

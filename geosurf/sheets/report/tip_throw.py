@@ -154,6 +154,8 @@ def _ahead(trace: Trace, end: int, trim: float, heave: float) -> Ahead:
         np.array([np.interp(s, trace.along, trace.line[:, k]) for k in (0, 1)])
         for s in (stop, stop - forward * CHORD)
     )
+
+    # the direction of the last cells; the first data aside are beyond trim and half the heave
     along = (tip - back) / max(float(np.hypot(*(tip - back))), 1e-9)
     left = forward * np.array([-along[1], along[0]])
     return Ahead(tip, along, left, trim + SPARE + max(0.5 * float(heave), 0.0))
@@ -164,6 +166,7 @@ def _without_others(picks: Picks, state: Heights, number: int, trim: float) -> n
     grid = state.values.copy()
     for other, (trace, near) in enumerate(zip(state.network.traces, state.near, strict=True)):
         if other != number:
+            # heights next to another fault belong to its walls
             rows = near.within(trim + 1.0)
             rows = rows[(near.place[rows] >= trace.start) & (near.place[rows] <= trace.stop)]
             grid[near.node[rows]] = np.nan

@@ -129,6 +129,9 @@ def _traced(
     """
     frame, slips = movement.frame, movement.slips
     meshes = [mesh_in_frame(fault, frame) for fault in movement.faults]
+
+    # which wall a branch is in follows from its trace, and its trace from the drape: once more
+    # where the second network shows other branches
     for _ in range(2):
         known = branches
 
@@ -137,6 +140,8 @@ def _traced(
             return movement.parts(known, movement.blended_walls(lean, xy, z))
 
         drape, was = sheet_heights(movement.before, slips, movement.xy, parts, frame.cell)
+
+        # nodes whose rock came from a hole of the horizon have no height
         grid = np.where(movement.before.lost(was), np.nan, drape).reshape(frame.shape)
         network = Network(meshes, grid, frame)
         branches = _branches_of(movement, network)
@@ -148,6 +153,8 @@ def _traced(
 def _branches_of(movement: Movement, network: Network) -> Branches:
     """Branches by the rims of faults and by the ends of traces."""
     names = [fault.name for fault in movement.faults]
+
+    # rims of faults first; ends of traces, which are more certain at the horizon, replace them
     mains = movement.touching()
     for trace in network.traces:
         for end in trace.ends:
@@ -160,6 +167,7 @@ def _branches_of(movement: Movement, network: Network) -> Branches:
 
 def _wall_of_branch(movement: Movement, main: int, trace: Trace) -> float:
     """Wall of a main fault on which the middle of a branch's trace is: 1 hanging wall."""
+    # the middle: near the contact itself the side is rounding
     line = trace.line[int(0.5 * (trace.start + trace.stop))]
     xy = (line[None, :2] / movement.frame.stretch) @ movement.frame.step
     return float(movement.distance(main, xy, line[2:3])[0] > 0)

@@ -45,6 +45,9 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
             built = build(
                 movement.picks, state, movement.faults, movement.rising, one.ghosts, one.end_at
             )
+
+            # a closed sheet beats an open one; among these, the one with the fewest links left
+            # untorn
             failed = built.is_open, sum(built.repairs.shortened.values())
             if best is None or failed < best[0]:
                 best = failed, one, built
@@ -59,6 +62,8 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
 def _with_spare_rings(state: Heights) -> Iterator[Heights]:
     """The same heights with overlaps widened, so that rings of ghosts reach beyond them."""
     overlaps = any((np.minimum(w.left, w.right) < -SPARE).any() for w in state.walls)
+
+    # only overlaps need rings: a gap has one attempt for each share of the movement
     for spare in SPARES if overlaps else SPARES[:1]:
         walls = [
             replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare))

@@ -40,6 +40,8 @@ class Before:
         x, y = (xy @ self.to_columns).T
         j = np.clip(np.floor(x), 0, n_col - 2).astype(np.int64)
         i = np.clip(np.floor(y), 0, n_row - 2).astype(np.int64)
+
+        # f, g: shares within the cell, below 0 or above 1 beyond the rim, which extrapolates
         f, g = x - j, y - i
 
         # corners of the cell a, b, c, d: anticlockwise, a at its lower left
@@ -125,8 +127,11 @@ def sheet_heights(
     todo = np.arange(len(xy))
     close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
     for _ in range(ROUNDS):
+        # there (n_slip, n): part of the throw of each fault at each place
         there = parts(xy[todo], z[todo]) if callable(parts) else parts[:, todo]
         old = z[todo]
+
+        # forward: the particle from its old place through all faults, the oldest first
         now, z[todo] = was[todo], before.at(was[todo])
         height = z[todo]
         for slip, part in zip(reversed(slips), reversed(list(there)), strict=True):
@@ -138,6 +143,8 @@ def sheet_heights(
         far = np.abs(miss).max(axis=1)
         if callable(parts):
             far = np.maximum(far, np.abs(height - old))
+
+        # only particles that have not arrived go on: after a few rounds nearly all have
         left = far > close
         was[todo] += np.where(left[:, None], miss, 0.0)
         todo = todo[left]

@@ -90,6 +90,8 @@ def lost_at_tips(
 
             # what is missing of the throw, in its direction: more than requested is below 0
             lost = np.copysign(1.0, requested[near]) * (requested[near] - cut.throw[near])
+
+            # stations without a cut-off count as no loss
             lost = np.where(np.isfinite(lost), lost, 0.0)
             worst = int(near[lost.argmax()])
             if lost.max() > LOST * largest:

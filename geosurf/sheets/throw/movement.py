@@ -111,6 +111,8 @@ class Movement:
 
             # axes[1] points across strike into the hanging wall
             for main, own in mains.items():
+                # beyond its main fault a branch has one wall only: the one that the main fault's
+                # far side lies in, by the directions of both across strike
                 away = self.slips[main].section.axes[1] * (1.0 - 2.0 * own)
                 beyond = float(away @ slip.section.axes[1] > 0)
                 here = walls[main] if own > 0.5 else 1.0 - walls[main]
@@ -133,6 +135,7 @@ class Movement:
         found: list[dict[int, float]] = [{} for _ in self.slips]
         near = TOUCH * self.frame.cell
         for k, fault in enumerate(self.faults):
+            # places from the corner, as sections count them
             points = fault.vertices - np.append(self.frame.corner, 0.0)
             z = points[:, 2]
             for main, slip in enumerate(self.slips):

@@ -102,6 +102,7 @@ def refuse_steps(
         (node[:, :-1], node[:, 1:], bits[:, :-1] & 1),
         (node[:-1], node[1:], bits[:-1] & 2),
     ):
+        # neighbours that no trace parts: between them the horizon has to be continuous
         i, j = a[cut == 0], b[cut == 0]
         for k, slip in enumerate(movement.slips):
             # the throw of the fault between neighbours in different walls of it

@@ -129,6 +129,8 @@ def throw_horizon(
     low, high = float(picks.z.min()), float(picks.z.max())
     most = 0.0
     while True:  # the fault is read where its walls move, which depends on its throw
+
+        # each round reads the faults over the throw that the last one found, until that covers it
         levels = beyond((low, high), frame.cell, most)
         sections = {
             s.name: section_of(s, frame.corner, 0.5 * frame.cell, levels)
