@@ -129,7 +129,6 @@ def throw_horizon(
     low, high = float(picks.z.min()), float(picks.z.max())
     most = 0.0
     while True:  # the fault is read where its walls move, which depends on its throw
-
         # each round reads the faults over the throw that the last one found, until that covers it
         levels = beyond((low, high), frame.cell, most)
         sections = {
