@@ -48,6 +48,7 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     >>> certify(rebuild_surfaces([flat, wall])).ok
     True
     """
+    # units first: these checks read shells, not the cells that carving used
     checks = []
     if units is not None:
         x, number = numbered(patches, units)
@@ -57,6 +58,8 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
         checks.append(_shared_vertices(patches, units, x, number))
         checks.append(partition(patches, units, found))
         checks.append(named(patches, units, found, checks[-1].passed))
+
+    # then the mesh itself; copies of input triangles are set apart once for two checks
     new = _new_triangles(patches)
     checks += [_nothing_crosses(patches), _on_parents(patches, *new), _oriented(patches, *new)]
     checks.append(_areas(patches))
@@ -73,7 +76,11 @@ def open_edges(triangles: np.ndarray) -> tuple[int, int]:
     first = np.flatnonzero(np.concatenate([[True], edge[1:] != edge[:-1]])[: len(edge)])
     used = np.zeros(n, dtype=bool)
     used[a] = True
+
+    # vertices - edges + triangles: 2 for a ball, 2 - 2 k for a body with k handles
     euler = int(used.sum()) - len(first) + len(triangles)
+
+    # a closed, oriented shell uses each edge as often forward as backward
     balance = np.add.reduceat(1 - 2 * (keys & 1), first) if len(first) else first
     return int(np.abs(balance).sum()), euler
 
@@ -82,6 +89,8 @@ def _volumes(patches: Patches, units: Units) -> dict[str, float]:
     """Volumes of shells; volumes that are small compared with the box are exact."""
     small = _surely_exact(patches)
     found = {name: volume_of(unit.local, unit.triangles) for name, unit in units.items()}
+
+    # sums of prisms are good to a part of the whole box; volumes near that error are summed exactly
     for name, unit in units.items():
         if found[name] <= small:
             found[name] = exact_volume(unit.local, unit.triangles)
@@ -111,6 +120,7 @@ def _closed(units: Units, volumes: dict[str, float]) -> Check:
 
 def _euler_in_words(euler: dict[str, int]) -> str:
     """The Euler number of most units (2 for a ball), and the units with another number."""
+    # one number for most units, the others by name: a list of hundreds is not read
     numbers = list(euler.values())
     usual = max(sorted(set(numbers), reverse=True), key=numbers.count, default=2)
     others = [f"{name} {number}" for name, number in euler.items() if number != usual]
@@ -127,6 +137,9 @@ def _adds_up(patches: Patches, units: Units, anew: dict[str, float]) -> Check:
     lower, upper = box_of(patches)
     total, box = math.fsum(anew.values()), units.box_volume
     error = (total - box) / box
+
+    # slack: rounding of an area, from the sizes of its triangles; times the height it is that of
+    # prisms
     off, small, height = [], _surely_exact(patches), float(upper[2] - lower[2])
     for name, unit in units.items():
         area, slack = _shell_area(unit)
@@ -135,6 +148,8 @@ def _adds_up(patches: Patches, units: Units, anew: dict[str, float]) -> Check:
             bound += slack * height
         if abs(anew[name] - unit.volume) > bound or abs(area - unit.area) > slack:
             off.append(name)
+
+    # the box that units state, against the walls
     world = np.stack([lower, upper], axis=1) + patches.origin[:, None]
     moved = units.box != tuple(world.ravel().tolist())
     passed = abs(error) <= VOLUME_TOLERANCE and not off and not moved
@@ -160,8 +175,12 @@ def _shared_vertices(patches: Patches, units: Units, x: np.ndarray, number: np.n
     """Each corner of a shell is a vertex of the patches, bit for bit."""
     parts = [unit.local for unit in units.values()]
     n_local = len(patches.local)
+
+    # lowest row of each number: that of a vertex of the patches, if one is there
     first = np.empty(int(number.max(initial=-1)) + 1, dtype=np.int64)
     first[number[::-1]] = np.arange(len(x))[::-1]
+
+    # compared as integers: 0.0 and -0.0 are equal numbers, but not the same bytes
     same = x.view(np.int64)[n_local:] == x.view(np.int64)[first[number[n_local:]]]
     known = (first[number[n_local:]] < n_local) & same.all(axis=1)
     ends = np.cumsum([0] + [len(part) for part in parts])
@@ -206,6 +225,8 @@ def _new_triangles(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
     Copies need no check: they have the same bits.
     """
     parent, corners = _parent_corners(patches), patches.local[patches.triangles]
+
+    # copies have the corners of their parent, perhaps from another corner on
     rows = np.flatnonzero((corners != parent).any(axis=2).any(axis=1))
     for k in (1, 2):  # a copy may start at another corner
         turned = np.roll(parent[rows], k, axis=1)
@@ -221,6 +242,8 @@ def _on_parents(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check
     width = np.maximum(np.linalg.norm(normal, axis=1), EPS**2)  # by its size; small for slivers
     unit = normal / width[:, None]
     off = np.zeros(len(parent))
+
+    # distance from the parent's plane, and how far each corner is beyond its three edges
     for k in range(3):
         point = patches.local[patches.triangles[rows, k]] / size[:, None]
         off = np.maximum(off, np.abs(np.einsum("ij,ij->i", point - a, unit)))
@@ -232,6 +255,8 @@ def _on_parents(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check
     span = float(
         np.ptp(patches.local, axis=0).max(initial=0) + np.abs(patches.local).max(initial=0)
     )
+
+    # the rounding of a coordinate of this size, with room
     bound = 1e-12 * max(span, 1.0)
     # the plane of a sliver has a larger rounding error
     passed = bool((off <= bound + 16 * EPS * size / width).all())
@@ -260,12 +285,16 @@ def _areas(patches: Patches) -> Check:
     worst, passed = 0.0, True
     a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
     area = _area(a, b, c)
+
+    # area changes by at most rim times the rounding of a corner, so that is the bound
     rim = sum(np.abs(p - q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a)))
     step = EPS * float(np.abs(patches.local).max(initial=0.0))
     for i, source in enumerate(patches.sources):
         mine = patches.surface_of_triangle == i
         x = source.vertices - patches.origin
         before = math.fsum(_area(*(x[source.triangles[:, k]] for k in range(3))))
+
+        # what trimming took away beyond faults was stated, with its area
         before -= patches.report.get("dropped_area", {}).get(i, 0.0)  # beyond faults
         difference = abs(math.fsum(area[mine]) - before)
         passed &= difference <= 1e-12 * before + 4 * step * float(rim[mine].sum())

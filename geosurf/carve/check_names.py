@@ -30,8 +30,12 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
     wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
     upward = _upward(patches)
     wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
+
+    # rows (triangle of a shell, surface that it lies on, whether the unit is behind it)
     around = Around(patches, found, len(parts))
     shell, surface, behind = around.on
+
+    # surface, unit and side in one number, so that each combination is checked once
     codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
     for code in np.unique(codes).tolist():
         (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
@@ -56,19 +60,26 @@ def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Ite
     its front from units that touch only its back. Fluid contacts do not separate blocks.
     """
     blocks = dict.fromkeys((unit.zone, unit.block) for unit in parts)
+
+    # blocks instead of units: contacts split units, not blocks
     number = {block: k for k, block in enumerate(blocks)}
     of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
     zones = list(dict.fromkeys(unit.zone for unit in parts))
     zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
     found, (shell, surface, behind) = around.found, around.on
+
+    # block in front and behind of each triangle, -1 outside
     inside = around.on_each_side(of_unit[found.unit])[found.key[shell]]
     apart = inside[:, 0] != inside[:, 1]  # others are slits
+
+    # (n_surface, n_block, 2): whether a block touches the front, the back of a surface
     touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
     of = of_unit[found.unit[shell[apart]]]
     touched[surface[apart], of, behind[apart].astype(np.int64)] = True
     recomputed: list[set[str]] = [set() for _ in blocks]
     faults = rows_of(patches, "fault")
     for fault in faults:
+        # a fault names a block that has it on one side only, if the zone has such blocks on both
         alone = touched[fault] & ~touched[fault][:, ::-1]
         both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
         for block, side in np.argwhere(alone & both[:, None]).tolist():
@@ -89,6 +100,8 @@ def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iter
     faults = rows_of(patches, "fault")
     names = [patches.names[i] for i in faults]
     recomputed = [set(_stated_sides(unit.block, names) or ()) for unit in parts]
+
+    # the region around a unit that is connected without the fault: on one side only, or none
     for fault, name in zip(faults, names, strict=True):
         seen = around.seen(fault)
         for u, side in np.argwhere(seen & ~seen[:, ::-1]).tolist():
@@ -109,6 +122,7 @@ def _beyond_horizons(
     zone = np.array([unit.zone_index for unit in parts])
     wrong = np.zeros(len(parts), dtype=bool)
     for rank, i in enumerate(rows_of(patches, "horizon")):
+        # `holding`: units that have the horizon inside, where the column removed it
         if len(around.holding(i)) == 0:
             side = around.side_of_horizon(i, ABOVE if upward[i] else BELOW)
             wrong |= (zone == rank + 1) & (side == ABOVE) | (zone == rank) & (side == BELOW)
@@ -141,6 +155,8 @@ def _upward(patches: Patches) -> np.ndarray:
     """Whether the front of each surface faces up, within the bounds of the walls."""
     a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
     inside = within_bounds(patches)
+
+    # signed map area of each surface inside the box: up or down as a whole
     rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     of = patches.surface_of_triangle
     return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0
@@ -157,6 +173,8 @@ def _in_other_zones(
     """
     horizons = rows_of(patches, "horizon")
     zone = np.array([unit.zone_index for unit in parts])[found.unit]
+
+    # zone in front and behind of each set of corners, -1 where no unit is
     beside = np.full((found.n_key, 2), -1)
     beside[found.key, found.turn.astype(np.int64)] = zone
     others = [*rows_of(patches, "fault"), *rows_of(patches, "contact")]
@@ -164,6 +182,8 @@ def _in_other_zones(
     bound |= lie_on(patches, found, rows_of(patches, "wall"))
     open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
     open_ = np.flatnonzero(open_)
+
+    # a triangle stays in `open_` if no horizon on it fits; what remains has no excuse
     for rank, i in enumerate(horizons):
         rows = np.flatnonzero(patches.surface_of_triangle == i)
         turn = np.zeros(found.n_key, dtype=np.int64)
@@ -179,9 +199,13 @@ def _contacts_apart(
 ) -> Iterable[str]:
     """Names of units that a fluid contact separates although their names do not show it."""
     mine = np.flatnonzero(np.isin(found.surface, rows_of(patches, "contact")) & (found.row >= 0))
+
+    # units below a contact see it from its back, if it faces up
     below = found.behind[mine] == upward[found.surface[mine]]
     order = np.lexsort((below, found.key[mine]))  # above, then below
     mine, below = mine[order], below[order]
+
+    # neighbours in this order with one key: the units above and below one triangle
     two = np.flatnonzero(found.key[mine[1:]] == found.key[mine[:-1]])
     pairs = np.stack([found.unit[mine[two]], found.unit[mine[two + 1]]], axis=1)
     for u, v in np.unique(pairs, axis=0).tolist():  # above, below

@@ -83,13 +83,20 @@ def apply_column(signature: np.ndarray, rules: Sequence[str]) -> tuple[np.ndarra
             turns.append(Turn(loser, winner, rule, side[loser].copy(), after))
             side[loser] = after
 
+    # from the oldest to the youngest, as layers were laid down
     for k in reversed(range(len(rules))):
         older = range(k + 1, len(rules))
+
+        # an eroding horizon cuts through the base below it instead of ending on it
         if rules[k] not in ERODES:
             # horizons are in order by now, so that the youngest base is the highest
             base = next((j for j in older if rules[j] in IS_LAPPED), None)
             if base is not None:
+                # "above both": a cell counts as above k only if it is above the base, so k ends on
+                # it
                 clip(k, base, LAPPED, np.minimum(side[k], side[base]))
+
+        # older horizons end at k: what is above k is above them
         rule = EROSIONAL if rules[k] in ERODES else CONFORMABLE
         for j in older:
             clip(j, k, rule, np.maximum(side[j], side[k]))
@@ -105,11 +112,15 @@ def zones_of(patches: Patches, cells: Cells, side: np.ndarray, horizons: list[in
     OpenUnitError
         If a horizon does not separate what is above it from what is below, where it counts.
     """
+    # a cell whose side nobody knows was reached around the rim of the horizon: a leak
     for k, horizon in enumerate(horizons):
         unknown = side[k] == UNKNOWN
         unknown[0] = False
         if unknown.any():
             raise_leak(patches, cells, horizon, unknown)
+
+    # argmax finds the first horizon that a cell is above; the last row catches what is below all of
+    # them
     lowest = np.ones((1, side.shape[1]), dtype=bool)  # below all horizons, if there are any
     zone = np.concatenate([side == ABOVE, lowest]).argmax(axis=0)
     zone[0] = -1
@@ -134,6 +145,8 @@ def names_of_zones(horizons: Sequence[str]) -> list[str]:
         return ["box"]
     between = [f"{a}/{b}" for a, b in pairwise(horizons)]
     names = [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
+
+    # 'A/B' between 'A' and 'B' may also be the name of a horizon
     for name in names:
         if names.count(name) > 1:
             raise InputError(

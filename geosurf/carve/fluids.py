@@ -119,9 +119,12 @@ def contacts_of_units(
     InputError
         If a block has no unit, or no entry of a contact is the most specific for a unit.
     """
+    # sides of faults of each entry, checked before anything is split
     wanted = []
     for contact in contacts:
         sides = parse_sides(contact.block, faults)
+
+        # a block must exist: a misspelt one would silently split nothing
         if sides is None or not any(sides <= set(on) for on in fault_sides):
             blocks = {" ".join(word) or WHOLE for word in words}
             known = sorted(blocks.union(*fault_sides))
@@ -129,6 +132,8 @@ def contacts_of_units(
                 f"fluid contact {contact.name!r}: no unit lies on {contact.block!r}. Name a "
                 f"block or a side of a fault: {known}.{did_you_mean(contact.block, known)}"
             )
+
+        # and the block must have one of the zones of the entry
         if not any(_fits(contact, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
             raise InputError(
                 f"fluid contact {contact.name!r}: block {contact.block or WHOLE!r} has no unit "
@@ -140,14 +145,20 @@ def contacts_of_units(
     found: list[list[int]] = []
     for zone, word, on in zip(zones, words, fault_sides, strict=True):
         rows = []
+
+        # weight: (names the zone?, (sides in the unit's name, sides in all)); compared part by part
         for name in names:
             fits = {
                 row: (bool(contact.zones), (len(wanted[row] & set(word)), len(wanted[row])))
                 for row, contact in enumerate(contacts)
                 if contact.name == name and _fits(contact, wanted[row], zone, on)
             }
+
+            # the best in each part; one entry must be the best in both, or the user has to choose
             most = tuple(max(part) for part in zip(*fits.values(), strict=True))
             best = [row for row, weight in fits.items() if weight == most]
+
+            # no single best: name the entries that compete
             if fits and len(best) != 1:
                 rivals = best or [
                     next(row for row, weight in fits.items() if weight[k] == most[k])
@@ -204,6 +215,8 @@ def not_reached(
     {}
     """
     left: dict[str, list[int]] = {}
+
+    # an entry for all zones makes every zone count
     for name in dict.fromkeys(contact.name for contact in contacts):
         mine = [contact.zones for contact in contacts if contact.name == name]
         for u, rows in enumerate(rows_of_unit):
@@ -249,22 +262,31 @@ def split_by_contacts(
     GeometryError
         If contacts are out of order somewhere.
     """
+    # number of contacts above each cell, for cells of the unit whose contacts these are
     level = np.zeros(len(unit_of_cell), dtype=np.int64)
+
+    # unknown side: the contact has a hole there, and the intervals leak into each other
     for u, rows in enumerate(rows_of_unit):
         mine = unit_of_cell == u
         for row in rows:
             torn = mine & (side[row] == UNKNOWN)
             if torn.any():
                 raise_leak(patches, cells, level_of(patches, contacts[row]), torn)
+
+        # (n_row, n_cell + 1), from the top down: a cell above a contact is above all lower ones
         above = side[rows] == ABOVE
         wrong = mine & (above[:-1] & ~above[1:]).any(axis=0)
         if wrong.any():
             _raise_out_of_order(patches, cells, wrong, above, [contacts[row] for row in rows])
         level[mine] = (~above).sum(axis=0)[mine]
+
+    # unit and level in one number: np.unique then numbers the parts, unit by unit
     n_level = len(contacts) + 1
     keys, part = np.unique(unit_of_cell[1:] * n_level + level[1:], return_inverse=True)
     unit_of_part = (keys // n_level).tolist()
     words, beneath = [], []
+
+    # `beneath`: the contacts above the part, the first k of the unit
     for u, k in zip(unit_of_part, (keys % n_level).tolist(), strict=True):
         names = [contacts[row].name for row in rows_of_unit[u]]
         words.append(_interval(names, k))

@@ -69,10 +69,14 @@ def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
         pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
         int(pieces.first_run[-1]), _pairs(pieces), bounds,
     )  # fmt: skip
+
+    # one corner triple for each part decides: walls cut all surfaces at the box
     surface = _surface_of(pieces, first)
     low, high = bounds
     corners = _corners(pieces, first, surface)
     inside = ((corners >= low) & (corners <= high)).all(axis=(1, 2))
+
+    # rank among the parts inside, -1 for the others; the last entry serves part -1
     number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
     return Parts(number[part], first[inside], surface[inside])
 
@@ -91,6 +95,8 @@ def _surface_of(pieces: Pieces, elements: np.ndarray) -> np.ndarray:
     """Surface of some elements, which rise."""
     n_core = len(pieces.triangles)
     n = np.searchsorted(elements, n_core)
+
+    # `first_run` rises, so that searchsorted finds the surface of a run
     of_run = np.searchsorted(pieces.first_run, elements[n:] - n_core, side="right") - 1
     return np.concatenate([pieces.surface[elements[:n]], of_run])
 
@@ -102,6 +108,8 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
     corners = [pieces.x[pieces.triangles[elements[:n]]]]
     for i in np.unique(surface[n:]).tolist():
         source, strips = pieces.sources[i], pieces.strips[i]
+
+        # runs within their own surface
         rows = elements[n:][surface[n:] == i] - n_core - pieces.first_run[i]
         keys = lowest_keys(strips.places, strips.runs[rows])
         nodes = source.corners_of_keys(keys).ravel()
@@ -135,11 +143,15 @@ def joined_sides(
         If two different triangles lie in one half-plane of an edge.
     """
     sides, piece = np.arange(2 * len(parts.first)), np.arange(len(parts.first))
+
+    # the rim of a surface inside the model: front and back see each other around it
     torn = _with_rims(pieces, parts)
     sides[2 * torn + 1] = 2 * torn
     parents = parents_of(pieces)
     px = parents.corners.reshape(-1, 3)
     of = np.arange(len(px)).reshape(-1, 3)
+
+    # floats decide nearly always; the exact frame is made when they first cannot
     m = w = np.empty(0, dtype=np.int64)
     while True:
         found = join_parts(
@@ -171,6 +183,8 @@ def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
 def parents_of(pieces: Pieces) -> Parents:
     """Find the input triangle of each triangle; pieces of one follow each other."""
     surface, key = pieces.surface, pieces.key
+
+    # triangles of one input triangle follow each other, surface by surface
     new = np.ones(len(key), dtype=bool)
     new[1:] = (key[1:] != key[:-1]) | (surface[1:] != surface[:-1])
     number, first = np.cumsum(new) - 1, np.flatnonzero(new)

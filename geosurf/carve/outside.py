@@ -26,12 +26,15 @@ def box_of(patches: Patches) -> np.ndarray:
             "the surfaces include no walls, so units cannot be closed. Add the six sides "
             "of the model box: surfaces + build_walls(box)."
         )
+
+    # all vertices of walls lie on the box, so their bounds are the box
     corners = np.concatenate([wall.vertices for wall in walls]) - patches.origin
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
 def walls_are_a_box(patches: Patches, bounds: np.ndarray) -> bool:
     """Whether all walls lie in the six planes of their bounds (2, 3), local."""
+    # each triangle has its three corners in one of the six planes, to the last digit
     for wall in (s for s in patches.sources if s.role == "wall"):
         corners = (wall.vertices - patches.origin)[wall.triangles]
         flush = (corners[:, :, None, :] == bounds[None, None]).all(axis=1)
@@ -81,10 +84,13 @@ def outside_of_box(
     OpenUnitError
         If they are seen from within, too.
     """
+    # which side of a wall sees the outside: its normal against the way to the middle of the box
     rows = np.flatnonzero(is_wall)
     lower, upper = box_of(patches)
     a, b, c = (parents[rows, k] - 0.5 * (lower + upper) for k in range(3))
     inward = (np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0).astype(np.int64)
+
+    # what the wall sees beyond; nothing of the model may see the same, or the box is open
     outside = np.unique(sides[rows, inward])
     leaks = rows[np.isin(sides[rows, 1 - inward], outside)]
     if len(leaks):
@@ -127,6 +133,7 @@ def outside_of_shells(
     OpenUnitError
         If a wall has the outside on both of its sides.
     """
+    # joined across all other surfaces: inside and outside change at walls only
     numbers, at = np.unique(sides, return_inverse=True)
     sides = at.reshape(-1, 2)
     root = join_pairs(sides[~is_wall], len(numbers))
@@ -134,6 +141,8 @@ def outside_of_shells(
     # beyond the last wall that a ray meets is the outside
     outer = Rays(x, triangles[walls]).shoot(np.array([0]), np.full(len(walls), -1))[0, 0]
     beyond = root[sides[walls[outer // 2], outer % 2]]
+
+    # a wall with the outside on both sides encloses nothing
     open_ = walls[(root[sides[walls]] == beyond).all(axis=1)]
     if len(open_):
         where = x[triangles[open_[0]]].mean(axis=0) + patches.origin
@@ -148,6 +157,7 @@ def outside_of_shells(
 
 def is_fence(patches: Patches, bounds: np.ndarray) -> bool:
     """Whether all walls are vertical or lie in the planes of the lower and the upper bound."""
+    # fences are upright, or level at the bottom and the top
     for wall in (s for s in patches.sources if s.role == "wall"):
         corners = (wall.vertices - patches.origin)[wall.triangles]
         level = (corners[:, :, None, 2] == bounds[None, None, :, 2]).all(axis=1).any(axis=1)

@@ -120,14 +120,19 @@ def carve_units(
     zone = zones_of(patches, cells, side, horizons)
 
     # a block is all cells of a zone that are connected without crossing a fault
+    # unit of each cell, int64 (n_cell + 1,), -1 for cell 0, which is the outside
     whole = _merge(patches, cells, zone)
     shells = shells_of(cells, whole)
     zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
     zone_of_unit[whole[1:]] = zone[1:]
+
+    # sides of faults that part the blocks of one zone: they name the blocks
     words = fault_sides(patches, cells, whole, zone_of_unit, faults)
     blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
     sides_of_blocks = _FaultSides(cells, whole, faults, words)
     rows = list(range(len(blocks)))
+
+    # rows of the whole units; `of` maps parts to them once contacts have split them
     named = _Named(zone_of_unit, blocks, [""] * len(blocks), [()] * len(blocks), rows, rows)
 
     # fluid contacts split blocks; an entry for some blocks or zones leaves others whole
@@ -145,6 +150,8 @@ def carve_units(
             zone_of_unit[of], [blocks[u] for u in of], labels, beneath, list(range(len(of))), of,
         )  # fmt: skip
 
+    # first the zone, then the block's name, then the contact interval: a stable order whatever the
+    # numbers of cells
     order = _order(named)
     units = _units(patches, shells, named, order, zone_names, sides_of_blocks)
     report = {
@@ -155,6 +162,8 @@ def carve_units(
         "outside": outside_faults(patches, cells, faults),
         "thin": thin_units(shells, order, units),
     }
+
+    # None stands for what follows from the box; other walls are measured
     box, footprint, volume = _extent(patches, cells)
     beside = partial(beside_triangles, shells, np.argsort(order))
     found = Units(units, box, report, footprint, sides=beside, enclosed=volume)
@@ -262,8 +271,11 @@ def _units(
 
 def _outward_walls(cells: Cells) -> np.ndarray:
     """Triangles with the outside on one side, oriented towards it: rows of `Patches.local`."""
+    # listed triangle by triangle: shells of any shape need each of them
     full = cells.in_full
     front, behind = (full.cell_of_side[:, k] == OUTSIDE for k in (0, 1))
+
+    # triangles that see the outside behind them face inward: two corners swapped, all look outward
     t = full.patches.triangles[full.row]
     return np.concatenate([t[front & ~behind], t[behind & ~front][:, [0, 2, 1]]])
 
@@ -271,11 +283,18 @@ def _outward_walls(cells: Cells) -> np.ndarray:
 def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
     """Unit of each cell, -1 outside: cells of one zone are joined where no fault separates them."""
     separates = np.zeros(len(cells.surface_of), dtype=bool)
+
+    # horizons and contacts part zones and intervals, never blocks
     for i, source in enumerate(patches.sources):
         if source.role not in ("horizon", "contact"):
             separates[owned_by(cells, i)] = True
+
+    # across horizons and contacts, never across faults and walls, cells of one zone are one unit:
+    # a clipped horizon or a contact that does not count parts nothing
     rows = faces_between(cells)
     pairs = distinct_pairs(cells.cell_of_side[rows[~separates[rows]]], cells.n_cell)
     root = join_pairs(pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]], cells.n_cell + 1)
+
+    # units are numbered without gaps; the outside has none
     _, number = np.unique(root[1:], return_inverse=True)
     return np.concatenate([[-1], number])

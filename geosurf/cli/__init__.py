@@ -46,11 +46,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["check", "missing.toml"])
     2
     """
+    # outermost: the parser's own messages quote arguments in any script
     with encodable_output():
         options = build_parser().parse_args(argv)
         exit_code = ExitCode(options.debug)
         with exit_code, printed_warnings():
             exit_code.code = options.run(options)
+
+            # inside `exit_code`, so that a closed pipe or a full disk is met here and not in the
+            # interpreter's own flush at exit, whose message nobody can catch
             if sys.stdout is not None:  # closed from the beginning
                 sys.stdout.flush()
     return exit_code.code

@@ -19,6 +19,7 @@ def encodable_output() -> Iterator[None]:
     A name in another script must not end a run whose results are written. What Python has chosen
     to replace letters with, where it does not refuse them, stays.
     """
+    # sys.stdout may be None (pythonw) or replaced by a test: only true text streams are changed
     strict = [
         stream
         for stream in (sys.stdout, sys.stderr)
@@ -29,6 +30,7 @@ def encodable_output() -> Iterator[None]:
     try:
         yield
     finally:
+        # as found: the caller may be a program that uses `main` as a function
         for stream in strict:
             if not stream.closed:
                 stream.reconfigure(errors="strict")
@@ -41,12 +43,16 @@ def printed_warnings() -> Iterator[None]:
     with warnings.catch_warnings():
         # what a user asks for with -W or PYTHONWARNINGS comes first
         warnings.simplefilter("always", GeosurfWarning, append=bool(sys.warnoptions))
+
+        # warnings of other packages look as always
         as_python_does = warnings.showwarning
 
         def show(message: Any, *more: Any, **options: Any) -> None:
             """Print one warning."""
             if not isinstance(message, GeosurfWarning):
                 as_python_does(message, *more, **options)
+
+            # one line for each warning, whatever its own line breaks, and each once per run
             elif message not in seen and sys.stderr is not None:
                 seen.add(message)
                 print("geosurf: warning:", *str(message).split(), file=sys.stderr, flush=True)

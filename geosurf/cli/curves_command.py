@@ -15,6 +15,7 @@ def curves_command(options: argparse.Namespace) -> int:
     from geosurf.intersect import intersect_surfaces
     from geosurf.write import write
 
+    # what a file states itself wins; these fill in the rest (`otherwise`)
     words = {"positive": options.positive, "length_unit": options.length_unit}
     surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
 
@@ -45,6 +46,7 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
+    # the suffix decides, not the content: a file without a known one is refused before it is opened
     suffix = path.suffix.lower()
     formats = (*GRID_FORMATS.values(), *FAULT_FORMATS.values())
     known = {word for _, _, suffixes in formats for word in suffixes}
@@ -62,5 +64,7 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
         gridded = not holds_fault(path)
     if gridded:
         return triangulate_horizon(read_nodes(path, **otherwise(words)), name=path.stem)
+
+    # some files hold triangles, others sticks or grids, which become triangles here
     found = read_fault(path, **otherwise(words))
     return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)

@@ -43,6 +43,7 @@ class ExitCode:
 
     def __enter__(self) -> None:
         """Begin; a signal that is ignored, as by nohup, or handled by others stays so."""
+        # SIGHUP does not exist on Windows; a signal that the parent ignores (nohup) stays ignored
         for number in (getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)):
             if signal.getsignal(number) is signal.SIG_DFL:
                 with suppress(ValueError):  # not in the main thread: nothing is changed
@@ -50,6 +51,7 @@ class ExitCode:
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
         """Turn the first signal into an exception; a second one ends the process at once."""
+        # back to the default first: a second signal ends the process at once
         self._forget_signals()
         raise Stopped(number)
 
@@ -66,6 +68,8 @@ class ExitCode:
     ) -> bool:
         """Print the error on stderr; only deliberate exits pass through."""
         self._forget_signals()
+
+        # SystemExit has a code of its own
         if error is None or isinstance(error, SystemExit | GeneratorExit):
             return False
 
@@ -76,6 +80,8 @@ class ExitCode:
         if isinstance(error, BrokenPipeError):  # the reader of the output has closed it
             _forget_output()
             return True
+
+        # the traceback comes first and the sentence last, where a reader looks
         if self._debug:
             traceback.print_exception(kind, error, trace)
 
@@ -90,6 +96,9 @@ class ExitCode:
         elif isinstance(error, OSError) and error.errno in NO_ROOM:
             self.code = InputError.exit_code
             what = error.filename or "the output"
+
+            # the output that cannot be flushed is dropped, or Python would complain again at its
+            # end
             if not _is_printed():
                 _forget_output()
             print(f"geosurf: {what} cannot be written: {error.strerror}. Free some space, or "
@@ -112,6 +121,7 @@ def _is_printed() -> bool:
 
 def _forget_output() -> None:
     """Send what is still to be printed nowhere, or Python would fail to print it at its exit."""
+    # later flushes, that of the interpreter too, go nowhere instead of failing
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

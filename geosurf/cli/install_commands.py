@@ -13,6 +13,8 @@ def doctor_command(options: argparse.Namespace) -> int:
     from geosurf.render import doctor
 
     findings = doctor()
+
+    # one row per part of the installation: name, whether it fits, a sentence with the remedy
     for name, fit, sentence in findings:
         print(f"{'ok     ' if fit else 'MISSING'}  {name:<9} {sentence}")
     return 0 if all(fit for _, fit, _ in findings) else InputError.exit_code
@@ -22,6 +24,7 @@ def warmup_command(options: argparse.Namespace) -> int:
     """Compile all kernels, so that the next command starts at once."""
     from geosurf.kernels.compile.warmup import warm
 
+    # a line that is overwritten makes no sense in a file or a pipe
     show = sys.stdout.isatty()
 
     def progress(n_done: int, n_file: int) -> None:

@@ -30,6 +30,7 @@ def build_parser() -> argparse.ArgumentParser:
     -------
     argparse.ArgumentParser
     """
+    # the raw formatter leaves the lines of EXIT_CODES as they are
     parser = argparse.ArgumentParser(
         prog="geosurf",
         description="Build sealed, exact and certified reservoir units from horizons and faults.",
@@ -43,6 +44,8 @@ def build_parser() -> argparse.ArgumentParser:
     def add(name: str, run: Callable[[argparse.Namespace], int], help_: str) -> Any:
         """Add a command with the options that all commands have."""
         command = commands.add_parser(name, help=help_, description=help_)
+
+        # `main` calls `options.run`, so no table of commands exists twice
         command.set_defaults(run=run)
         # no default here: `run` would override `geosurf --debug run`
         command.add_argument(
@@ -72,6 +75,9 @@ def build_parser() -> argparse.ArgumentParser:
         )
         command.add_argument("--no-pictures", action="store_true", help="do not draw pictures")
         command.add_argument("--quiet", action="store_true", help="do not print progress")
+
+    # no defaults here: `_draw_view` takes them from the scenario, and `_draw_section` refuses what
+    # is given for views only
     render.add_argument("-o", "--out", required=True, help="output file (.png)")
     render.add_argument("--view", help=f"direction of view: north, top ... (default: {VIEW})")
     render.add_argument(

@@ -20,6 +20,7 @@ def progress_printer(quiet: bool) -> Callable[[str], object] | None:
 
 def exit_code_of(certificate: Certificate) -> int:
     """Return the exit code of a certificate; print the checks that failed."""
+    # the code of geometry: the model was built, and the check says that it must not be used
     failed = [f"{check.name} ({check.detail})" for check in certificate.checks if not check.passed]
     if not failed:
         return 0

@@ -24,6 +24,7 @@ def run_command(options: argparse.Namespace) -> int:
     from geosurf.report.tables import volume_table
     from geosurf.scenario import read_scenario, run
 
+    # time counts from here: reading is part of the run
     report_progress = progress_printer(options.quiet)
     start = time.perf_counter()
     scenario = read_scenario(options.scenario)
@@ -72,6 +73,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
         """Return an option, or its default if it is not given."""
         return otherwise if option is None else option
 
+    # an option wins over the scenario, the scenario over the default
     return render_scene(
         build_scene(scenario),
         options.out,
@@ -88,6 +90,7 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     from geosurf.render import render_section
     from geosurf.scenario import build_scene
 
+    # None means "not given": argparse has no other way to tell it from a default
     for word in ("view", "show", "exaggeration", "clip"):
         if getattr(options, word) is not None:
             raise InputError(
@@ -104,6 +107,8 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
 def _line_of(text: str) -> list[tuple[float, float]]:
     """Return the points of a line in the map from a text such as ``0,2500 6000,2500``."""
     line = []
+
+    # points are separated by blanks, so that numbers keep their decimal points
     for word in text.split():
         try:
             east, north = map(float, word.split(","))

@@ -15,6 +15,7 @@ def stress_command(options: argparse.Namespace) -> int:
     """Run the engine on difficult cases and compare its results with exact arithmetic."""
     from geosurf.prove.stress import replay, run_stress, write_json
 
+    # the file has the seed and the surfaces: the case is the same on every machine
     if options.replay:
         case, outcome = replay(options.replay)
         print(f"{case.family} {case.number}, seed {case.seed}: {len(outcome.wrong)} wrong")
@@ -41,6 +42,8 @@ def stress_command(options: argparse.Namespace) -> int:
     print(f"{count} cases, {wrong} wrong, {refused} refused, {seconds:.1f} s, seed {options.seed}.")
     if options.out:
         print(write_json(rows, options.out, seed=options.seed, cases=options.cases))
+
+    # three of each family are enough to start with; the file has them all
     for row in rows:
         for failure in row.failures[:3]:
             print(f"{row.family} {failure['number']}: {failure['wrong'][0]}", file=sys.stderr)

@@ -17,7 +17,10 @@ def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.n
     """Return a read-only, C-contiguous array of one dtype (a view where possible)."""
     out = np.ascontiguousarray(array, dtype=dtype)
     if shape is not None:
+        # in one piece and of one type: kernels take arrays as they are, without a copy
         out = out.reshape(shape)
+
+    # the view is locked, not the array: who made it may still own it
     view: np.ndarray = out.view()
     view.flags.writeable = False
     return view
@@ -72,9 +75,12 @@ def polydata(
             np.array(points), np.array(triangles)
         )
     else:
+        # vtk's list of cells: number of points, then their rows
         cells = [np.concatenate([[len(line)], line]) for line in lines or ()]
         mesh = pyvista.PolyData(np.array(points))
         mesh.lines = np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
+
+        # pyvista makes a vertex cell of each point otherwise
         mesh.verts = np.empty(0, dtype=np.int64)
     for key, value in (point_data or {}).items():
         mesh.point_data[key] = value

@@ -66,6 +66,8 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
                 f"`column`: the rule of horizon {name!r} is {rule!r}. Use one of "
                 f"{', '.join(RULES)}.{did_you_mean(str(rule), RULES)}"
             )
+
+    # one rule per horizon, in the order of horizons; names are checked by then
     return tuple(str(column.get(name, CONFORMABLE)) for name in horizons)
 
 
@@ -178,6 +180,7 @@ class FluidContact:
         return f"{self.name} in {' of '.join(where)}" if where else self.name
 
     def __post_init__(self) -> None:
+        # a single word is a common slip for a list of one
         given = (self.zones,) if isinstance(self.zones, str) else self.zones
         listed = given if isinstance(given, list | tuple) else (None,)
         if not all(isinstance(zone, str) and zone.strip() for zone in listed):

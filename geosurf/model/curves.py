@@ -160,6 +160,7 @@ class Curves(Noun):
     @cached_property
     def length_of_curve(self) -> np.ndarray:
         """Length of each curve [m], float64 (n_curve,)."""
+        # in local coordinates: differences of world coordinates lose digits to the northing
         steps = [np.diff(self.local[curve], axis=0) for curve in self.curves]
         return np.array([np.linalg.norm(step, axis=1).sum() for step in steps])
 
@@ -192,6 +193,8 @@ class Curves(Noun):
                 raise InputError(
                     f"there is no surface {name!r}. The surfaces are {list(self.names)}."
                 )
+
+        # pairs are stored with the smaller row first
         wanted = sorted((self.names.index(first), self.names.index(second)))
         return [
             self.points[curve]

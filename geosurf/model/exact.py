@@ -25,6 +25,7 @@ def exact_normal(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
     >>> exact_normal(np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 3, 1]]))
     (Fraction(0, 1), Fraction(-1, 2), Fraction(3, 2))
     """
+    # floats are fractions with a power of two below: nothing is rounded from here on
     a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
     u = [q - p for p, q in zip(a, b, strict=True)]
     v = [q - p for p, q in zip(a, c, strict=True)]

@@ -65,6 +65,7 @@ def path_of(path: Any, what: str) -> Path:
     """
     if isinstance(path, str | os.PathLike):
         try:
+            # objects with __fspath__ may return bytes or raise what they like: paths are text here
             text = os.fspath(path)
         except (TypeError, ValueError, *CONVERSION_ERRORS):
             text = ""
@@ -191,6 +192,8 @@ def box_of_sides(box: Any) -> np.ndarray:
                 f"box: {side} is {value:g} m, but coordinates are limited to "
                 f"{MAX_COORDINATE:g} m. Give the box that the model fills, {ORDER} in metres."
             )
+
+    # a box without room divides nothing: refused here rather than as an empty model
     for low, high in ((0, 1), (2, 3), (4, 5)):
         if not limits[low] < limits[high]:
             hint = " Elevation is positive up, so depths are negative." if low == 4 else ""

@@ -55,6 +55,7 @@ class Lattice(Noun):
     reverse: bool | None = None
 
     def __post_init__(self) -> None:
+        # read-only: survey, keys and trees below are computed once and must stay true
         for key in ("easting", "northing", "elevation"):
             object.__setattr__(self, key, _kept(_numbers(key, getattr(self, key))))
         shape, found = self.elevation.shape, (self.easting.shape, self.northing.shape)
@@ -82,6 +83,7 @@ class Lattice(Noun):
     @cached_property
     def coordinates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Easting, northing, elevation as kernels take them: flat, not repeated."""
+        # a broadcast array (a constant easting per column) enters once, whatever its shape
         x, y, z = (
             _once(part).reshape(-1) for part in (self.easting, self.northing, self.elevation)
         )
@@ -90,9 +92,13 @@ class Lattice(Noun):
     @cached_property
     def places(self) -> np.ndarray:
         """Where what is in `coordinates`, for kernels: see ``geosurf.kernels.search.tree``."""
+        # offset and steps along rows and columns of easting, then of northing: 1-D axes step along
+        # one of the two
         flat = (0, 0, 1, 0, 1, 0)
         if self.easting.ndim == 2:
             flat = *_steps(self.easting), *_steps(self.northing)
+
+        # then the shape, the diagonal, the turn, and 1 for `IS_LATTICE`
         rest = *self.shape, self.rising, self.turned, 1
         return frozen(np.array([*flat, *_steps(self.elevation), *rest], dtype=np.int64), np.int64)
 
@@ -105,6 +111,9 @@ class Lattice(Noun):
         """Return the lattice with another diagonal and sense; what is known of nodes is shared."""
         if rising == self.rising and reverse is self.reverse:
             return self
+
+        # shares arrays and what was computed of nodes; keys, normals and tree depend on the
+        # diagonal and are made anew
         twin = object.__new__(type(self))
         mine = self.__dict__
         twin.__dict__.update({key: mine[key] for key in _OF_NODES if key in mine})
@@ -141,6 +150,8 @@ class Lattice(Noun):
         Axes that rise or fall strictly never fold; rows and columns in two dimensions do not where
         each step stays near the mean one (``geosurf.kernels.contacts.aligned_grids``).
         """
+        # axes: no fold if both rise or fall strictly; a triangle with legs a and b has the height a
+        # b / hypot(a, b) over its diagonal, at least min(a, b) / sqrt(2)
         if self.easting.ndim == 1:
             steps = np.concatenate([np.diff(self.easting), np.diff(self.northing)])
             n = len(self.easting) - 1
@@ -161,6 +172,9 @@ class Lattice(Noun):
         if self.shape != other.shape:
             return False
         both = (self.easting, other.easting), (self.northing, other.northing)
+
+        # the first numbers differ for nearly all pairs of grids; comparing all takes a pass over
+        # memory
         if not all(a is b or a.flat[0] == b.flat[0] for a, b in both):  # most differ at once
             return False
         if not (self.is_graph and other.is_graph):
@@ -175,6 +189,7 @@ class Lattice(Noun):
     @cached_property
     def extent(self) -> np.ndarray:
         """South-west and north-east corner around all nodes [m], float64 (2, 2)."""
+        # an empty box (no node) has its lower bounds above its upper ones: NaN instead
         west, south, _, east, north, _ = self.survey.box.tolist()
         west, east = (west, east) if west <= east else (math.nan, math.nan)
         south, north = (south, north) if south <= north else (math.nan, math.nan)
@@ -187,6 +202,7 @@ class Lattice(Noun):
     @cached_property
     def keys(self) -> np.ndarray:
         """Keys ``2 * cell + half`` of the triangles that exist, in order, int64 (n_triangle,)."""
+        # candidates are two halves of each cell; those with an absent node are dropped
         n_row, n_col = self.shape
         every = np.arange(2 * max(n_row - 1, 0) * max(n_col - 1, 0))
         corners = self.corners_of_keys(every)
@@ -211,6 +227,7 @@ class Lattice(Noun):
 
     def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
         """Rows of `build_triangles` for keys of triangles that exist."""
+        # all nodes present: keys and rows are the same, and no array is made
         return keys if self.whole else np.searchsorted(self.keys, keys)
 
     def keys_of_rows(self, rows: np.ndarray) -> np.ndarray:
@@ -230,6 +247,7 @@ class Lattice(Noun):
     @cached_property
     def vertex_of_node(self) -> np.ndarray:
         """Vertex number of each node, int64 (n_row, n_col); -1 where absent."""
+        # rank among present nodes, row by row
         number = np.cumsum(self.present.ravel()) - 1
         return frozen(np.where(self.present, number.reshape(self.shape), -1), np.int64)
 
@@ -257,6 +275,8 @@ class Lattice(Noun):
             n_row, n_col = self.shape
             keys = np.arange(2 * max(n_row - 1, 0) * max(n_col - 1, 0))
             return self.corners_of_keys(keys)
+
+        # nodes are turned into vertices: absent nodes do not count
         rows: np.ndarray = self.vertex_of_node.ravel()[self.corners_of_keys(self.keys)]
         return rows
 
@@ -271,9 +291,14 @@ class Lattice(Noun):
         if min(self.shape) < 2:
             return True
         x, y = self.easting, self.northing
+
+        # the sign of the product of both steps; outer nodes, so that it holds for axes with equal
+        # neighbours
         if x.ndim == 1:
             n, m = len(x) - 1, len(y) - 1
             return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
+
+        # majority of the cells' orientations: single folded cells do not turn the lattice
         with np.errstate(invalid="ignore", over="ignore"):  # infinite ones are refused later
             cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
                 y[:-1, 1:] - y[:-1, :-1]
@@ -283,6 +308,7 @@ class Lattice(Noun):
 
 def _kept(array: np.ndarray) -> np.ndarray:
     """A read-only view in one piece; one whose rows or columns are all alike is not expanded."""
+    # np.broadcast_to views keep their zero stride, so that a plane of 10^8 nodes takes no memory
     if array.ndim == 2 and _zero_steps(array):
         view = array.view()
         view.flags.writeable = False
@@ -299,6 +325,7 @@ def _zero_steps(array: np.ndarray) -> tuple[int, ...]:
 
 def _once(array: np.ndarray) -> np.ndarray:
     """An array without what is broadcast."""
+    # axis 0 or 1 of stride 0 with more than one row: only its first row or column is kept
     repeated = _zero_steps(array) if array.ndim == 2 else ()
     if not repeated:
         return array

@@ -115,11 +115,14 @@ class FaultNetwork:
         InputError
             If there is no such row.
         """
+        # numbers come from a printed table: a wrong one is an error, not ignored
         for number in numbers:
             if not isinstance(number, int | np.integer) or not 0 <= number < len(self.rows):
                 raise InputError(
                     f"the network has no row {number!r}; rows are 0 to {len(self.rows) - 1}."
                 )
+
+        # declined rows stay known, so that a second round does not propose them again
         rows = tuple(r for i, r in enumerate(self.rows) if i not in numbers)
         out = tuple(r for i, r in enumerate(self.rows) if i in numbers)
         return FaultNetwork(rows, self.reach, (*self.declined, *out))
@@ -196,6 +199,8 @@ class FaultNetwork:
                 f"a FaultNetwork applies to a Scene, not to {type(scene).__name__}. Pass the "
                 "scene that proposed it."
             )
+
+        # a proposal of another scene would fail later, with a less clear message
         for name in dict.fromkeys(n for row in self.rows for n in (row.fault, row.other) if n):
             if name not in scene.fault_names:
                 raise InputError(
@@ -204,6 +209,8 @@ class FaultNetwork:
                 )
             scene.surface(name)  # its own rules must work before others are added
 
+        # rounds: truncations create new ends and contacts, which the next round judges; `known`
+        # keeps a subject from being tried twice, so the loop ends
         decisions: list[NetworkDecision] = []
         known = {row.subject for row in self.declined}
         network, turn = self, 0
@@ -249,6 +256,7 @@ def _tried(
     """
     left, waiting = list(rows), []
     while left:
+        # tried on a copy: replace shares all results that still hold, so a trial costs what changes
         made, error, named = _attempt(scene, left)
         if made is not None:
             decisions += [NetworkDecision(row, True, row.reason, turn) for row in left]
@@ -258,6 +266,7 @@ def _tried(
         else:
             row = _named_row(left, named)
             if row is None:
+                # the error names no row: halves find the culprit in about 2 log2(n) trials
                 middle = len(left) // 2
                 for half in (left[:middle], left[middle:]):
                     scene = _tried(scene, half, turn, decisions)
@@ -265,6 +274,8 @@ def _tried(
             else:
                 left.remove(row)
                 waiting.append(row)
+
+    # others first: a row that failed next to another may fit once that one is in
     for row in waiting:
         scene = _tried(scene, [row], turn, decisions)
     return scene
@@ -272,6 +283,7 @@ def _tried(
 
 def _named_row(rows: Sequence[NetworkRow], named: tuple[str, ...]) -> NetworkRow | None:
     """The last row about the faults that an error names, if there is one."""
+    # a row with both named faults is the likelier cause; the last of them, as later rows weigh less
     about = [row for row in rows if row.fault in named]
     both = [row for row in about if row.other in named]
     return next(reversed(both or about), None)
@@ -284,6 +296,8 @@ def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[st
     for row in rows:
         if row.proposal == "extend":
             extend[row.fault] = (*extend.get(row.fault, ()), row.side)
+
+        # each pair of faults has one rule: the scene's own stands
         elif any(rule[0] == row.other for rule in truncations.get(row.fault, ())):
             words = f"the scene has a truncation of {row.fault!r} at {row.other!r} already"
             return None, words, (row.fault, row.other)
@@ -291,11 +305,14 @@ def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[st
             truncations[row.fault] = (*truncations.get(row.fault, ()), _rule_of(row))
 
     try:
+        # the new faults are built, since only geometry shows whether rules agree
         made = scene.replace(truncations=truncations, extend=extend)
         for name in made.fault_names:
             before, after = scene.surface(name), made.surface(name)
             if after is not before:
                 left = _area(after) / _area(before)
+
+                # a truncation that removes most of a fault is nearly always the wrong side
                 if left < LEAST_LEFT:
                     return None, f"only {100 * left:.0f} % of {name!r} would be left", (name,)
     except (InputError, GeometryError) as error:
@@ -311,5 +328,7 @@ def _rules(given: Any) -> tuple[Any, ...]:
 def _area(surface: TriSurface) -> float:
     """Area of a surface [m2]."""
     corners = surface.vertices[surface.triangles]
+
+    # fsum, so that the share does not depend on the order of triangles
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return 0.5 * math.fsum(np.linalg.norm(normals, axis=1))

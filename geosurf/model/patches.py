@@ -66,6 +66,9 @@ class Patches(Noun):
         self.curve_edges = frozen(curve_edges, np.int64)
         self.report = dict(report or {})
         self.__dict__["local"] = frozen(local, np.float64)
+
+        # straight into the slots of the cached properties: arrays that were handed in win over
+        # `pieces`
         for name, value in (
             ("triangles", triangles),
             ("surface_of_triangle", surface_of_triangle),
@@ -91,13 +94,19 @@ class Patches(Noun):
         """The same without runs: every triangle by itself."""
         from geosurf.kernels.meshes.mesh import edges
 
+        # keys are cells and halves of a lattice; a triangle surface's own rows are its keys
         parent = self.parent_of_triangle.copy()
         for i, source in enumerate(self.sources):
             if source.lattice is not None:
                 mine = self.surface_of_triangle == i
                 parent[mine] = source.lattice.keys_of_rows(parent[mine])
+
+        # a half-edge that is alone in its ring is at the rim
         ring, _ = edges(self.triangles, len(self.local))
         alone = ring == np.arange(len(ring))
+
+        # triangles with the same three corners share a group: coinciding surfaces list each of
+        # them, and `twin` names the first
         corners = np.sort(self.triangles, axis=1)
         _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
         return Pieces(
@@ -171,6 +180,8 @@ class Patches(Noun):
     def surface(self, i: int | str) -> TriSurface:
         """Return one surface of the split mesh, by row or by name."""
         i = self._row(i)
+
+        # one pass over the labels; parts are asked for one by one, mostly for pictures
         rows = np.flatnonzero(self.surface_of_triangle == i)
         source = self.sources[i]
         return self._part(rows, source.name, source.role)
@@ -193,6 +204,7 @@ class Patches(Noun):
         return i
 
     def _part(self, rows: np.ndarray, name: str, role: str) -> TriSurface:
+        # vertices in use, renumbered; sorted, so the same vertex order in each part
         used, faces = np.unique(self.triangles[rows], return_inverse=True)
         part = TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
         return in_crs_of(part, [self])

@@ -96,8 +96,12 @@ class Expanded(Noun):
     def _rows(self) -> tuple[np.ndarray, np.ndarray]:
         """First triangle of each surface in `triangles` of the pieces, and in these arrays."""
         pieces = self.pieces
+
+        # `surface` is sorted, so the rows of each surface are a slice
         cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
         counts = np.diff(cut)
+
+        # runs (row, first, last) add last - first + 1 triangles each
         for i, strips in enumerate(pieces.strips):
             if strips is not None:
                 counts[i] += int((strips.runs[:, 2] - strips.runs[:, 1] + 1).sum())
@@ -108,8 +112,13 @@ class Expanded(Noun):
         """Point of each node of each lattice, and the number of points up to each surface."""
         from geosurf.kernels.lattices.strip_triangles import number_nodes
 
+        # for each lattice the point of each node, -1 where unused; points of triangles are numbered
+        # already
         ids: list[np.ndarray | None] = []
         counts = [len(self.pieces.x)]
+
+        # numbers follow each other over surfaces: those of triangles, then nodes of the first
+        # lattice, ...
         for strips in self.pieces.strips:
             ids.append(None)
             n = counts[-1]
@@ -124,6 +133,7 @@ class Expanded(Noun):
         """Local coordinates of all points, float64 (n_vertex, 3)."""
         from geosurf.kernels.lattices.strip_triangles import write_nodes
 
+        # filled in place, surface by surface: one allocation, no copies to join
         ids, counts = self._points
         local = np.empty((counts[-1], 3))
         local[: counts[0]] = self.pieces.x
@@ -139,6 +149,8 @@ class Expanded(Noun):
         """Corners of all triangles, rows of `local`, int64 (n_triangle, 3)."""
         from geosurf.kernels.lattices.strip_triangles import write_triangles
 
+        # runs and cut triangles are merged in the order of cells, so rows run as if nothing had
+        # been left out
         pieces, (cut, rows) = self.pieces, self._rows
         triangles = np.empty((rows[-1], 3), dtype=np.int64)
         for i, (id_of_node, strips) in enumerate(zip(self._points[0], pieces.strips, strict=True)):
@@ -158,6 +170,7 @@ class Expanded(Noun):
         pieces, (cut, rows) = self.pieces, self._rows
         keys, elements = (np.empty(rows[-1], dtype=np.int64) for _ in range(2))
         for i, strips in enumerate(pieces.strips):
+            # `own` is the element of a cut triangle (its row); runs come after all triangles
             mine, out = slice(cut[i], cut[i + 1]), slice(rows[i], rows[i + 1])
             own = np.arange(cut[i], cut[i + 1])
             if strips is None:
@@ -177,6 +190,7 @@ class Expanded(Noun):
     @cached_property
     def parent(self) -> np.ndarray:
         """Row of the input triangle that each is a part of, int64 (n_triangle,)."""
+        # keys of lattice surfaces become rows of their triangles; others are rows already
         keys, rows = self._labels[0], self._rows[1]
         of = zip(self.pieces.sources, rows[:-1], rows[1:], strict=True)
         parts = [source.rows_of_keys(keys[first:last]) for source, first, last in of]

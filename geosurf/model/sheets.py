@@ -360,19 +360,32 @@ class Sheet(Noun):
         present = lattice.present
         vertices = np.concatenate([lattice.build_vertices(), self.ghosts])
         n = len(vertices) - len(self.ghosts)
+
+        # vertex of each node and ghost, -1 for absent nodes; ghosts follow the nodes
         number = np.concatenate([lattice.vertex_of_node.ravel(), n + np.arange(len(self.ghosts))])
         # the rows of a lattice's triangles: cell by cell, those that exist
         low, high = present[:-1], present[1:]
+
+        # corners of the cell: a is its first node, b the next in the row, d and c the same one row
+        # on
         a, b, d, c = low[:, :-1], low[:, 1:], high[:, :-1], high[:, 1:]
         pair = (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
+
+        # (cell, half), flat in the order of `build_triangles`
         there = np.stack(pair, axis=-1).ravel()
+
+        # `divided` counts nodes, the mask below counts cells: one fewer in each row
         row, col = np.divmod(self.divided // 2, n_col)
         whole = there.copy()
         whole[2 * (row * (n_col - 1) + col) + self.divided % 2] = False
+
+        # triangles that faults divide are replaced by copies on both sides, which end in ghosts
         triangles = np.concatenate([lattice.build_triangles()[whole[there]], number[self.copies]])
         ghost = np.arange(len(vertices)) >= n
         outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
         marks = {"ghost": ghost, "outer": outer}
+
+        # ghosts are never extrapolated data: they are not data
         if self.extrapolated is not None:
             no_ghost = np.zeros(len(self.ghosts), dtype=bool)
             marks["extrapolated"] = np.concatenate([self.extrapolated[present], no_ghost])
@@ -397,6 +410,7 @@ class Sheet(Noun):
         InputError
             If a fault is missing or another surface: the sheet would not end on it.
         """
+        # the very same arrays: a sheet fits the fault that cut it, to the last digit, and no other
         for fault in self.faults:
             given = None if others is None else others(fault.name)
             if given is None:

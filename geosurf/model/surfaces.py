@@ -68,18 +68,23 @@ class TriSurface(Noun):
     ) -> None:
         if not is_word(role, ROLES):
             raise SurfaceError(f"surface {name!r}: role is {role!r}, expected one of {ROLES}.")
+
+        # name before arrays: all messages below use it
         self.name = name = name_of(name, "surface")
         self.role = role
         if lattice is not None:
             expect(lattice, Lattice, f"surface {name!r} takes a Lattice", "geosurf.Lattice is one")
         self.lattice = lattice
         self.checked = False  # whether all triangles are known to have an area
+
+        # lattice without arrays: vertices and triangles follow by rule, when somebody reads them
         if vertices is None or triangles is None:
             if lattice is None or not (vertices is None and triangles is None):
                 raise SurfaceError(
                     f"surface {name!r}: pass both vertices and triangles, or a lattice."
                 )
         else:
+            # into the slot of the cached property, which then never runs
             self.__dict__["vertices"] = _checked_vertices(name, vertices)
             self.__dict__["triangles"] = _checked_triangles(name, triangles, len(self.vertices))
         self.vertex_data: dict[str, np.ndarray] = {}
@@ -91,6 +96,7 @@ class TriSurface(Noun):
         how = "give a mapping of names to arrays"
         expect(given, Mapping, f"surface {self.name!r} takes a mapping as vertex_data", how)
         for key, value in given.items():
+            # copied and frozen: vertex data must stay in step with vertices
             array = np.asarray(value)
             if array.shape[:1] != (len(self.vertices),):
                 raise SurfaceError(
@@ -189,9 +195,12 @@ class TriSurface(Noun):
         """
         if self.n_triangle == 0:
             raise SurfaceError(f"surface {self.name!r} has no triangles and therefore no bounds.")
+
+        # all nodes in use: the box that the survey has, no pass over the vertices
         if self.lattice is not None and self.lattice.whole:
             used = self.lattice.corners_of_box()
         else:
+            # vertices that no triangle uses do not count; a mark for each is faster than np.unique
             mark = np.zeros(self.n_vertex, dtype=bool)
             mark[self.triangles] = True
             used = self.vertices[mark]
@@ -216,6 +225,7 @@ class TriSurface(Noun):
         InputError
             If the name is not text, or is empty.
         """
+        # same arrays, and the same checks: nothing is computed again
         twin = TriSurface.__new__(TriSurface)
         twin.__dict__.update(self.__dict__)
         twin.name, twin.role = name_of(name, self.role), self.role if role is None else role
@@ -256,6 +266,8 @@ def _checked_vertices(name: str, vertices: Any) -> np.ndarray:
             f"surface {name!r}: {len(bad)} vertices are not finite, the first is vertex "
             f"{bad[0]}: {array[bad[0]].tolist()}. Leave out nodes that are undefined."
         )
+
+    # + 0.0 turns -0.0 into 0.0, so that equal coordinates have equal bytes
     return frozen(array + 0.0, np.float64)
 
 
@@ -268,6 +280,8 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
             f"surface {name!r}: triangles are rows of several lengths, expected integers "
             "(n_triangle, 3): rows of vertices."
         ) from error
+
+    # an empty list is float64 for numpy
     if array.size == 0:
         array = array.reshape(0, 3).astype(np.int64)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
@@ -275,6 +289,8 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
             f"surface {name!r}: triangles have dtype {array.dtype} and shape {array.shape}, "
             "expected integers (n_triangle, 3): rows of vertices."
         )
+
+    # once over all, and only in an error once over rows
     if array.size and not (array.min() >= 0 and array.max() < n_vertex):
         bad = np.flatnonzero(((array < 0) | (array >= n_vertex)).any(axis=1))
         raise SurfaceError(
@@ -321,6 +337,8 @@ class FaultSticks(Noun):
                 f"fault {self.name!r}: sticks are not numbers ({error}). Give arrays (n_point, 3): "
                 "easting, northing, elevation."
             ) from error
+
+        # checked one by one, so that the message can name the stick
         for i, stick in enumerate(arrays):
             if stick.ndim != 2 or stick.shape[1] != 3 or len(stick) < 2:
                 raise SurfaceError(

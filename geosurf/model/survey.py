@@ -79,6 +79,10 @@ class Survey:
             found = sums.tolist()  # a few numbers: calls of numpy take longer
             both = found[cell_bounds.NORMAL : cell_bounds.NORMAL + 3]
             alone = (found[k : k + 3] for k in (cell_bounds.ONLY_FALLING, cell_bounds.ONLY_RISING))
+
+            # cells with four nodes have the same total for both diagonals, half the cross product
+            # of these; `alone` adds the triangles of cells with three nodes, which exist for one
+            # diagonal only
             normals = np.array(
                 [[0.5 * b + a for b, a in zip(both, one, strict=True)] for one in alone]
             )

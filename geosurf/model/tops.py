@@ -84,6 +84,8 @@ def tops_of(tops: Any) -> Tops:
         raise InputError(
             f"tops is {type(tops).__name__} without all of {', '.join(COLUMNS)}. {how}."
         ) from error
+
+    # xarray variables, columns of pandas and lists alike
     arrays = {name: np.ravel(getattr(value, "values", value)) for name, value in columns.items()}
     sizes = {name: len(array) for name, array in arrays.items()}
     if len(set(sizes.values())) != 1:
@@ -93,9 +95,13 @@ def tops_of(tops: Any) -> Tops:
         points = np.stack([real_numbers(arrays[name]) for name in COLUMNS[2:]], axis=1)
     except (TypeError, ValueError) as error:
         raise InputError(f"tops have coordinates that are not numbers ({error}). {how}.") from error
+
+    # depth or feet in the attributes of the column, as `read_tops` or the user set them
     attrs = dict(getattr(columns["elevation"], "attrs", {}))
     scale = elevation_sign(attrs.get("positive", "up"), "the tops")
     points[:, 2] *= scale * metres_per_unit(attrs.get("units", "m"), "the tops")
+
+    # one top without a place would make every misfit statistic NaN
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(bad):
         first = bad[0]

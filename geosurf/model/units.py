@@ -91,6 +91,7 @@ class Unit(Noun):
 
         Volume over it is the mean length of the pieces of vertical lines inside the unit.
         """
+        # twice the signed map area of each triangle: up-facing ones alone give the upper side
         a, b, c = (self.local[self.triangles[:, k], :2] for k in range(3))
         (ux, uy), (vx, vy) = (b - a).T, (c - a).T
         up = ux * vy - uy * vx
@@ -143,12 +144,15 @@ class Units(Noun, Mapping[str, Unit]):
         sides: Callable[[], np.ndarray] | None = None,
         enclosed: float | None = None,
     ) -> None:
+        # sides are asked of carving when they are first needed; most users only want volumes
         self._sides = sides
         self._enclosed = enclosed
         self._units: dict[str, Unit] = {}
         for unit in units:
             if self._units.setdefault(unit.name, unit) is not unit:
                 raise InputError(f"two units have the name {unit.name!r}. Give each its own name.")
+
+        # two-part labels where there is no contact, three where there is
         self._by_labels: dict[tuple[str, ...], Unit] = {}
         for unit in self._units.values():
             labels = (unit.zone, unit.block, unit.contact)
@@ -159,6 +163,7 @@ class Units(Noun, Mapping[str, Unit]):
         self.report = dict(report or {})
 
     def __getitem__(self, key: Any) -> Unit:
+        # keys as users type them: a name or a tuple of labels
         labels = tuple(map(str, key)) if isinstance(key, tuple) else ()
         name = key if isinstance(key, str) else ""  # anything else may not be hashable
         found: Unit | None = self._by_labels.get(labels) if labels else self._units.get(name)
@@ -185,6 +190,8 @@ class Units(Noun, Mapping[str, Unit]):
     def __str__(self) -> str:
         """A table: zone, block and contact of each unit, and its volume; then what is clipped."""
         head = ("zone", "block", "contact")
+
+        # widths from all rows, volumes with their unit, as messages, report and pictures have them
         rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
         shown = range(3 if any(row[2] for row in rows) else 2)
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
@@ -294,6 +301,8 @@ class Units(Noun, Mapping[str, Unit]):
         min_volume = number_of(min_volume, "min_volume", "give cubic metres")
         found = []
         for unit in self._units.values():
+            # pieces after the largest of a zone and block have a number; those below the limit come
+            # in, too
             if " #" in unit.block or unit.volume < min_volume:
                 low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
                 east, north, up = (0.5 * (low + high)).tolist()
@@ -316,6 +325,7 @@ class Units(Noun, Mapping[str, Unit]):
     @cached_property
     def table(self) -> xarray.Dataset:
         """Volumes and areas of all units, with units in ``attrs``."""
+        # computed when first asked for: areas take a pass over all shells, volumes are known
         units = list(self._units.values())
         columns = {
             "area": ([u.area for u in units], "m2", "area of the closed shell"),

@@ -73,6 +73,7 @@ def build_scene(
     # not torn yet: sheets need the faults as extension and truncation leave them
     box = scenario.box.sides if scenario.box is not None else None
     plain = {
+        # points have no grid yet: their outline stands for them until they are torn
         name: footprint(name, data, {}) if are_points(data) else data
         for name, data in horizons.items()
     }
@@ -102,6 +103,7 @@ def _extended(
     scenario: Scenario, horizons: dict[str, Any], faults: dict[str, Any], aoi: Any
 ) -> dict[str, Any]:
     """Horizons continued to the box or area, and their holes filled, where that is asked."""
+    # the area that extension has to reach: of the box, or the outline itself if it is no rectangle
     area: Any = None if scenario.box is None else scenario.box.sides
     if aoi is not None and scenario.aoi is not None and not scenario.aoi.rectangle:
         area = opened_outline(aoi)
@@ -142,6 +144,8 @@ def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
             value = read_horizon(
                 entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
             )
+
+        # several tables of one name are one contact with values by zone and block
         found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))
     return found
 

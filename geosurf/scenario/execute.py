@@ -130,6 +130,7 @@ def run(
     Outcome
         Also with the certificate and notes.
     """
+    # arguments and formats are checked before the first file is read
     log = StepLog(progress)
     pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
@@ -146,6 +147,8 @@ def run(
         drawn = _draw(scene, scenario, folder, log) if pictures else {}
         _write_certificate(scene, scenario, certificate, folder)
         notes = model_notes(scene)
+
+        # last, with the pictures that could be drawn
         report_scene(
             scene,
             folder / "report",
@@ -180,10 +183,13 @@ def write_report(
     (Certificate, pathlib.Path, tuple of str)
         The page, and notes on what could not be drawn.
     """
+    # refused now rather than after minutes of computation
     require_writable(folder)
     log = StepLog(progress)
     scene = compute(scenario, log, Path(folder) if pictures else None)
     certificate = scene.check()
+
+    # pictures go into the page: their files are not results
     with tempfile.TemporaryDirectory() as scratch:
         drawn = _draw(scene, scenario, Path(scratch), log) if pictures else {}
         notes = model_notes(scene)
@@ -210,6 +216,8 @@ def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         log.new_steps_of(scene)
+
+    # each stage is a property of the scene; reading it runs what is missing
     for stage in ("curves", "coverage", "units"):
         with pictured(scene, out):
             getattr(scene, stage)
@@ -281,6 +289,7 @@ def _check_formats(scenario: Scenario) -> None:
 
 
 def _write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
+    # keys of the scenario; the name of the file says whether curves or units go into it
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         write(scene.curves if file.startswith("curves") else scene.units, folder / file)
@@ -290,6 +299,7 @@ def _write_certificate(
     scene: Scene, scenario: Scenario, certificate: Certificate, folder: Path
 ) -> None:
     """Write the certificate, when all that can be warned of has been."""
+    # the certificate is read alone: what it rests on stands above it
     warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
     lines = "\n".join(filter(None, [f"{scenario.title}\n", warnings, f"{certificate}\n"]))
     commit(folder / "certificate.txt", lines.encode("utf-8"))

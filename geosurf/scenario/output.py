@@ -71,9 +71,13 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
         not after.
     """
     out = path_of(out, "the folder of results")
+
+    # taken first and released last: two runs into one folder would mix their results
     lock = Lock(out / LOCK)
     try:
         _claim(out, lock)
+
+        # inside `out`, so that the final rename stays on one file system
         stage = _open_stage(out)
         try:
             yield stage
@@ -113,6 +117,7 @@ def _open_stage(out: Path) -> Path:
     try:
         # refuse before anything is computed what would fail at the end
         for name in FOLDERS:
+            # a link would let a run write outside of its folder
             if (out / name).is_symlink():
                 raise NotADirectoryError(20, f"{name} is a link; remove it")
             if (out / name).exists() and not (out / name).is_dir():

@@ -48,6 +48,8 @@ def torn_horizons(
         name: [t for t in scenario.throws if name in t.horizons or not t.horizons]
         for name in horizons
     }
+
+    # horizons that [tear] names, from data; others are torn by given throws
     picked = [name for name in horizons if is_torn_as_picked(scenario, name)]
     given = {name: scene.surface(name) for name in scene.fault_names} if picked else {}
 
@@ -56,6 +58,7 @@ def torn_horizons(
         with pictured(scene, out, (name, *scene.fault_names)):
             return _as_picked(scenario, scene, name, horizons[name], list(faults.values()))
 
+    # tearing may extend faults: sheets and scene must have the same ones
     sheets, faults = sheets_on(given, picked, as_picked)
     for warning in warnings_of(given, faults, sheets):
         warn(warning)
@@ -71,6 +74,8 @@ def torn_horizons(
     # sheets reach farther up and down than smeared grids: the default box would grow, and with it
     # the extended faults, which the sheets end on
     extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
+
+    # faults that tearing has changed, by name
     longer = {name: faults[name] for name in given if faults[name] is not given[name]}
     changes: dict[str, Any] = {}
     if (extended or picked) and scenario.box is None:

@@ -52,6 +52,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     ...     str(error).partition("; ")[0].removeprefix(f"{file}: ")
     "unknown key 'northing' in box"
     """
+    # two passes: each value by itself (`read_table`), then values against each other
     path = path_of(path, "a scenario")
     scenario: Scenario = read_table(Scenario, KeyPath(path), _load(path), path=path)
     _check_names(scenario)
@@ -61,6 +62,8 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
 def _load(path: Path) -> dict[str, Any]:
     try:
         with opened(path) as (file, _):
+            # utf-8-sig: Windows editors write a byte order mark; TOML knows two line ends, old
+            # files a third
             text = file.read().decode("utf-8-sig")
         return tomllib.loads(text.replace("\r\n", "\n").replace("\r", "\n"))
     except tomllib.TOMLDecodeError as error:
@@ -82,6 +85,8 @@ def _load(path: Path) -> dict[str, Any]:
 def _check_names(scenario: Scenario) -> None:
     """Names are unique over horizons and faults, and there is a horizon."""
     at = KeyPath(scenario.path)
+
+    # a sealed model brings surfaces and names of its own
     if scenario.model is not None:
         _check_model(scenario, at)
         return
@@ -114,6 +119,7 @@ def _check_names(scenario: Scenario) -> None:
 
 def _check_model(scenario: Scenario, at: KeyPath) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
+    # one at a time, so that the message can name the table to remove
     for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
         if getattr(scenario, word):
             at.refuse(
@@ -139,6 +145,8 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
             zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
             at.refuse(f"{label} is given {block}{zones} twice; delete one.")
         given.add(where)
+
+    # three ways to give an area, of which exactly one is set
     aoi = scenario.aoi
     if aoi is not None and (aoi.file, aoi.corners_m, aoi.rectangle or None).count(None) != 2:
         at.refuse("aoi: give one of file, corners_m, rectangle.")
@@ -150,6 +158,8 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
     """Zones and sides of faults that contacts are given for exist, before anything is read."""
     if not scenario.contacts:
         return
+
+    # zones are named from the horizons before a grid is read: a misspelt zone costs no run
     try:
         zones = names_of_zones([entry.name for entry in scenario.horizons])
     except InputError as error:
@@ -201,6 +211,8 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
         if name not in known["horizon"]:
             guess = did_you_mean(name, known["horizon"])
             at.refuse(f"tear.horizons: unknown horizon {name!r}; name one of the horizons.{guess}")
+
+    # a horizon is torn from its data or by throws, never both
     for entry in scenario.throws:
         for name in entry.horizons or known["horizon"]:
             if is_torn_as_picked(scenario, name):
@@ -228,6 +240,8 @@ def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPat
         for word in ELLIPSE if entry.elliptic_m is None else ():
             if getattr(entry, word) is not None:
                 at.refuse(f"{label}: {word} needs elliptic_m. Add elliptic_m, or remove {word}.")
+
+        # without a list, the throw applies to all horizons
         for name in entry.horizons or known["horizon"]:
             if (entry.fault, name) in given:
                 at.refuse(f"{label} are given twice for horizon {name!r}; delete one.")

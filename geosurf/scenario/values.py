@@ -52,6 +52,7 @@ def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
         @wraps(function)
         def checked(at: KeyPath, value: Any) -> Any:
             """Return the value as it is to be used, or refuse it."""
+            # None is "not allowed"; TOML has no null, so no value is lost
             result = function(at, value)
             if result is None:
                 at.refuse(f"{at.keys} is {value!r}; it must be {allowed}.")
@@ -84,6 +85,7 @@ def above_zero(_: KeyPath, value: Any) -> float | None:
 @check('"auto", a number above 0, or a table such as {F1 = 3.0}')
 def trim(_: KeyPath, value: Any) -> str | float | dict[str, Any] | None:
     """A trim for all faults, or by fault."""
+    # a table by fault; empty ones are refused, as they would mean nothing
     if isinstance(value, dict):
         every = all(one == "auto" or above_zero_or_none(one) for one in value.values())
         return dict(value) if value and every else None
@@ -130,6 +132,7 @@ def lines(_: KeyPath, value: Any) -> tuple[tuple[tuple[float, float], ...], ...]
         return None
     found = []
     for one in value:
+        # numbers of points and equal neighbours are checked where sections check them
         fits = [isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in one]
         if not all(fits):
             return None

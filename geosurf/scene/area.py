@@ -32,10 +32,12 @@ def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea |
     memory : Memory
         Gets the step, and warnings of what the area leaves out.
     """
+    # their overlap is a rectangle: the box alone says it
     if are_unrotated(horizons):
         return None
 
     def found() -> SharedArea:
+        # outlines and holes of the data, one per horizon
         footprints = [footprint_of(horizon) for horizon in horizons]
         area = shared_area(footprints)
         data = [  # that an extrapolated part is left out is worth no warning
@@ -47,6 +49,7 @@ def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea |
             warn(warning)
         return area
 
+    # the outline depends on the horizons only, by identity: scenes that share them share it
     key = ("area", *(memory.key_of(horizon) for horizon in horizons))
     result: SharedArea = memory.get_or_compute(
         "area", "all horizons", key, found, area_in_words, again=False
@@ -77,6 +80,8 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
     """Return warnings of what a default area leaves out: other pieces, and much of a horizon."""
     found = []
     how = "Pass aoi= with the outline of your model to choose another area."
+
+    # separate pieces: sizes and places of those that are left out, the largest by name
     if area.pieces:
         (size, (x, y)), *more = area.pieces
         rest = ""
@@ -94,6 +99,8 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
     elif area.share < ENOUGH:
         words = f"The default area covers {percent(area.share)} of what all horizons cover."
         found.append(GeosurfWarning("area", "aoi", words, how))
+
+    # a horizon that loses more than a tenth is named, with the size of the loss
     for horizon in horizons:
         share = area.area / horizon.area
         if share < MUCH and not area.pieces:
@@ -136,6 +143,7 @@ def box_around(
     memory : Memory
         Gets the step.
     """
+    # a given box is not touched, only tested
     if given is not None:
         build_walls(given, area)  # raises where no walls can stand
         west, east, south, north, bottom, top = (float(value) for value in given)
@@ -147,6 +155,8 @@ def box_around(
             axis_parallel = are_unrotated(surfaces)
             words = "where all horizons are" if axis_parallel else rectangle_in_words(box, surfaces)
         memory.note("box", "all horizons", "ran", f"default: {words}")
+
+    # the area is what the walls follow: the box is as wide as it is
     if area is not None:
         (west, south), (east, north) = area.min(axis=0).tolist(), area.max(axis=0).tolist()
     return west, east, south, north, bottom, top

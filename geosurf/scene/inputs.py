@@ -85,12 +85,15 @@ class SceneInputs:
 
     def __post_init__(self) -> None:
         """Check every input, alone and against the others."""
+        # fields are checked, brought into one form and set; from then on the object is frozen
         horizons = as_mapping("horizons", self.horizons)
         faults = as_mapping("faults", self.faults)
         if not horizons and not faults:
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
             )
+
+        # a tuple of floats: inputs are compared and hashed by value
         box = None if self.box is None else tuple(box_of_sides(self.box).tolist())
         if box is not None and self.takes_rectangle:
             raise InputError(
@@ -109,12 +112,16 @@ class SceneInputs:
         crossing = flag_of(self.self_intersections, "self_intersections")
         tolerance = check_scene_tolerance(self.tolerance, horizons)
         truncations = as_mapping("truncations", self.truncations)
+
+        # settings that exclude each other are refused here, before a file is read
         tear = tear_setting(self.tear, tuple(faults))
         if tear is not None and tolerance is not None:
             raise InputError(
                 f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
                 "their nodes. Leave one of them out."
             )
+
+        # a tie without tops would silently do nothing
         tie = tie_settings(self.tie)
         if tie is not None and self.tops is None:
             raise InputError("tie needs well tops. Give them, too: tops=geosurf.read_tops(path).")
@@ -170,6 +177,8 @@ class SceneInputs:
                     f"a scene has no input {key!r}; its inputs are {', '.join(INPUTS)}."
                     f"{did_you_mean(key, INPUTS)}"
                 )
+
+        # merged by name: replace(horizons={'Top': new}) leaves the others as they are
         horizons = exchanged("horizons", self.horizons, changes.get("horizons"))
         faults = exchanged("faults", self.faults, changes.get("faults"))
 
@@ -200,6 +209,8 @@ def tear_setting(tear: Any, faults: tuple[str, ...]) -> Any:
         return None
     if tear is True or (isinstance(tear, str) and tear == "auto"):
         return "auto"
+
+    # one value, or one for each fault
     values = list(tear.values()) if isinstance(tear, Mapping) else [tear]
     if not values or not all(
         (isinstance(value, str) and value == "auto") or (is_number(value) and value > 0)
@@ -243,6 +254,7 @@ def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
         )
     named: dict[str, Any] = {}
     for key, value in inputs.items():
+        # 1 and '1' are different keys, but one name
         name = str(key)
         if not name.strip() or name in named:
             fault = f"{name!r} twice, as text and as a number" if name.strip() else "an empty name"
@@ -265,6 +277,8 @@ def check_scene_tolerance(tolerance: Any, horizons: Mapping[str, Any]) -> float 
         raise InputError(
             f"tolerance is {tolerance!r}; give a length above 0 m, or None for all nodes."
         )
+
+    # ghosts mark a torn mesh that came as triangles
     for name, value in horizons.items():
         if isinstance(value, Sheet) or "ghost" in getattr(value, "vertex_data", ()):
             raise InputError(
@@ -281,6 +295,7 @@ def only_of(entries: Mapping[str, Any], names: Mapping[str, Any]) -> dict[str, A
 
 def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, Any]:
     """Return named inputs with some exchanged, added, or (None) removed."""
+    # None as a value removes an input, so a missing name is a slip
     changed = as_mapping(what, {} if changes is None else changes)
     for name, value in changed.items():
         if value is None and name not in inputs:

@@ -87,12 +87,15 @@ class Attempt:
         trace: TracebackType | None,
     ) -> bool:
         """Keep the error."""
+        # an Exception is swallowed and kept for `reason`; KeyboardInterrupt and SystemExit are
+        # none, and pass
         self.error = error
         return isinstance(error, Exception)
 
     @property
     def reason(self) -> str:
         """What went wrong, as a part of a sentence; '' if nothing did."""
+        # errors on purpose have a sentence for the user; anything else is a defect of geosurf
         if isinstance(self.error, GeosurfError | Warning):
             return str(self.error).rstrip(".")
         if isinstance(self.error, MemoryError):
@@ -145,6 +148,7 @@ def pictures_of(
     InputError
         For an invalid view, size, exaggeration or line.
     """
+    # all words and numbers first: a slip in the last option must not cost minutes of drawing
     size, box = check_size(size), scene.box
     check_exaggeration(exaggeration, box)
     views = (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
@@ -182,6 +186,8 @@ def pictures_of(
 
 def _neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
     """Pairs of horizons with a zone between them, youngest first."""
+    # only zones that have units: the column or the box may have removed one, and its neighbours
+    # then name the zone
     zones = {unit.zone for unit in scene.units.values()}
     names = scene.horizon_names
     pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
@@ -205,6 +211,8 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
     def draw(path: Path) -> None:
         """Draw it, inside the model if asked."""
         west, east, south, north = scene.box[:4]
+
+        # the outline that clips: the area of interest, or the box in the map
         ring = np.array([(west, south), (east, south), (east, north), (west, north)])
         inside = ring if scene.aoi is None else scene.aoi
         surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
@@ -214,6 +222,7 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
             tops=_tops(scene), hatched=scene.surface(name), remedies=_remedies(scene, name),
         )  # fmt: skip
 
+    # the row keeps files in stratigraphic order and apart where names differ in signs only
     row = scene.horizon_names.index(name)
     return Picture(
         f"{name}: elevation and intersection lines with other surfaces.",
@@ -240,6 +249,9 @@ def _thickness(scene: MeasuredModel, pair: tuple[str, str], size: tuple[int, int
     def draw(path: Path) -> None:
         """Measure and draw it."""
         west, east, south, north = scene.box[:4]
+
+        # CELLS along the longer side, whatever the size of the field: pictures have that many
+        # pixels to show
         cell = max(east - west, north - south) / CELLS
         polygons = {name: scene.fault_polygons(name) for name in pair}
         render_thickness(scene.thickness(zone, cell), path, polygons=polygons, size=size)
@@ -285,6 +297,7 @@ def _section(scene: MeasuredModel, line: np.ndarray, row: int, size: tuple[int, 
         """Cut the model and draw it."""
         render_section(scene.section(line), path, size=size, tops=_tops(scene))
 
+    # ends only: a line with corners would make the caption longer than the picture
     (x0, y0), (x1, y1) = line[0], line[-1]
     return Picture(
         f"Vertical section from E {x0:.0f} N {y0:.0f} to E {x1:.0f} N {y1:.0f}: zones, horizons, "
@@ -320,6 +333,7 @@ def render_pictures(
     choice: Mapping[str, Any],
 ) -> dict[str, Path]:
     """Choose and draw pictures; see `Scene.render_pictures`."""
+    # options are the parameters of `pictures_of`: one list, which cannot get out of step
     known = [word for word in inspect.signature(pictures_of).parameters if word != "scene"]
     for key in choice:
         if key not in known:
