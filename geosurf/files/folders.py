@@ -53,6 +53,7 @@ class Names:
 
     def __contains__(self, path: PurePosixPath) -> bool:
         """Whether a relative name is one of ours; never one that leaves the folder."""
+        # no absolute name, no way up, at most one folder deep: whatever a journal claims
         inside = not path.is_absolute() and ".." not in path.parts and len(path.parts) <= 2
         return inside and any(p.fullmatch(path.as_posix()) for p in self.patterns)
 
@@ -98,6 +99,7 @@ def exchange(one: Path, two: Path) -> bool:
     if library is None:
         return False
     if sys.platform.startswith("linux") and hasattr(library, "renameat2"):
+        # the system call of Linux; a disk that cannot swap answers with an error
         failed = library.renameat2(_HERE_FLAG, names[0], _HERE_FLAG, names[1], _SWAP)
     elif sys.platform == "darwin" and hasattr(library, "renamex_np"):
         failed = library.renamex_np(*names, _SWAP)
@@ -146,6 +148,7 @@ def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
     except OSError:
         return False
 
+    # no swap here: the stage goes back to its place, and the journal takes over
     if not exchange(twin, real):
         twin.rename(stage)
         return False
@@ -162,6 +165,7 @@ def twin_prefix(folder: Path) -> str:
 def discard(old: Path, new: Path, names: Names) -> None:
     """Remove a folder that was replaced; a file that somebody put there meanwhile moves over."""
     with suppress(OSError):
+        # a list first: the folder changes while it is read
         for path in [*names.foreign_in(old)]:
             target = new / path.relative_to(old)
             if not path.name.startswith(PREFIX) and not os.path.lexists(target):
@@ -177,6 +181,7 @@ def discard_twins(folder: Path, names: Names) -> None:
     real = folder.resolve()
     with suppress(OSError):
         for path in [*real.parent.glob(f"{glob.escape(twin_prefix(real))}{'[0-9a-f]' * N_RANDOM}")]:
+            # only folders of the same owner, and never links: anybody may make such a name
             ours = path.lstat().st_uid == real.stat().st_uid
             if ours and path.is_dir() and not path.is_symlink():
                 discard(path, real, names)
@@ -294,6 +299,7 @@ def _order(path: PurePosixPath) -> tuple[int, str]:
 def _read_list(path: Path, names: Names) -> tuple[list[PurePosixPath], list[PurePosixPath]]:
     """New and old names of a journal; nothing where it was not written to its end."""
     try:
+        # no list: the run was killed while it removed the journal, and all files are in place
         found = json.loads(path.read_text(encoding="utf-8"))
         new, old = ([PurePosixPath(name) for name in found[key]] for key in ("new", "old"))
     except FileNotFoundError:

@@ -160,6 +160,7 @@ def _light(plotter: Plotter) -> None:
     """Add a key light from the upper left, as in shaded maps, and a weak light against it."""
     import pyvista
 
+    # lights fixed to the camera: the same shading from all directions of view
     for position, intensity in (((-0.65, 0.9, 0.75), 0.93), ((0.8, -0.1, 0.8), 0.38)):
         light = pyvista.Light(
             position=position, light_type="camera light", intensity=intensity, color="white"

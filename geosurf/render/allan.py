@@ -159,6 +159,7 @@ def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> Non
     """Fill juxtaposed areas: footwall in full colour, hanging wall as stripes."""
     from matplotlib.patches import PathPatch
 
+    # rings of one pair of zones together: a hole needs the ring around it
     rings: dict[str, tuple[str, list[np.ndarray]]] = {}
     for words, line in lines:
         if words["kind"] == "juxtaposition":
@@ -183,6 +184,8 @@ def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None
     unit = sheet.layout.unit
     width = 1.9 * unit * 72.0 / furniture.DPI
     ends: dict[str, dict[tuple[str, str], float]] = {"+": {}, "-": {}}
+
+    # a cut-off in several pieces is named at its outermost end only
     reach: dict[tuple[str, str, str], float] = {}
     for words, line in lines:
         kind, side, name = words["kind"], words["side"], words["label"]

@@ -21,6 +21,8 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
     box = corners(bounds)
     pixels = camera.to_pixels(box) + offset
     middle = pixels.mean(axis=0)
+
+    # middles of numbers written so far: axes meet at corners, where they would overlap
     taken: list[np.ndarray] = []
     for axis, (name, unit, per) in enumerate(AXES):
         # the edge on the outline of the box, so that numbers stay outside of it

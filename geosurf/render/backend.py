@@ -75,6 +75,7 @@ def probe(backend: Backend) -> Finding:
     """
     reason = f"none of {', '.join(backend.libraries)} can be loaded"
     for library in backend.libraries:
+        # -I and -S: no modules, paths or settings of the user in the process that may crash
         command = [sys.executable, "-I", "-S", str(PROBE), backend.name, library]
         try:
             run = subprocess.run(  # our own file, with a name from the list above

@@ -59,6 +59,8 @@ class Prism:
             inward = np.stack([-step[:, 1], step[:, 0], np.zeros(len(ring))], axis=1)
             offset = -(inward[:, :2] * ring).sum(axis=1)
             sides = np.concatenate([np.column_stack([inward, offset]), levels])
+
+            # diagonals between convex parts are no walls: edges along them are not drawn
             found.append((sides, np.append(outer, [True, True])))
         return found
 
@@ -99,6 +101,7 @@ class Prism:
 
     def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
         """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""
+        # lines are clipped part by part; a line that passes two parts is drawn in two pieces
         ends: np.ndarray = points[segments]
         if self.holds(points):
             return ends
@@ -233,6 +236,7 @@ def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:
     out: np.ndarray = ends[inside.any(axis=1)].copy()
     d, inside = d[inside.any(axis=1)], inside[inside.any(axis=1)]
     for k in (0, 1):
+        # one end outside: it moves to the side, reckoned from the end inside
         rows = np.flatnonzero(~inside[:, k])
         p, q = out[rows, 1 - k], out[rows, k]
         part = d[rows, 1 - k] / (d[rows, 1 - k] - d[rows, k])

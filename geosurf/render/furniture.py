@@ -144,6 +144,7 @@ def _figure(size: tuple[int, int]) -> Figure:
     The first import of matplotlib logs messages about fonts and folders, which are suppressed
     here.
     """
+    # matplotlib reports on its font cache when first imported: nothing that a user can act on
     logger = logging.getLogger("matplotlib")
     level = logger.level
     logger.setLevel(logging.ERROR)
@@ -273,6 +274,8 @@ def shortened(words: str, most: int = LABEL_ROOM) -> str:
     """
     if len(words) <= most:
         return words
+
+    # zones are named by two horizons: each of them is shortened by itself
     parts = words.split("/")
     if len(parts) == 2 and min(map(len, parts)) > most // 2:
         return "/".join(shortened(part, most // 2) for part in parts)

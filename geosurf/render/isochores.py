@@ -194,6 +194,8 @@ def _cut_by_faults(
 
     # nodes (n * m, 2); rings by fault and horizon
     nodes = np.column_stack([x.ravel(), y.ravel()])
+
+    # rings as dense as half a cell, so that the nearest point stands for the nearest place
     cell = float(np.hypot(np.diff(x[:2, 0]), np.diff(y[:2, 0])).item())
     cut = np.zeros(len(nodes), dtype=bool)
     rings: dict[str, list[np.ndarray]] = {}
@@ -233,6 +235,8 @@ def _cell_ends(axis: np.ndarray) -> tuple[float, float]:
     """Range of coordinates (n, m), with half a cell around it."""
     low, high = float(axis.min()), float(axis.max())
     steps = [np.abs(np.diff(axis, axis=k)).max() for k in (0, 1)]
+
+    # nodes are middles of coloured cells: the map reaches half a cell beyond them
     half = 0.5 * float(max(steps))
     return low - half, high + half
 
@@ -271,11 +275,15 @@ def _contour(
 
     # nodes with the same set of blocks make one region: contours stop at its border
     held = np.isfinite(values)
+
+    # sets (n_byte, n_node): one bit for each block that has a value at the node
     sets = np.packbits(held, axis=0).reshape(-1, total.size)
     _, region = np.unique(sets, axis=1, return_inverse=True)
     region = region.reshape(total.shape)
     for r in np.unique(region[np.isfinite(total)]).tolist():
         mine = np.where(region == r, total, np.nan)
+
+        # levels outside a region's range would make matplotlib warn of contours without lines
         low, high = np.nanmin(mine), np.nanmax(mine)
         for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
             inside = chosen[(chosen > low) & (chosen < high)]

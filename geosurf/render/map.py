@@ -212,7 +212,11 @@ def _hatch(
     if mark is None or not mark.any():
         return False
     x, y = (surface.vertices[:, :2] - corner).T
+
+    # any vertex without data: a triangle is as certain as its least certain corner
     triangles = surface.triangles[mark[surface.triangles].any(axis=1)]
+
+    # hatches follow the contour of the mark; the area itself has no colour
     drawn = axes.tricontourf(
         Triangulation(x, y, triangles), mark.astype(float), levels=[0.01, 1.5], colors="none",
         hatches=["////"],

@@ -112,6 +112,8 @@ def render_scene(
         content += show_units(scene.units, exploded)
     if "curves" in show:
         content += show_curves(scene.curves, within=within)
+
+    # an exploded model has no common outline or axes any more
     if outline is not None and not exploded:
         content += show_outline(outline, box[4])
     return draw_picture(

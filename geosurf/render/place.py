@@ -160,6 +160,7 @@ def _checked(place: Sequence[float], reach: float | None) -> tuple[float, float,
 
 def _mark(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> Layer:
     """Three lines through a place, each a third of the length of the box."""
+    # arms along the three axes, rows 0 to 2 their lower ends, rows 3 to 5 the upper ones
     arm = np.diag((high - low) / 6.0)
     points = np.concatenate([place - arm, place + arm])
     lines = np.array([[0, 3], [1, 4], [2, 5]])

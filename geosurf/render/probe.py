@@ -53,10 +53,13 @@ def egl_function(
 def egl_displays(egl: ctypes.CDLL) -> list[ctypes.c_void_p]:
     """Return one display per device that needs no screen, and the default one."""
     pointer, number = ctypes.c_void_p, ctypes.c_int
+
+    # extensions that list devices need no screen; without them only the default display is left
     query = egl_function(egl, "eglQueryDevicesEXT", number, number, pointer, pointer)
     open_on = egl_function(egl, "eglGetPlatformDisplayEXT", pointer, number, pointer, pointer)
     displays: list[int | None] = []
     if query and open_on:
+        # EGL fills both: handles of devices, and how many there are
         devices, count = (ctypes.c_void_p * MAX_DEVICE)(), ctypes.c_int(0)
         if query(MAX_DEVICE, ctypes.addressof(devices), ctypes.addressof(count)):
             found = devices[: count.value]

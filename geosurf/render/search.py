@@ -113,6 +113,8 @@ def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palett
         opacity=FAULT_OPACITY if surface.role == "fault" else 1.0,
         sharp=True,
     )
+
+    # each edge once, however many candidates share it
     sides = np.unique(np.sort(solid[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     rims = Layer(surface.vertices, lines=sides, colour=palette.INK, width=0.5)
     legend = (

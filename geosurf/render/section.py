@@ -124,6 +124,9 @@ def _draw_wells(
             "scene.section(line)."
         )
     zones = list(section.attrs["zones"])
+
+    # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour of
+    # the zone that begins at it
     below = {zone.partition("/")[0]: palette.stratum(i) for i, zone in enumerate(zones)}
     below |= {
         zone.removeprefix("below "): palette.stratum(i)
@@ -183,6 +186,7 @@ def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
     """Fill the units."""
     from matplotlib.patches import PathPatch
 
+    # all rings of a unit in one outline, or its holes would be filled
     rings: dict[tuple[str, str, str], list[np.ndarray]] = {}
     for words, line, _ in lines:
         if words["kind"] == "unit":
@@ -212,6 +216,7 @@ def _draw_lines(
             axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=2)
             axes.plot(*line.T, color=palette.CONTACT, linewidth=width, zorder=2)
         elif kind == "fault":
+            # a white line below parts the fault from zones of a similar colour
             axes.plot(*line.T, color=palette.PAPER, linewidth=3.2 * width, zorder=4)
             axes.plot(*line.T, color=faults[name], linewidth=2.0 * width, zorder=5)
             highest = _highest(line, bottom, top)

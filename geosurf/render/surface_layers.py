@@ -73,6 +73,8 @@ def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -
     how = "pass scene.surfaces"
     for surface in listed(surfaces, "surfaces must be a list of TriSurface", how):
         expect(surface, TriSurface, "surfaces must be a list of TriSurface", how)
+
+        # faults and horizons count their colours apart, so that a fault more changes no horizon
         colour, opacity = palette.WALL, 0.25
         if surface.role == "fault":
             colour, opacity = palette.fault(n_fault), 0.55
@@ -130,6 +132,8 @@ def show_patches(patches: Patches, within: Prism | None = None) -> Content:
     With `within`, only the parts inside the model.
     """
     content = Content()
+
+    # colours as in `show_surfaces`: one surface looks the same in all pictures
     n_horizon = n_fault = 0
     for i, source in enumerate(patches.sources):
         fault = source.role == "fault"

@@ -123,6 +123,8 @@ def choose_exaggeration(bounds: tuple[float, ...]) -> float:
     width, height = math.sqrt((east - west) * (north - south)), top - bottom
     if height <= 0.0 or width <= 0.0:
         return 1.0
+
+    # the largest round value that does not exceed what reads well
     wanted = RELIEF * width / height
     return max((x for x in EXAGGERATIONS if x <= wanted), default=1.0)
 
@@ -199,6 +201,8 @@ def aim(view: str, bounds: tuple[float, ...], size: tuple[int, int], exaggeratio
     local = (box - centre) * (1.0, 1.0, exaggeration)
     across, along = np.ptp(local @ right), np.ptp(local @ up)
     scale = max(across / size[0], along / size[1])
+
+    # a single point has no span: any scale shows it
     if not scale > 0.0:
         scale = 1.0
     return Camera(right, up, towards, centre, exaggeration, size, float(scale))

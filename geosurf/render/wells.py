@@ -88,6 +88,8 @@ def draw_wells_on_map(
 ) -> list[Entry]:
     """Draw tops at their places; return the entry of the legend."""
     shown = [top for top in tops if _inside(axes, top.place - corner)]
+
+    # boxes of all circles first, in pixels: a name may hide neither circles nor other names
     room = (RADIUS + 2.0) * sheet.layout.unit
     taken = [_box(axes, top.place - corner, (room, room, room)) for top in shown]
     for top in shown:
@@ -130,6 +132,8 @@ def draw_wells_on_section(
     for well, mine in wells.items():
         head = np.array([mine[0].place[0], above])
         path = np.array([head, *(top.place for top in mine)])
+
+        # a white line below parts the well from zones and cut-offs
         for width, colour in ((3.0, palette.PAPER), (1.3, palette.INK)):
             axes.plot(*path.T, color=colour, linewidth=width * unit * 72.0 / furniture.DPI)
         for top in mine:
@@ -209,6 +213,8 @@ def _name(
     low, up = axes.transAxes.transform([(0.0, 0.0), (1.0, 1.0)])
     for (dx, dy), side in sides:
         x, y = at[0] + dx, at[1] + dy
+
+        # the box of the name on this side; the first free one inside the axes is taken, or none
         left = x - {"left": 0.0, "right": wide, "center": 0.5 * wide}[side]
         box = np.array([left, y - 0.5 * high, left + wide, y + 0.5 * high])
         free = all(

@@ -54,6 +54,8 @@ def propose_box(horizons: Sequence[TriSurface], outline: np.ndarray | None = Non
     # Bounds are west, east, south, north, bottom, top [m].
     bounds = np.array([horizon.bounds for horizon in horizons])
     bottom, top = bounds[:, 4].min(), bounds[:, 5].max()
+
+    # horizons have to end on walls, never on the top or the bottom of the box
     margin = max(_MARGIN * (top - bottom), 1.0)
 
     if outline is not None:

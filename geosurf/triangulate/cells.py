@@ -50,6 +50,8 @@ def fault_diagonal(lattice: Lattice) -> bool:
         return rising_diagonal(lattice.easting, lattice.northing)
     x, y = -north / largest, east / largest  # along strike; squares of tiny ones underflow
     lead = x if abs(x) > 1e-6 else y
+
+    # strike points east, or north where it has no easting: one direction whatever the grid's
     size = math.copysign(math.hypot(x, y), lead)
     strike = x / size, y / size
     # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges

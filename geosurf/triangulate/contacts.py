@@ -83,6 +83,7 @@ def build_contacts(
                     f"{entry.name!r}. Use one name for both."
                 )
 
+            # the same contact may count in several zones or blocks, but once in each
             one = replace(entry, name=str(name))
             if any(one.surface == surface.name for surface in surfaces):
                 raise InputError(

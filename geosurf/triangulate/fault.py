@@ -143,6 +143,8 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
 
     attrs = ds.variables[height].attrs
     implied = "up" if height == "elevation" else "down"
+
+    # the name of the variable and its direction must not contradict each other
     said = first_given(positive, attrs.get("positive"), implied)
     if said != implied:
         raise SurfaceError(

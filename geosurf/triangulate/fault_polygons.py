@@ -90,6 +90,8 @@ def fault_from_polygons(
             "horizon. Give {'Top': polygon}."
         )
     rings = {str(key): _ring(value, str(key), name) for key, value in polygons.items()}
+
+    # one strike for all polygons of the fault, so that their sections agree
     strike = _strike(np.concatenate(list(rings.values())))
     lines = [_lines(ring, strike, key, name) for key, ring in rings.items()]
 
@@ -109,6 +111,8 @@ def fault_from_polygons(
             f"fault {name!r}: the two sides of each polygon coincide, so that the fault has no "
             "dip. Give polygons with a heave, or fault sticks."
         )
+
+    # closed (n_station, n_horizon): there the middle stands for both points
     closed = apart < _TIP * widest
     middle = pairs.mean(axis=2)
     reach = widest if lengthen is None else lengthen
@@ -161,6 +165,8 @@ def _strike(points: np.ndarray) -> np.ndarray:
 def _lines(ring: np.ndarray, strike: np.ndarray, horizon: str, name: str) -> _Lines:
     """The two lines of a ring, from tip to tip: the ends of the fault along strike."""
     s = ring[:, :2] @ strike
+
+    # the ends along strike part the ring into two lines, both read from the first end
     a, b, n = int(s.argmin()), int(s.argmax()), len(ring)
     there = np.arange(a, a + (b - a) % n + 1) % n
     back = np.arange(b, b + (a - b) % n + 1)[::-1] % n
@@ -173,6 +179,8 @@ def _lines(ring: np.ndarray, strike: np.ndarray, horizon: str, name: str) -> _Li
                 f"fault {name!r}: the polygon of {horizon!r} runs back along strike at "
                 f"{place(at)}. Split it there, or give fault sticks."
             )
+
+        # points that run back a little, as digitised corners do, are left out: s has to rise
         ahead = np.r_[True, line[1:] > high[:-1]]
         along.append(line[ahead])
         points.append(ring[rows[ahead]])

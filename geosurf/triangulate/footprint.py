@@ -109,10 +109,15 @@ def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
     xy, t = horizon.vertices[:, :2], horizon.triangles
     a, b, c = (xy[t[:, k]] for k in range(3))
     (u, v), (p, q) = (b - a).T, (c - a).T
+
+    # triangles of a mesh may be turned either way: in the map all run anticlockwise here
     turn = u * q - v * p
     faces = np.where((turn < 0)[:, None], t[:, ::-1], t)[turn != 0]
     ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     pairs, number = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+
+    # left (n,): how often an edge runs from its lower to its higher vertex, less the other way;
+    # inner edges cancel, folds count as often as they are covered
     forward = np.where(ends[:, 0] < ends[:, 1], 1, -1)
     left = np.zeros(len(pairs), dtype=np.int64)
     np.add.at(left, number.ravel(), forward)
@@ -124,6 +129,8 @@ def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
     n_row, n_col = lattice.shape
     first, second = _triangles(lattice)
+
+    # which triangle of a cell touches its east and its west side depends on the diagonal
     right, left = (first, second) if lattice.rising else (second, first)
     node = np.arange(n_row * n_col).reshape(n_row, n_col)
     found = []
@@ -175,10 +182,14 @@ def _axes_of(lattice: Lattice) -> Axes | None:
     row, col = np.divmod(known, n_col)
     easting, northing = lattice.horizontal()
     xy = np.stack([easting[row, col], northing[row, col]], axis=1)
+
+    # fitted from the mean: millions of metres would cost digits of steps of a few
     middle = xy.mean(axis=0)
     design = np.column_stack([np.ones(len(row)), col, row])
     fitted, *_ = np.linalg.lstsq(design, xy - middle, rcond=None)
     axes = Axes(fitted[0] + middle, fitted[1:])
+
+    # nearly parallel steps, or nodes off even steps: no lattice to count cells in
     if abs(np.linalg.det(axes.steps)) < 0.1 * np.prod(np.hypot(*axes.steps.T)):
         return None
     if np.abs(axes.to_lattice(xy) - np.stack([col, row], axis=1)).max() > REGULAR:

@@ -155,6 +155,8 @@ def _marks_of(da: Any, lattice: Lattice) -> dict[str, np.ndarray] | None:
     if EXTRAPOLATED not in da.coords:
         return None
     mark: np.ndarray = np.asarray(da.coords[EXTRAPOLATED].transpose(*da.dims).values, dtype=bool)
+
+    # 1-D axes may have been turned around, and the mark with them
     if lattice.easting.ndim == 1:  # lattices run from the south-west
         northing, easting = da.coords["northing"].values, da.coords["easting"].values
         rows = slice(None, None, -1 if northing[0] > northing[-1] else 1)
@@ -269,6 +271,8 @@ def _lattice_of(
     if scale != 1.0:
         elevation = elevation * scale
     lattice = Lattice(easting, northing, elevation)
+
+    # -0.0 and 0.0 are equal and have different bytes: the same data give the same bytes
     if lattice.survey.minus_zero:
         lattice = Lattice(easting, northing, elevation + 0.0)
     return lattice
@@ -322,6 +326,8 @@ def _check_values(lattice: Lattice, what: str) -> None:
         return
 
     (x, y), elevation = lattice.horizontal(), lattice.elevation
+
+    # NaN is absence; an infinite value is a mistake in the data
     infinite = np.isinf(elevation) | np.isinf(x) | np.isinf(y)
     if infinite.any():
         i, j = map(int, np.argwhere(infinite)[0])
@@ -364,6 +370,7 @@ def _check_cells(lattice: Lattice, what: str) -> None:
     ):
         return
 
+    # floats could not decide: exact signs of all triangles
     corners = lattice.build_vertices()[lattice.build_triangles()]
     turns = map_turns(corners)
     bad = np.flatnonzero(turns <= 0)

@@ -36,6 +36,8 @@ def with_fewer_corners(ring: np.ndarray, each: float, total: float) -> np.ndarra
     [[0, 0], [9, 0], [9, 8], [2, 8], [2, 7], [1, 6], [0, 6]]
     """
     n = len(ring)
+
+    # a linked ring: before and after of each corner that is still alive
     before, after = (np.arange(n) - 1) % n, (np.arange(n) + 1) % n
     alive, x, y = np.ones(n, dtype=bool), ring[:, 0], ring[:, 1]
     left, budget = n, 2.0 * total
@@ -49,11 +51,15 @@ def with_fewer_corners(ring: np.ndarray, each: float, total: float) -> np.ndarra
     heapq.heapify(heap)
     while heap and left > 3:
         ear, k = heapq.heappop(heap)
+
+        # entries of the heap go stale when a neighbour is cut: the current ear has another entry
         if not alive[k] or ear != doubled(k) or ear > budget:
             continue
         i, j = int(before[k]), int(after[k])
         if ear > 0 and _holds_any(ring, alive, (i, k, j)):
             continue
+
+        # the two neighbours get new ears, which may be cut in turn
         alive[k], after[i], before[j] = False, j, i
         left, budget = left - 1, budget - ear
         for one in (i, j):
@@ -71,6 +77,7 @@ def _holds_any(ring: np.ndarray, alive: np.ndarray, ear: tuple[int, int, int]) -
     others = ring[near]
     inside = np.ones(len(others), dtype=bool)
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        # whole numbers of cells: exact without further care
         (u, v), (x, y) = b - a, (others - a).T
         inside &= u * y - v * x >= 0
     return bool(inside.any())
@@ -78,6 +85,7 @@ def _holds_any(ring: np.ndarray, alive: np.ndarray, ear: tuple[int, int, int]) -
 
 def moved_inward(outline: np.ndarray, inward: np.ndarray) -> np.ndarray:
     """Corners (n, 2) of an area whose sides have moved inward by some lengths (n,) [m]."""
+    # corner: where the two moved sides meet, unless they are parallel
     sides = np.roll(outline, -1, axis=0) - outline
     sides /= np.hypot(*sides.T)[:, None]
     normals = np.column_stack([-sides[:, 1], sides[:, 0]])
@@ -123,6 +131,9 @@ def lies_inside(outline: np.ndarray, rim: np.ndarray) -> bool:
         of = np.flatnonzero(near)
         pairs.append(np.stack([2 * of, 2 * of + 1, 0 * of + p, 0 * of + q], axis=1))
     a, b, p, q = np.concatenate(pairs).T
+
+    # two segments meet unless one lies strictly on one side of the other; touching counts as
+    # meeting
     apart = _turns(points, p, q, a) * _turns(points, p, q, b) > 0
     apart |= _turns(points, a, b, p) * _turns(points, a, b, q) > 0
     if not apart.all():

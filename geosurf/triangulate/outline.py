@@ -40,6 +40,8 @@ def check_outline(outline: Any) -> np.ndarray:
     [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]]
     """
     ring = _as_ring(outline)
+
+    # repeated corners, the closing one among them, have no side between them
     again = (ring == np.roll(ring, 1, axis=0)).all(axis=1)
     ring = ring[~again] if len(ring) > 1 else ring
     if len(ring) < 3:

@@ -62,6 +62,8 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
 
     if not named:
         return outline
+
+    # far enough that rounding of the moved corners leaves no rim node inside
     inward = max(FURTHER * max(named.values()), LEAST * size)
 
     found = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))

@@ -132,6 +132,7 @@ def _map_cells(horizons: Sequence[Footprint]) -> _MapCells:
     if (high - low <= 1e-9 * np.abs(high - low).max()).any():
         raise InputError(f"the horizons have no area in common. {_HOW}")
 
+    # rims that follow rows and columns of one lattice need no finer cells than its own
     off = max(float(np.abs(rim - np.rint(rim)).max()) for rim in rims)
     aligned = bool(regular) and off <= REGULAR
     if aligned:
@@ -140,6 +141,8 @@ def _map_cells(horizons: Sequence[Footprint]) -> _MapCells:
     number = size * _cells_per_step(size, rims, aligned)
     columns, rows = (max(int(n), 1) for n in np.ceil(number - 1e-9))
     step = size / (columns, rows)
+
+    # rims within the slack of a border do not enter: rounding must not cost a row of cells
     slack = (2.0 * (off if aligned else 0.0) + LEAST) / step
     return _MapCells(axes, low, step, (rows, columns), slack)
 
@@ -150,6 +153,8 @@ def _cells_per_step(size: np.ndarray, rims: Sequence[np.ndarray], aligned: bool)
         return FINE / float(size.max())
     if size.prod() > MOST:
         return float(np.sqrt(MOST / size.prod()))
+
+    # aligned with rows and columns, or with diagonals as well: those cut cells, and need finer ones
     along = (np.abs(np.diff(rim, axis=1)[:, 0]).min(axis=1) <= 2 * REGULAR for rim in rims)
     return 1.0 if all(one.all() for one in along) else np.ceil(FINE / float(size.max()))
 
@@ -157,6 +162,9 @@ def _cells_per_step(size: np.ndarray, rims: Sequence[np.ndarray], aligned: bool)
 def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """How often each cell's middle is covered; rims in cells, (n, 2, 2)."""
     rows, columns = shape
+
+    # winding numbers by scan lines: each rim segment changes the sum at the middles of its rows,
+    # upward by -1 and downward by 1; sums along the rows give the windings
     (x, y), (u, v) = rim[:, 0].T, rim[:, 1].T
     low, high = np.minimum(y, v), np.maximum(y, v)
     first = np.clip(np.ceil(low - 0.5), 0, rows).astype(np.int64)
@@ -164,6 +172,8 @@ def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     of = np.repeat(np.arange(len(rim)), last - first)
     row = np.arange(len(of)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
     row += first[of]
+
+    # where the segment crosses the middle of the row; the steps count from the cell after it on
     at = x[of] + (u[of] - x[of]) * (row + 0.5 - y[of]) / (v[of] - y[of])
     column = np.clip(np.ceil(at - 0.5), 0, columns).astype(np.int64)
     steps = np.zeros((rows, columns + 1), dtype=np.int16)
@@ -175,6 +185,8 @@ def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.ndarray:
     """Which cells a rim enters, deeper than the slack."""
     rows, columns = shape
+
+    # segments in parts of three cells at most: then each part meets few cells around it
     longest = np.abs(rim[:, 1] - rim[:, 0]).max(axis=1)
     n_part = np.maximum(np.ceil(longest / 3.0), 1.0).astype(np.int64)
     of = np.repeat(np.arange(len(rim)), n_part)
@@ -192,6 +204,9 @@ def _entered(rim: np.ndarray, shape: tuple[int, int], slack: np.ndarray) -> np.n
             near = ((high > cell + slack) & (low < cell + 1 - slack)).all(axis=1)
             near &= (cell >= 0).all(axis=1) & (cell < (columns, rows)).all(axis=1)
             k = np.flatnonzero(near)
+
+            # a cell is entered if the part's box meets it and its corners are on both sides of the
+            # part
             sides = []
             for s in (slack[0], 1 - slack[0]):
                 for t in (slack[1], 1 - slack[1]):
@@ -246,6 +261,7 @@ def _refuse_holes(region: np.ndarray, by_horizon: dict[str, np.ndarray], cells: 
     """Raise an error for what the region surrounds: which horizon is missing there, and where."""
     from scipy.ndimage import label
 
+    # what is not in the region, with a rim around it: part 1 is the outside, all others are holes
     number, n = label(~np.pad(region, 1), structure=np.ones((3, 3)))
     if n == 1:
         return
@@ -277,6 +293,9 @@ def _ring_around(region: np.ndarray) -> np.ndarray:
         (there[:-2, 1:-1], (0, 0), (1, 0)), (there[1:-1, 2:], (1, 0), (1, 1)),
         (there[2:, 1:-1], (1, 1), (0, 1)), (there[1:-1, :-2], (0, 1), (0, 0)),
     )  # fmt: skip
+
+    # each border side from corner to corner, region on the left; no corner has two ways on, as the
+    # region nowhere meets itself in a corner only
     following: dict[tuple[int, int], tuple[int, int]] = {}
     for other, start, end in sides:
         row, column = np.nonzero(inner & ~other)
@@ -287,6 +306,8 @@ def _ring_around(region: np.ndarray) -> np.ndarray:
     while at != first:
         ring.append(at)
         at = following[at]
+
+    # corners in the middle of a straight side are left out
     corners = np.array(ring, dtype=np.int64)
     ahead, back = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     return corners[(ahead != back).any(axis=1)]
@@ -300,6 +321,8 @@ def _inside_all(
     Sides along nodes of all unrotated grids stay there, the others move inward.
     """
     outline = cells.to_world(ring.astype(np.float64))
+
+    # the slack in metres: sides move inward by twice that, unless they lie on nodes of all grids
     off = np.max(cells.slack * cells.step) * np.hypot(*cells.axes.steps.T).max()
     inward = np.full(len(ring), 2.0 * off)
     lines = [horizon.lines for horizon in horizons]

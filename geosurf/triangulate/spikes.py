@@ -139,6 +139,7 @@ def mark_of(value: float) -> float | None:
 
 def _is_far_from_all(z: np.ndarray, value: float) -> bool:
     """Whether a mark is farther from all other values than these are from each other."""
+    # farther than the range of all others, and than _CLEAR: nearer, -999 may be an elevation
     rest = z[np.isfinite(z) & (z != value)]
     if not len(rest):
         return False
@@ -165,6 +166,8 @@ def _refuse(
     rest = z[np.isfinite(z) & ~wrong]
     n = int(wrong.sum())
     given = "grid" if kind == "node" else "elevation"
+
+    # the remedy has to leave out what the file holds, in whatever unit that was read
     away = f"abs(abs({given}) - {mark:.10g}) > 0.01" if mark else f"{given} != 0"
     units = ""
     if mark > 1e9:
@@ -276,6 +279,7 @@ def _look_at_islands(
     # surroundings.
     here, there = at_jump[first], at_jump[second]
     if not marks:  # what is nowhere wider than two nodes has jumps at all of them
+        # only nodes at jumps can be in such an island: the rest of the grid need not be labelled
         joined = ~jump & here & there
     else:
         joined = ~jump
@@ -303,6 +307,8 @@ def _look_at_islands(
     # Without a mark, an island is a spike only if all its nodes are next to a jump.
     wide = np.zeros(n_part, dtype=bool)
     wide[part[~at_jump]] = True
+
+    # a node next to one without a jump, and not separated from it, belongs to something wider
     for one, other in ((first, second), (second, first)):
         wide[part[one[~jump & at_jump[one] & ~at_jump[other]]]] = True
 

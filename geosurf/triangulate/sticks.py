@@ -92,6 +92,8 @@ def triangulate_sticks(
     sticks = sticks.sticks if isinstance(sticks, FaultSticks) else sticks
     sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
     lines = _lines_of(sticks, name)
+
+    # a single stick needs a direction; several show their own
     if len(lines) == 1 and (strike is not None or length is not None):
         lines = plane_of_stick(lines[0], strike, length, name)
     elif strike is not None or length is not None:
@@ -196,6 +198,7 @@ def _gaps(lines: list[np.ndarray]) -> np.ndarray:
     """Distance between sticks, (n_stick, n_stick): mean distance of five points of one to
     the other, whichever of the two is less, so that a short stick next to a long one is near.
     """
+    # one_way[j, i]: mean distance of five points of stick j from the line of stick i
     samples = np.concatenate([_sample(line) for line in lines])
     one_way = np.empty((len(lines), len(lines)))
     for i, line in enumerate(lines):
@@ -229,6 +232,7 @@ def _chain(gaps: np.ndarray) -> list[int]:
     path: list[int] = []
     shortest = np.inf
     for start in range(n_stick):
+        # nearest neighbours from every start, given up once longer than the best; then 2-opt
         left = np.ones(n_stick, dtype=bool)
         trial, length = [start], 0.0
         left[start] = False
@@ -249,6 +253,8 @@ def _uncross(path: list[int], gaps: np.ndarray) -> list[int]:
     better = True
     while better:
         better = False
+
+        # reversing i to j exchanges the two gaps at its ends; those inside stay
         for i in range(n - 1):
             for j in range(i + 1, n):
                 old = new = 0.0
@@ -265,6 +271,8 @@ def _uncross(path: list[int], gaps: np.ndarray) -> list[int]:
 def _align(chain: list[np.ndarray]) -> list[np.ndarray]:
     """Turn level sticks so that they run along with their neighbour, from the steepest outwards."""
     rise = [(line[0, 2] - line[-1, 2]) / np.linalg.norm(line[0] - line[-1]) for line in chain]
+
+    # the steepest stick has a clear top: the others follow it, one after the other
     middle = int(np.argmax(rise))
     out = list(chain)
     for i in [*range(middle + 1, len(chain)), *range(middle - 1, -1, -1)]:
@@ -282,6 +290,8 @@ def _strip(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, name: str) -> np.
     point comes first, as a fraction of its length. On a tie, the shorter
     diagonal. Steps that make no area (shared or collinear points) make no triangle.
     """
+    # a zipper: the next point is that of the stick whose next point comes earlier along it, unless
+    # that triangle has no area
     at_a, at_b = _fractions(vertices[a]), _fractions(vertices[b])
     faces: list[tuple[int, int, int]] = []
     i = j = 0
@@ -296,6 +306,8 @@ def _strip(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, name: str) -> np.
             on_a = _first_on_a(at_a[i + 1], at_b[j + 1], step_a, step_b, vertices)
         faces.append(step_a if on_a else step_b)
         i, j = (i + 1, j) if on_a else (i, j + 1)
+
+    # sticks that share a point leave triangles with two equal corners: those are left out
     strip = np.array([f for f in faces if len(set(f)) == 3], dtype=np.int64).reshape(-1, 3)
     _refuse_folds(strip, vertices, name)
     return strip

@@ -64,6 +64,7 @@ def build_walls(box: Sequence[float], aoi: Any = None) -> list[TriSurface]:
     if aoi is not None:
         return _fence(check_outline(aoi), limits)
 
+    # corner i: bit 0 of i is east, bit 1 north, bit 2 top
     corners = np.array([[limits[axis, (i >> axis) & 1] for axis in range(3)] for i in range(8)])
     halves = [[0, 1, 2], [0, 2, 3]]
     return [

@@ -86,6 +86,8 @@ def _encode(
         point_data={key: np.array(value) for key, value in (point_data or {}).items()},
         cell_data={key: [np.array(value)] for key, value in (cell_data or {}).items()},
     )
+
+    # meshio writes files only, and prints: to a folder of its own, in silence
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         file = Path(folder) / f"mesh{suffix}"
         try:
