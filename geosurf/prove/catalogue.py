@@ -103,6 +103,8 @@ CATALOGUE = [
     *_pairs("area", 6, [("coplanar, star", ((16, 16, 0), (-8, 16, 0), (16, -8, 0)))]),
 ]  # fmt: skip
 
+# all orders of corners, and the 48 turns and reflections that map whole numbers to whole numbers:
+# the kind of contact must be the same for each
 ORDERS = list(itertools.permutations(range(3)))
 TURNS = [
     np.diag(signs)[list(order)]
@@ -113,6 +115,7 @@ TURNS = [
 
 def moved(rng: np.random.Generator, number: int, *triangles: np.ndarray) -> list[np.ndarray]:
     """Whole-numbered triangles turned, scaled by a power of two and shifted: no bit is lost."""
+    # turns and powers of two are exact: the pair stays what the catalogue says
     turn = TURNS[number % len(TURNS)]
     shift = rng.integers(-60, 61, 3)
     scale = 2.0 ** rng.integers(-9, 10)
@@ -124,6 +127,8 @@ def random_turn(rng: np.random.Generator) -> np.ndarray:
     """A rotation (3, 3), the same bits on any processor: libraries of matrices differ there."""
     a, b, c, d = rng.normal(size=4).tolist()
     size = a * a + b * b + c * c + d * d
+
+    # four normal numbers, so that turns are spread evenly
     return np.array([  # of a unit quaternion
         [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
         [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
@@ -133,6 +138,7 @@ def random_turn(rng: np.random.Generator) -> np.ndarray:
 
 def turned(points: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Points (..., 3) turned by a matrix (3, 3), the same bits on any processor."""
+    # products and sums in a fixed order: a matrix product may sum otherwise on another machine
     x, y, z = (points[..., k, None] * turn[:, k] for k in range(3))
     return np.asarray(x + y + z)
 
@@ -142,11 +148,14 @@ def region_corner(rng: np.random.Generator, region: int) -> np.ndarray:
 
     A point is known by the signs of its three barycentric weights; they cannot all be negative.
     """
+    # tried until the last weight comes out with the sign that the region asks for
     signs = REGIONS[region]
     while True:
         weights = np.array([s * int(rng.integers(1, 20)) for s in signs])
         free = np.flatnonzero(weights)
         k = free[np.argmax(np.array(signs)[free])]
+
+        # weights add up to 24, the side of `BASE`, so that corners are whole numbers
         weights[k] = 24 - (weights.sum() - weights[k])
         if (np.sign(weights) == signs).all():
             return np.array([weights[1], weights[2], 0])

@@ -78,8 +78,12 @@ def meet(first: Sequence[Point], second: Sequence[Point]) -> list[Point]:
     >>> [rounded(p) for p in meet(rational(flat), rational(steep))]
     [(1.0, 1.0, 0.0), (2.0, 2.0, 0.0)]
     """
+    # first with the plane of the second: a triangle, a segment or a point is left
     normal = normal_of(second)
     points = _cut(list(first), normal, second[0])
+
+    # then with the three half-planes of its edges, seen along its normal (Sutherland & Hodgman
+    # 1974)
     for p, q in zip(second, (*second[1:], second[0]), strict=True):
         points = _clip(points, cross(normal, minus(q, p)), p)
     return points
@@ -100,6 +104,7 @@ def _ring(
 
 def _between(p: Point, hp: Fraction, q: Point, hq: Fraction) -> Point:
     """The point of height 0."""
+    # exact: a division of fractions
     t = hp / (hp - hq)
     return (p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2]))
 
@@ -110,8 +115,12 @@ def _cut(points: list[Point], normal: Point, through: Point) -> list[Point]:
     for (p, hp), (q, hq) in _ring(points, _heights(points, normal, through)):
         if hp == 0:
             out.append(p)
+
+        # strictly on opposite sides: points in the plane have been added as such
         elif hp * hq < 0:
             out.append(_between(p, hp, q, hq))
+
+    # neighbours may give the same corner twice: equal fractions are one point
     return list(dict.fromkeys(out))
 
 
@@ -143,6 +152,8 @@ def feature(triangle: Sequence[Point], p: Point) -> str:
     """The lowest-dimensional feature of a triangle that holds one of its points."""
     a, b, c = triangle
     normal = normal_of(triangle)
+
+    # lines of edges that the point is on; it lies in the triangle, so two of them meet in a corner
     zero = [
         i
         for i, (q, r) in enumerate(((a, b), (b, c), (c, a)))
@@ -155,6 +166,7 @@ def feature(triangle: Sequence[Point], p: Point) -> str:
 
 def area(corners: Sequence[Point]) -> float:
     """Area of a convex polygon with its corners in order."""
+    # a fan from the first corner; the sum of normals is exact, only its length is rounded
     total: tuple[Fraction, ...] = (Fraction(0),) * 3
     for p, q in itertools.pairwise(corners[1:]):
         part = cross(minus(p, corners[0]), minus(q, corners[0]))
@@ -172,6 +184,8 @@ def distance(p: Point, triangle: Sequence[Point]) -> float:
     """
     normal = normal_of(triangle)
     edges = list(zip(triangle, (*triangle[1:], triangle[0]), strict=True))
+
+    # above the inside of the triangle: the plane counts; otherwise the nearest edge
     if all(dot(cross(normal, minus(r, q)), minus(p, q)) >= 0 for q, r in edges):
         height = dot(normal, minus(p, triangle[0]))
         return math.sqrt(height * height / dot(normal, normal))
@@ -181,6 +195,8 @@ def distance(p: Point, triangle: Sequence[Point]) -> float:
 def _from_segment(p: Point, q: Point, r: Point) -> Fraction:
     """Squared distance of a point from a segment."""
     along, to = minus(r, q), minus(p, q)
+
+    # foot on the line, clipped to the segment
     t = min(Fraction(1), max(Fraction(0), dot(to, along) / dot(along, along)))
     gap = minus(to, (t * along[0], t * along[1], t * along[2]))
     return dot(gap, gap)

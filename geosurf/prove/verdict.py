@@ -95,6 +95,7 @@ def meetings(
     complete : bool
         Whether all pairs were looked at.
     """
+    # local coordinates, as the kernels see them
     corners = [s.vertices[s.triangles] - origin for s in surfaces]
     pairs = [
         (i, int(f), j, int(g))
@@ -121,6 +122,7 @@ def meetings(
 
 def _boxes_meet(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Rows of triangles (n, 3, 3) and (m, 3, 3) whose boxes have a point in common."""
+    # all pairs at once: cases have few triangles, so the obvious way is fast enough
     low, high = first.min(axis=1)[:, None], first.max(axis=1)[:, None]
     return np.argwhere(((low <= second.max(axis=1)) & (second.min(axis=1) <= high)).all(axis=2))
 
@@ -139,6 +141,7 @@ def judge_distance(
     what: str, points: np.ndarray, triangles: np.ndarray, ulp: float, verdict: Verdict
 ) -> None:
     """Points (n, 3) lie on triangles (n, 3, 3), each on its own: floats first, then fractions."""
+    # floats first, fractions for those that look too far: rounding of the quick check fails no case
     for k in np.flatnonzero(~(distances(points, triangles) <= NEAR * ulp)):
         point, triangle = exact.rational(points[k : k + 1])[0], exact.rational(triangles[k])
         far = exact.distance(point, triangle)
@@ -152,6 +155,8 @@ def distances(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     height = np.abs(((points - triangles[:, 0]) * normal).sum(axis=1)) / np.maximum(size, TINY)
     inside = np.ones(len(points), dtype=bool)
     edge = np.full(len(points), np.inf)
+
+    # an edge of all triangles at once, shape (n, 3)
     for p, q in zip(
         triangles.swapaxes(0, 1), np.roll(triangles, -1, axis=1).swapaxes(0, 1), strict=True
     ):

@@ -100,6 +100,8 @@ class Graph:
 
     def unsimplified(self, name: str) -> TriSurface:
         """Return a horizon or fault with all its nodes."""
+        # horizons as tied to tops, faults as extended and truncated: the model's surfaces, with all
+        # nodes
         name = name_of(name, "surface")
         if name in self.inputs.horizons:
             return self.tied(name)[0]
@@ -129,6 +131,8 @@ class Graph:
         name, tolerance, lattice = plain.name, self.inputs.tolerance, plain.lattice
         if tolerance is None or lattice is None:
             return plain
+
+        # the tolerance is in the key, so that scenes with several tolerances share the rest
         key = ("simplified", self.memory.key_of(plain), name, tolerance)
         return self.memory.get_or_compute(
             "simplify", name, key, lambda: coarsen_lattice(name, lattice, tolerance),
@@ -166,6 +170,8 @@ class Graph:
     @cached_property
     def given_area(self) -> np.ndarray | None:
         """The area as it is given, or the default one; None if it is an axis-parallel rectangle."""
+        # by default the outline that horizons share; None where that is a rectangle along the axes,
+        # which the box describes alone
         if self.inputs.aoi is None:
             default = self.default_area
             return None if default is None or default.axis_parallel else default.outline
@@ -198,6 +204,7 @@ class Graph:
 
     def _lattices(self) -> list[TriSurface]:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
+        # sheets as they are before tears: gaps at faults are not holes of the area
         return [
             as_lattice(value).renamed(name) if isinstance(value, Sheet) else self.untied(name)
             for name, value in self.inputs.horizons.items()
@@ -232,10 +239,13 @@ class Graph:
 
     def tied(self, name: str) -> tuple[TriSurface, TieReport | None]:
         """A horizon with all its nodes, tied to its tops if that is requested; and how."""
+        # no settings or no tops of this horizon: the surface itself, no copy
         plain, settings = self.untied(name), self.inputs.tie
         if settings is None or self.tops is None or not len(self.tops.of(name)):
             return plain, None
         tops = self.tops
+
+        # all faults: a correction must not cross any of them
         faults = [self.faults.surface(fault) for fault in self.inputs.faults]
         content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
         key = ("tied", name, *map(self.memory.key_of, (plain, *faults)), content)
@@ -244,6 +254,8 @@ class Graph:
             lambda: tied_surface(name, plain, self.sheets.get(name), faults, tops, settings),
             lambda result: str(result[1]), again=False,
         )  # fmt: skip
+
+        # later stages find the tied surface by what it was made of
         self.memory.made_of(found[0], key)
         return found
 
@@ -272,6 +284,8 @@ class Graph:
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
         names, smooth = self.inputs.names, self.inputs.tolerance is not None
+
+        # pairs in the order of the inputs: the same curves whatever was computed first
         parts = []
         for i, first in enumerate(names):
             alone = self.inputs.self_intersections and not smooth
@@ -288,6 +302,8 @@ class Graph:
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet."""
         first, second = name_of(first, "surface"), name_of(second, "surface")
+
+        # without simplification: with a tolerance the pair search works on the smooth surfaces
         pair = tuple(self.unsimplified(name) for name in dict.fromkeys((first, second)))
         if any(map(is_torn, pair)):  # it ends on its faults
             return shared_curves(self.patches, first, second)
@@ -310,6 +326,7 @@ class Graph:
     @cached_property
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
+        # warnings about inputs come before minutes of computation
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
@@ -317,6 +334,8 @@ class Graph:
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
             self._patches_key, self.rebuild, lambda p: counted(p.n_patch, "patch"),
         )  # fmt: skip
+
+        # outside `get_or_compute`: a result from memory warns as a new one does
         self.memory.warn(*warnings_of_moves(self._enclosed, patches))
         return patches
 
@@ -374,6 +393,7 @@ class Graph:
     @cached_property
     def units_key(self) -> Hashable:
         """What units, and all that is measured of them, depend on."""
+        # surfaces of contacts are in the key of the patches; names and places are not
         fluids = tuple((one.name, one.block, one.zones) for one in self.fluids[1])
         return ("units", self._patches_key, tuple(self.column.values()), fluids)
 
@@ -408,6 +428,7 @@ class Graph:
 
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """Return all warnings so far: first of the whole model, then by surface."""
+        # in the order of the inputs, whatever ran first; those of the whole model lead
         rank = {name: i for i, name in enumerate(self.inputs.names)}
         found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))

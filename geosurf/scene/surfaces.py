@@ -63,6 +63,8 @@ class InputSurfaces:
 
     def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """Read and triangulate one input, or take it from memory."""
+        # the content is hashed once: an array that the user changes afterwards does not change the
+        # scene
         if name not in self._fingerprints:  # once: the scene stands for its inputs as read first
             if isinstance(value, Sheet):
                 value.surface_among(others)  # with other faults it must not come from memory
@@ -118,6 +120,7 @@ def as_surface(
     TriSurface
         A fault has its normals in the hanging wall, however its file or mesh was wound.
     """
+    # first whatever reads: paths become grids, sticks or surfaces; then one way for each kind
     found = _read(value, role, options) if isinstance(value, str | Path) else value
     if role == "horizon" and isinstance(found, tuple | list):
         found = triangulate_horizon(found, name=name, **undeclared(found, options))
@@ -127,6 +130,8 @@ def as_surface(
 
     if isinstance(found, TriSurface):
         found = found.renamed(name, role)
+
+        # sheets were checked when they were torn
         if role == "horizon" and not torn:
             check_horizon_mesh(found)
             check_spikes(found)
@@ -148,6 +153,7 @@ def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, 
 
 def _opened(name: str, value: Any, options: Options) -> Any:
     """A contact with its paths read; a mapping has one for each block, a list several."""
+    # nested as users give it: blocks, lists, and values inside
     if isinstance(value, FluidContact):
         return replace(value, at=_opened(name, value.at, options))
     if isinstance(value, list | tuple):

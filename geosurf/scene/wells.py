@@ -73,6 +73,7 @@ def tied_surface(
     """
     from geosurf.sheets.tie import tie_horizon
 
+    # data can be corrected before they are torn; a finished sheet can only be compared
     if sheet is None:
         tied = tie_horizon(name, plain, lambda data: data, faults, tops, settings)
         return tied.data, tied.report

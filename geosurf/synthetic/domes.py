@@ -132,6 +132,7 @@ def egg_box(
     if periods < 1:
         raise InputError(f"periods is {periods}, expected 1 or more.")
 
+    # the mean of sin sin over whole periods is 0, so the volume below is that of the mean level
     side, middle = 4000.0, -2050.0
     box = (0.0, side, 0.0, side, -2300.0, -1800.0)
     wave = 2 * math.pi * periods / side
@@ -144,6 +145,9 @@ def egg_box(
     n_dome = 2 * periods**2
     length, cap = _one_dome(level)
     flat = middle + level * height
+
+    # one dome in units of wave lengths (u = k x, v = k y): area scales by 1 / k^2, height by
+    # `height`
     caps = n_dome * cap * height / wave**2
     truth = _split_by_level(box, "Flat", flat, side**2 * (middle - box[4]), caps)
     truth |= {
@@ -187,6 +191,8 @@ def _split_by_level(box: Box, name: str, level: float, below: float, cap: float)
     `below` is the volume under the horizon, `cap` the part of it over the surface.
     """
     footprint = (box[1] - box[0]) * (box[3] - box[2])
+
+    # the surface splits the box; the cap is what of the lower zone lies above it
     under = footprint * (level - box[4])
     whole = footprint * (box[5] - box[4])
     return {
@@ -202,6 +208,7 @@ def _split_by_level(box: Box, name: str, level: float, below: float, cap: float)
 
 def _flat(name: str, box: Box, level: float, n: int, offset: Offset) -> xarray.Dataset:
     """A flat fault, 100 m larger than the box, its nodes beside those of the horizon."""
+    # a flat surface needs few nodes, and 100 m beyond the box so that it cuts the four sides
     size = max(2, n // 3)
     x = np.linspace(box[0] - 100.0, box[1] + 100.0, size)[None, :]
     y = np.linspace(box[3] + 100.0, box[2] - 100.0, size)[:, None]
@@ -216,6 +223,8 @@ def _one_dome(level: float) -> tuple[float, float]:
     rho = np.full_like(phi, math.acos(level))
     for _ in range(60):  # Newton, monotone from outside
         value = np.cos(rho * c) * np.cos(rho * s) - level
+
+        # derivative of the value along the ray, negative inside the dome
         slope = -c * np.sin(rho * c) * np.cos(rho * s) - s * np.cos(rho * c) * np.sin(rho * s)
         rho = rho - value / slope
 

@@ -99,6 +99,7 @@ def faulted(
         raise InputError(f"tilt is {tilt} degrees, expected 0 to 3, so that zones stay in the box.")
     spec = _KINDS[kind]
 
+    # (0.8, 0.6) is a unit vector: the dip is `tilt` in that direction
     slope = math.tan(math.radians(tilt))
     horizons = {key: _through(0.8 * slope, 0.6 * slope, (1000.0, 800.0, z)) for key, z in _LEVELS}
     grids = {key: make_horizon(key, _BOX, n, _height_of(c), offset) for key, c in horizons.items()}
@@ -155,6 +156,7 @@ def _zones(
     spec: Mapping[str, Any], horizons: Mapping[str, Any], sides: tuple[str, ...]
 ) -> dict[str, list[Plane]]:
     """Half-spaces of each zone in one sector, its faults not included."""
+    # faults whose hanging wall holds this sector
     hanging = [s[:-1] for s in sides if s[-1] == "+"]
     known = {s[:-1] for s in sides}
     for key in spec.keys() - known:  # beyond its main fault a branch has one wall only
@@ -172,6 +174,8 @@ def _zones(
 
     found = {}
     for i, zone in enumerate(zone_names(list(horizons))):
+        # a zone is below the horizon above it and above the one below it; the first and last have
+        # one bound
         upper = [_other_side(tops[i - 1])] if i > 0 else []
         found[zone] = upper + ([tops[i]] if i < len(tops) else [])
     return found
@@ -195,6 +199,8 @@ def _truth(spec: dict[str, tuple], horizons: dict) -> dict[str, Any]:
         for one, two in product(sectors, sectors):
             if f"{fault}+" not in one or f"{fault}-" not in two or not _face(fault, one, two):
                 continue
+
+            # the two sectors share these sides: only the fault between them differs
             others = [s for s in {*one, *two} if s[:-1] != fault]
             block = _clipped(solid, _walls(planes, others))
             upper, lower = _zones(spec, horizons, one), _zones(spec, horizons, two)
@@ -211,6 +217,8 @@ def _truth(spec: dict[str, tuple], horizons: dict) -> dict[str, Any]:
 def _face(fault: str, one: tuple[str, ...], two: tuple[str, ...]) -> bool:
     """Whether two sectors are on the same side of all other faults that both know."""
     signs = {s[:-1]: s[-1] for s in one}
+
+    # both must be on the same side of every other fault that they know
     return all(signs.get(s[:-1], s[-1]) == s[-1] for s in two if s[:-1] != fault)
 
 

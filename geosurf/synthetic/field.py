@@ -64,16 +64,19 @@ class _MainFault:
 
     def easting(self, y: np.ndarray, z: np.ndarray | float) -> np.ndarray:
         """Of F1 at a northing and an elevation."""
+        # x of the fault over depth: steep at first, with a curvature that makes it flatten
         down = _DATUM - z
         return 2350.0 + 330.0 * np.sin(math.pi * y / 5000.0) + 0.51 * down + 2.5e-4 * down**2
 
     def elevation(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """The inverse of `easting`; where F1 would turn vertical again, its highest point."""
+        # the same parabola solved for depth
         past = x - self.easting(y, _DATUM)
         return _DATUM - (np.sqrt(np.maximum(0.51**2 + 1e-3 * past, 0.0)) - 0.51) / 5e-4
 
     def moved(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far the hanging wall has gone down; the footwall stays."""
+        # throw fades 300 m beyond the fault in the hanging wall only: the footwall stays
         past = np.maximum(x - self.easting(y, _DATUM) - 300.0, 0.0)
         along = 0.75 + 0.25 * np.sin(math.pi * y / 5000.0)
         return _MOST * along * np.exp(-((past / 4500.0) ** 2)), np.zeros_like(past)
@@ -129,6 +132,8 @@ def faulted_reservoir(
         raise InputError(f"throw is {throw} m, expected 0 to 200.")
     if not 0 <= smear <= 5 or smear != int(smear):
         raise InputError(f"smear is {smear}, expected a whole number of nodes, 0 to 5.")
+
+    # one factor for all faults, so that their proportions hold
     share = throw / _MOST
     horizons = {
         name: make_horizon(name, _BOX, n, _smeared(name, share, int(smear), n), offset)
@@ -161,6 +166,7 @@ def _smeared(name: str, share: float, smear: int, n: int) -> Callable[..., np.nd
 
     def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """The mean; neighbours outside of the box count, too."""
+        # formula values at the nodes around, also beyond the rim of the grid: no edge effect
         around = [_picked(name, share, x + i * dx, y + j * dy) for i in steps for j in steps]
         return np.mean(around, axis=0)
 
@@ -185,7 +191,10 @@ def _wall(
     name: str, share: float, sign: str, offset: Offset, easting: np.ndarray, northing: np.ndarray
 ) -> np.ndarray:
     """Elevation of a horizon on one wall of F1, as if that wall went on for ever."""
+    # places come in the world, formulas are before the offset
     x, y = np.asarray(easting) - offset[0], np.asarray(northing) - offset[1]
+
+    # F1 last: it is the youngest, so its movement adds to the other two
     down, _ = _FAULTS["F1"].moved(x, y)
     drop = share * down if sign == "+" else 0.0
     return _picked(name, share, x, y, ("F2", "F3")) - drop + offset[2]
@@ -203,6 +212,7 @@ def _relief(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _faults(n: int, offset: Offset) -> dict[str, xarray.Dataset]:
     """F1, past the box on all sides, and those that die inside."""
+    # 150 m beyond the box along strike, 60 m up and down: the fault leaves the box
     y = np.linspace(_BOX[2] - 150.0, _BOX[3] + 150.0, max(n // 3, 9))[None, :]
     z = np.linspace(_BOX[5] + 60.0, _BOX[4] - 60.0, max(n // 6, 5))[:, None]
     found = {"F1": make_fault("F1", _MainFault().easting(y, z), y, z, offset)}

@@ -82,6 +82,7 @@ def hills(
     >>> list(world.horizons), list(world.faults), world.truth["n_curve"]
     (['H1'], ['F1', 'F2', 'F3'], 3)
     """
+    # half the nodes per side, a quarter of the triangles
     m = max(n // 2, 2) if n_fault is None else n_fault
     _check(m, faults, horizons, shape, noise)
     heights = {}
@@ -97,6 +98,7 @@ def hills(
 
     sheets = {}
     for k in range(faults):
+        # the row of faults is centred
         east = _SPACING * (k - 0.5 * (faults - 1))
         make = _plane if shape == "plane" else _sheet
         sheets[f"F{k + 1}"] = make(f"F{k + 1}", m, east, offset)
@@ -145,6 +147,8 @@ def _sheet(name: str, m: int, east: float, offset: Offset) -> xarray.Dataset:
     """A listric fault from 1200 to 2800 m depth: 70 degrees at its top, 58 at its foot."""
     top, foot = -1200.0, -2800.0
     t = np.linspace(0.0, 1.0, m)[:, None]
+
+    # beyond the box by unlike amounts, so that no lines of the two grids lie over each other
     y = np.linspace(-517.0, _SIDE + 531.0, m)[None, :]
     # the dip's cotangent grows linearly with depth; its integral is the heave
     steep, gentle = (1.0 / math.tan(math.radians(dip)) for dip in (70.0, 58.0))

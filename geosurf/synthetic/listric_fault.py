@@ -56,6 +56,8 @@ def listric(
         raise InputError(f"tilt is {tilt} degrees, expected 0.1 to 4.")
 
     box = (0.0, 4000.0, 0.0, 3000.0, -2800.0, -1000.0)
+
+    # all formulas below use u = z - top, the elevation from the axis
     east, top = radius + 500.0, -800.0  # axis of the cylinder
     slope, depth = math.tan(math.radians(tilt)), -1900.0
     ends = [depth + slope * (y - 1500.0) - top for y in box[2:4]]  # of the horizon, below the axis
@@ -73,6 +75,7 @@ def listric(
         (second(ends[1]) - second(ends[0])) / slope - first(bottom) * breadth
     )
 
+    # footwall in the whole box, then the four units by differences
     high = box[5] - top
     foot = breadth * (east * (high - bottom) - (first(high) - first(bottom)))
     whole = width * breadth * (high - bottom)
@@ -97,6 +100,9 @@ def listric(
         "length a Gauss quadrature of a smooth integrand."
     )
     height = make_horizon("Top", box, n, lambda x, y: depth + slope * (y - 1500.0) + 0 * x, offset)
+
+    # even steps of the angle: the same error of the chord everywhere; the arc ends 50 m below the
+    # box
     angle = np.linspace(0.0, math.asin(min(0.99, (50.0 - bottom) / radius)), n)
     down = -radius * np.sin(angle)[:, None]
     along = np.linspace(box[2] - 100.0, box[3] + 100.0, max(2, n // 2))[None, :]
@@ -123,6 +129,7 @@ def _circle_integrals(
 
 def _oblique_arc(radius: float, slope: float, ends: list[float]) -> float:
     """Length of the arc that a plane of this slope along the axis cuts from a cylinder."""
+    # the curve by the angle on the circle: a smooth integrand, for which 60 points reach rounding
     low, high = (math.asin(u / radius) for u in ends)
     node, weight = np.polynomial.legendre.leggauss(60)
     angle = 0.5 * (low + high) + 0.5 * (high - low) * node

@@ -73,6 +73,7 @@ def tilted_planes(
     >>> list(world.horizons), list(world.faults), world.truth["n_curve"]
     (['Top', 'Base'], ['F1'], 2)
     """
+    # sqrt(2): the gradient has two equal parts, so the dip is `tilt` to the south-west
     slope = math.tan(math.radians(tilt)) / math.sqrt(2.0)
     box = (0.0, 4000.0, 0.0, 3000.0, -2500.0, -1700.0)
     horizons = {
@@ -167,6 +168,8 @@ def _planar_world(
 
     grids = {key: make_horizon(key, box, n, _height_of(c), offset) for key, c in horizons.items()}
     sheets = {key: _plane_fault(key, box, n, *spec, offset) for key, spec in faults.items()}
+
+    # the very floats of the surfaces, as fractions: truth and model see the same planes
     truth = _truth(
         box,
         {k: _above(c) for k, c in horizons.items()},
@@ -198,6 +201,7 @@ def _above(coefficients: tuple[float, float, float]) -> Plane:
 
 def _hanging(point: tuple[float, float, float], dip: float, direction: float) -> Plane:
     """The half-space of the hanging wall."""
+    # rounded once as floats, exact from there on
     normal = [Fraction(value) for value in _frame(dip, direction)[2].tolist()]
     d = -sum((c * Fraction(p) for c, p in zip(normal, point, strict=True)), Fraction(0))
     return normal[0], normal[1], normal[2], d
@@ -264,6 +268,8 @@ def _truth(box: Box, above: dict[str, Plane], hanging: dict[str, Plane]) -> dict
         if i < len(column):
             layer = clip(layer, column[i])
         zones[zone] = float(volume(layer))
+
+        # each combination of sides; an empty one has volume 0 and is left out below
         for signs in product("+-", repeat=len(hanging)):
             block = layer
             for sign, plane in zip(signs, hanging.values(), strict=True):

@@ -51,6 +51,7 @@ def noisy(n: int = 33, *, amplitude: float = 5.0, seed: int = 0, offset: Offset 
         raise InputError(f"amplitude is {amplitude} m, expected 0 or more and less than 40.")
     plain = tilted_planes(n, offset=offset)
     horizons = {
+        # streams of horizons differ by row; 8 leaves room for so many horizons per seed
         key: da + amplitude * hashed_noise(da.shape, (8 * int(seed) + row) % 2**63)
         for row, (key, da) in enumerate(plain.horizons.items())
     }

@@ -74,12 +74,16 @@ class Fault:
 
     def moved(self, s: Any, r: Any, sign: int, level: float) -> Any:
         """How far a wall (+1 hanging) has gone down at places along and across [m]."""
+        # each wall moves by half: the fault stays where it is, and the trace does not depend on
+        # throw
         half = 0.5 * self.throw
         if self.profile == "constant":
             return sign * half * np.ones_like(s)
         if self.profile == "scissors":
             return sign * half * s / 1000.0
 
+        # distance from the trace at this level, in half lengths: the crack is straight in these
+        # coordinates
         away = (r - np.interp(s, *trace(self, level))) / self.half
         if self.profile == "bell":  # no crack: both walls die away as they do along strike
             dies = np.maximum(1.0 - (s / self.half) ** 2, 0.0) ** 2
@@ -119,6 +123,7 @@ def displacement(profile: str, s: Any, r: Any) -> Any:
         return side * found
 
     # On the fault this is 1 - s^2, a parabola; beyond the tips its limit is 0.
+    # log is singular at both tips, where the product with 1 - zeta^2 is 0: replaced below
     with np.errstate(divide="ignore", invalid="ignore"):
         log = np.where(
             inside,
@@ -168,6 +173,7 @@ def named_faults(side: float) -> dict[str, dict[str, Fault]]:
 
 def relief(x: Any, y: Any) -> Any:
     """The horizon before it was faulted [m]."""
+    # a broad relief and a finer oblique one, so that no axis of the grid is special
     k, m = 2 * np.pi / 4000.0, 2 * np.pi / 1200.0
     broad = 60.0 * np.sin(k * x + 0.3) * np.cos(k * y - 0.4)
     return DATUM + broad + 15.0 * np.sin(m * (0.8 * x + 0.6 * y))
@@ -180,6 +186,7 @@ def sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
 
     # A branch ends at its main fault: beyond it, its two sides are one.
     for signs in itertools.product((1, -1), repeat=len(names)):
+        # off: the sign of the main fault is not the side that the branch is on
         branch = [faults[name].branch for name in names]
         off = [b is not None and signs[names.index(b[0])] != b[1] for b in branch]
         signs = tuple(0 if gone else s for s, gone in zip(signs, off, strict=True))
@@ -199,6 +206,8 @@ def exists(
 ) -> np.ndarray:
     """Where a sheet is on its own side of all faults; beyond tips all sheets are one."""
     there = np.ones(np.shape(x), dtype=bool)
+
+    # 0: the sector does not touch this fault
     for fault, sign in zip(faults.values(), signs, strict=True):
         if sign:
             there &= side_of(fault, x, y, z) == sign

@@ -106,6 +106,7 @@ def torn(
     >>> round(float((foot - hang)[:, 2].max()))
     56
     """
+    # elevations within 300 m of the datum: the box and the faults reach no farther
     if not (is_number(level) and -200.0 <= level <= 200.0):
         raise InputError(f"level is {level} m, expected -200 to 200, within the faults.")
     for word, value, least in (("n", n, 2), ("smear", smear, 0)):
@@ -127,6 +128,7 @@ def torn(
     heights = {signs: sheet(x, y) for signs, sheet in sheets.items()}
     there = {signs: exists(faults, signs, x, y, z) for signs, z in heights.items()}
 
+    # one stream for all noise, in this order: the same seed gives the same world
     rng = np.random.default_rng(seed)
     # Picks as a gridder leaves them: one value per node, smeared over the faults, then noise.
     values = smeared(single_valued(faults, x, y, heights, there), there, smear)
@@ -202,6 +204,8 @@ def _cutoff(
     fault, sign = faults[name], 1 if wall == "+" else -1
     which = list(faults).index(name)
     half = min(fault.half, side)
+
+    # a point each 5 m, where one is on a sheet
     s = np.linspace(-half, half, int(2 * half / 5.0) + 1)
     lines = []
     # Bisection between fault and sheet, as in `trace`.
@@ -228,7 +232,11 @@ def fault_mesh(
     """A fault as a grid, finer than the horizon along strike."""
     fault = faults[name]
     half = min(fault.half, 0.75 * side)
+
+    # 20 m along strike; three rows do for a plane, 41 follow one that bends
     n = max(int(2 * half / 20.0), 8) + 1
+
+    # 20 m beyond the box at top and bottom
     z = np.linspace(DATUM + 320.0, DATUM - 320.0, 3 if fault.flatten == 0 else 41)[:, None]
     ends = np.array([-half, half])[:, None, None] * np.ones((1, len(z), 1))
     if fault.branch is not None:

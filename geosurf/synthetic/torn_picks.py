@@ -21,9 +21,14 @@ def single_valued(
     there: Mapping[Any, np.ndarray],
 ) -> np.ndarray:
     """One value per node: the highest sheet, and the fault itself in gaps."""
+    # (n_sheet, n, n): elevations of sheets where they exist, NaN elsewhere
     every = np.stack([np.where(there[s], z, np.nan) for s, z in heights.items()])
     none = np.isnan(every).all(axis=0)
+
+    # the highest sheet where walls overlap; a map has one value per node
     top = np.where(none, -np.inf, np.nan_to_num(every, nan=-np.inf).max(axis=0))
+
+    # in a gap no sheet exists: the fault lies between the sheets that would meet there
     low, high = np.min(list(heights.values()), axis=0), np.max(list(heights.values()), axis=0)
     gap = 0.5 * (low + high)
     for fault in faults.values():
@@ -33,6 +38,8 @@ def single_valued(
             middle = 0.5 * (a + b)
             under = fault.across(s, middle) > r
             a, b = np.where(under, middle, a), np.where(under, b, middle)
+
+        # the fault between both sheets, else the middle of them
         inside = (a > low) & (b < high)
         gap = np.where(inside, 0.5 * (a + b), gap)
     return np.where(none, gap, top)
@@ -42,6 +49,8 @@ def smeared(values: np.ndarray, there: dict, width: int) -> np.ndarray:
     """The mean over a square where sheets meet in it, the value itself elsewhere."""
     if width == 0:
         return values
+
+    # nodes whose window shows several sets of sheets are near a fault: only these are smeared
     code = np.zeros(values.shape, dtype=np.int64)  # which sheets there are, one bit for each
     for number, mask in enumerate(there.values()):
         if number % 32 == 31:  # bits run out; equal ones stay equal

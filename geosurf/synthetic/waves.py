@@ -95,6 +95,8 @@ def _curve(y: np.ndarray) -> np.ndarray:
     # the fault is steeper than the horizon everywhere, so that this has one root
     for _ in range(40):
         x = _east_of(z, y)
+
+        # dx/dz of the arc; Newton's method for z(x(z, y), y)
         lean = (z - _AXIS) / np.sqrt(_RADIUS**2 - (z - _AXIS) ** 2)
         step = (z - _height(x, y)) / (1.0 - _slope_east(x, y) * lean)
         z = z - step
@@ -125,6 +127,7 @@ def _curve_length() -> float:
 
 def _volumes() -> dict[str, dict]:
     """Volumes of the four units, and of the two zones."""
+    # slices at constant northing, integrated by Gauss panels across; parts meet at the curve
     w, e, s, n, b, t = _BOX
     y, across = _gauss(s, n, 12)
     meet = _curve(y)[:, 0]
@@ -133,6 +136,8 @@ def _volumes() -> dict[str, dict]:
     beside = (_east_of(z[None, :], y[:, None]) * up).sum(axis=1)  # west of F1, whole height
     x, along = _gauss(np.full_like(y, w), meet, 8)
     below_west = ((_height(x, y[:, None]) - b) * along).sum(axis=1)
+
+    # between the curve and the foot of the fault the fault is the upper bound
     x, along = _gauss(meet, foot, 8)
     fault = _AXIS - np.sqrt(_RADIUS**2 - (_centre(y)[:, None] - x) ** 2)
     below_west += ((fault - b) * along).sum(axis=1)
@@ -141,6 +146,8 @@ def _volumes() -> dict[str, dict]:
     below_west, below, beside = (
         float((part * across).sum()) for part in (below_west, below, beside)
     )
+
+    # the four units by differences from these integrals
     whole = (e - w) * (n - s) * (t - b)
     volumes = {
         ("above Top", ("F1+",)): whole - beside - (below - below_west),

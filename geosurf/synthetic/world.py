@@ -72,6 +72,7 @@ P = ParamSpec("P")
 
 def check_numbers(value: Any, n: int, what: str) -> tuple[Any, ...]:
     """Return some finite numbers, or refuse other values."""
+    # tuples, lists and arrays alike
     takes = f"{what} takes {n} numbers"
     parts = listed(value, takes, "give a tuple")
     if len(parts) != n or not all(map(is_number, parts)):
