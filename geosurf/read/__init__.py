@@ -125,6 +125,7 @@ def read_horizon(
     >>> top.dims, top.easting.values.tolist(), top.values.tolist()
     (('northing', 'easting'), [500.0, 510.0], [[-1600.0, -1610.0], [-1605.0, nan]])
     """
+    # grids become DataArrays here only: scenes need none, and xarray costs time
     found = read_nodes(
         path,
         name=name,
@@ -158,6 +159,8 @@ def read_nodes(
         The first for IRAP and ZMAP+, which are read without importing xarray; the last for meshes.
     """
     path, key, read = _reader(path, HORIZON_FORMATS, format, "read_horizon")
+
+    # only NetCDF holds several variables; elsewhere the argument would have no effect
     extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}
     if variable is not None and key != "netcdf":
         raise FormatError(
@@ -166,6 +169,7 @@ def read_nodes(
         )
     name = None if name is None else name_of(name, "horizon") or None
     if key in MESH_FORMATS:
+        # mesh readers call all surfaces faults: here it is a horizon
         mesh: TriSurface = read(path, name=name, positive=positive, length_unit=length_unit)
         return mesh.renamed(mesh.name, "horizon")
     name = name or path.stem
@@ -429,6 +433,8 @@ def _reader(
             f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
             f"{', '.join(formats)}.{did_you_mean(format, formats)}"
         )
+
+    # format= goes before the suffix
     suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}
     key = format or suffix_of.get(path.suffix.lower())
     if key is None:

@@ -162,6 +162,7 @@ def number_text(text: str, path: Path, first: int, what: str) -> np.ndarray:
     """Return all words of a text, which begins on line `first` of its file, as finite float64."""
     parts = [np.empty(0)]
     for line, piece in line_blocks(text):
+        # in bulk; only a piece with a wrong word is looked at line by line
         values = numbers(piece.split())
         if values is None:
             for i, row in enumerate(piece.split("\n"), start=first + line - 1):

@@ -50,6 +50,8 @@ class GridHeader:
                     f"{path}, {where}: {key} is {getattr(self, key)}, expected at least 1. "
                     "This is not the header of a grid; export the file again."
                 )
+
+        # checked before arrays are made: a damaged header may ask for any amount of memory
         if self.ncol * self.nrow > MAX_NODES:
             raise FormatError(
                 f"{path}, {where}: {self.ncol} x {self.nrow} nodes, expected fewer than "
@@ -184,6 +186,8 @@ def nodes_from_grid(
     row = np.arange(header.nrow, dtype=np.float64)
     metre = {"units": "m"}
     dims: tuple[str, str] = ("row", "column")
+
+    # unrotated grids have one coordinate per axis; rotated ones one per node
     if header.rotation % 360.0 == 0.0:
         dims = ("northing", "easting")
         coords = {

@@ -147,6 +147,8 @@ def _from_csv(draft: Draft, text: str, labels: Sequence[str]) -> Table:
     sign = "," if at_comma else next((sign for sign in ";\t" if sign in first), ",")
     # With a decimal comma, semicolons or tabs separate.
     lines = itertools.chain.from_iterable(piece.splitlines() for _, piece in line_blocks(text))
+
+    # quoted words may hold the separator: csv takes care of that
     reader = csv.reader(lines, delimiter=sign)
 
     found: list[str] = []

@@ -96,6 +96,7 @@ def _petrel(
 
 def _with_attributes(numbered: list[tuple[int, str]]) -> Layout:
     """RMS points: one line for each attribute, then x y z and the attributes."""
+    # attribute lines come first; the first line that is none begins the points
     header = ["x", "y", "z"]
     for _, line in numbered:
         match = ATTRIBUTE.fullmatch(line)

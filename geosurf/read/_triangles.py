@@ -24,6 +24,8 @@ def surface_from_mesh(
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
     what = f"{path}: surface {name!r}"
+
+    # mesh formats state neither direction nor unit: elevation in metres, unless the caller does
     sign = agreed_sign(None, first_given(positive, "up"), what)
     scale = agreed_scale(None, length_unit, "m", what)
     if len(triangles) == 0:

@@ -108,13 +108,18 @@ class XmlFile:
         size = self.header.itemsize
         # Header: number of blocks, their size, size of the last block (0: whole), packed sizes.
         n_block = int(np.frombuffer(stream[:size], self.header)[0])
+
+        # an empty array has no blocks
         if n_block == 0:
             return b""
+
+        # the header has a number for each block: more blocks than numbers are damage
         if 3 + n_block > len(stream) // size:
             raise ValueError(f"{n_block} blocks announced in {len(stream)} bytes")
         head = np.frombuffer(stream[: (3 + n_block) * size], self.header).tolist()
         whole, last, packed = head[1], head[2] or head[1], head[3:]
 
+        # the announced size is checked against the limit before anything is unpacked
         self.take((n_block - 1) * whole + last, what, itemsize)
         parts, at = [], (3 + n_block) * size
         for k, n_packed in enumerate(packed):
@@ -205,6 +210,8 @@ def open_xml(path: Path, kind: str) -> XmlFile:
     order = ">" if tree.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if tree.get("header_type") == "UInt64" else "u4"))
     file = XmlFile(path, size, tree, appended, raw, order, header, compressor)
+
+    # offsets of all arrays, sorted: each array ends where the next one begins
     found = {file.whole_number(node, "offset", 0) for node in tree.iter()}
     file.offsets = sorted(found)
     return file
@@ -212,6 +219,7 @@ def open_xml(path: Path, kind: str) -> XmlFile:
 
 def refuse_entities(path: Path, data: bytes) -> None:
     """Refuse XML that declares a document type: its entities may expand without end."""
+    # in wide encodings the letters have zero bytes between them
     plain = data.replace(b"\0", b"") if b"\0" in data[:8] else data  # UTF-16, UTF-32
     if b"<!DOCTYPE" in plain or b"<!ENTITY" in plain:
         raise FormatError(
@@ -222,6 +230,7 @@ def refuse_entities(path: Path, data: bytes) -> None:
 
 def _of_text(text: str, dtype: np.dtype) -> np.ndarray:
     """Numbers in text, as every program takes them."""
+    # one check of the whole text: Python would also take underscores and other scripts
     pattern = REAL if dtype.kind == "f" else WHOLE
     if not text.isascii() or not pattern.fullmatch(text):
         raise ValueError("a word is not a number")
@@ -238,5 +247,6 @@ def _unpack(compressor: str, packed: bytes, length: int) -> bytes:
 
 def _unbase64(text: bytes) -> bytes:
     """Decode base64 that may consist of several runs, each with its own padding."""
+    # header and data are encoded apart, each with its own padding in the middle of the text
     runs = re.findall(rb"[^=]+={0,2}", b"".join(text.split()))
     return b"".join(base64.b64decode(run, validate=True) for run in runs)

@@ -72,6 +72,8 @@ def _refuse_tag_lines(path: Path, data: bytes) -> None:
         at = match.end()
         for _ in range(3):
             end = data.find(b"\n", at)
+
+            # a length, then as many lines; what is left bounds how many there may be
             text = data[at : max(end, at)].strip()
             try:
                 n = int(text)  # as meshio takes it: with signs and underscores, too
@@ -165,6 +167,7 @@ def _tags_of_blocks_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
 
 def _tags_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
     """Tags of the nodes of version 2: rows of a tag and a point, their number as text."""
+    # the number of nodes as text, then rows without any separator
     end = data.find(b"\n", at)
     text = data[at:end].strip()
     n_node = int(text) if text.isdigit() else 0

@@ -63,6 +63,7 @@ class _Draft:
         if rows:
             self.points.append(number_rows(rows, self.lines, self.path, "x, y or z"))
         if self.pending:
+            # rows of vertices that have values: VRTX and PVRTX may be mixed
             numbered, lines, values = zip(*self.pending, strict=True)
             self.valued.append(np.array(numbered, dtype=np.int64))
             what = "value of a property"
@@ -271,6 +272,7 @@ def _fill(draft: _Draft, body: Iterator[Line]) -> None:
 
 def _vertex_line(draft: _Draft, i: int, key: str, words: list[str]) -> None:
     """``VRTX id x y z`` or ``PVRTX id x y z value ...``, then perhaps words."""
+    # how many values a PVRTX has follows from the header
     n_value = sum(draft.header.property_sizes(draft.path, draft.line)) if key == "PVRTX" else 0
     if len(words) < 5 + n_value:
         raise FormatError(
@@ -296,6 +298,8 @@ def _alias_line(draft: _Draft, i: int, words: list[str]) -> None:
             f"{draft.path}, line {i}: {words[0]} has {len(words) - 1} values, expected its id and "
             "that of a vertex. Correct that line or export the file again."
         )
+
+    # no vertex is made: two ids lead to one row
     _new_id(draft, i, words[1], _row(draft, i, words[2]))
 
 

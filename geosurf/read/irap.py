@@ -96,6 +96,7 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
             "The file is truncated; export it again."
         )
 
+    # lines of the header's words, for errors only
     tokens = [word[0] for word in words]
     line_of_token = [text.count("\n", 0, word.start()) + 1 for word in words]
 
@@ -148,6 +149,8 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
                 f"{struct.calcsize(layout)}. This is not an IRAP binary grid."
             )
         fields.append(struct.unpack(layout, records[i]))
+
+    # the upper limits are not used: they follow from origin, steps and numbers
     (mark, nrow, xmin, _, ymin, _, xinc, yinc), (ncol, rotation, xrot, yrot) = fields[:2]
     if mark != MARK:
         raise FormatError(
@@ -181,6 +184,8 @@ def _fortran_records(path: Path, data: bytes) -> list[bytes]:
             raise FormatError(
                 f"{path}, byte {at}: the file ends inside a record length. Export it again."
             )
+
+        # the same number has to stand at both ends, or this is no record
         size = struct.unpack_from(">i", data, at)[0]
         end = at + 4 + size
         if size < 0 or end + 4 > len(data) or struct.unpack_from(">i", data, end)[0] != size:

@@ -123,6 +123,7 @@ def read_mesh(
             "truncated; export it again."
         ) from error
 
+    # texts and objects are no vertex data of a surface
     numeric = {
         key: value
         for key, value in mesh.point_data.items()
@@ -136,6 +137,8 @@ def _meshio_read(path: Path) -> Any:
     import meshio
 
     said = io.StringIO()
+
+    # the format by suffix; without it meshio would try one after the other
     kind = FORMATS.get(path.suffix.lower())
     with opened(path) as (file, _):
         name = same_file(path, file) if kind else str(path)
@@ -161,6 +164,8 @@ def _refuse_counts(path: Path, data: bytes) -> None:
     suffix = path.suffix.lower()
     pattern = COUNTS.get(suffix)
     words = [w for match in pattern.finditer(data) for w in match.groups() if w] if pattern else []
+
+    # 19 digits are more than any file has: no need to convert them
     counts = [int(word) if len(word) < 19 else 1 << 60 for word in words]
     # Binary STL: 80 bytes of header, a count, then 50 bytes for each triangle.
     if suffix == ".stl" and len(data) >= 84 and not data[:80].lstrip().startswith(b"solid"):
@@ -211,6 +216,7 @@ def _triangles(path: Path, blocks: Any) -> np.ndarray:
     """All triangles and split quads, int64 (n, 3)."""
     parts = [np.empty((0, 3), dtype=np.int64)]
     for block in blocks:
+        # lines and points may come along; cells of other kinds mean that this is no surface
         if block.type == "triangle":
             parts.append(np.asarray(block.data).reshape(-1, 3).astype(np.int64))
         elif block.type == "quad":
@@ -237,6 +243,7 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
             "file is truncated or not an OFF file; export it again."
         )
     if path.suffix.lower() == ".msh":
+        # Gmsh: every section that begins has to end, and none ends that did not begin
         names = set(re.findall(rb"^\$(\w+)", data, re.M))
         # Each section `$Name` needs its `$EndName`.
         ends = {b"End" + name for name in names if not name.startswith(b"End")}
@@ -250,6 +257,8 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if path.suffix.lower() == ".xdmf":
         _refuse_foreign_data(path, data)
     _refuse_counts(path, data)
+
+    # text is left: its last line has to be whole
     start = data[:256].lstrip().lower()
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves

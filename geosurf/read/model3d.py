@@ -191,6 +191,8 @@ def _corners_of_parts(
 
     # TFACEs follow one another in the file as their triangles do in the surfaces.
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])
+
+    # counts: triangles of each TFACE, in the order of the file
     counts: list[int] = []
     for line in lines:
         words = line.split()
@@ -234,6 +236,8 @@ def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int]
 def _roles(path: Path) -> dict[str, str]:
     """Role of each surface that the head of the model names, in its order."""
     lines = read_text(path, final_line_end=False).split("\n")
+
+    # a Model3d says so on its first line; single surfaces have another reader
     first = lines[0].split() if lines else []
     if [word.lower() for word in first[:2]] != ["gocad", "model3d"]:
         found = lines[0][:40] if lines else ""
@@ -282,6 +286,7 @@ def _welded(surface: TriSurface, role: str) -> TriSurface:
 
     # Normals of a horizon point up in the mean.
     if role == "horizon":
+        # the sum of area vectors: what most of the surface shows
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         if np.cross(b - a, c - a)[:, 2].sum() < 0:
             triangles = triangles[:, [0, 2, 1]]

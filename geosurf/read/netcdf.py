@@ -234,6 +234,7 @@ def _engine(path: Path, head: bytes) -> str:
             "This is not a NetCDF file; set format= to its format."
         )
 
+    # fitting by content, usable by what is installed
     usable = [engine for engine in fitting if all(map(find_spec, MODULES[engine]))]
     if not usable:
         raise DependencyError(
@@ -328,6 +329,8 @@ def _horizon(
     import xarray as xr
 
     metre = {"units": "m"}
+
+    # a rotated grid has places for each node, and no order of axes to turn
     if easting.ndim == 2:
         coords = {
             "easting": (("row", "column"), easting, metre),
@@ -386,6 +389,8 @@ def _said(data: xr.DataArray, key: str) -> str | None:
 def _finite_or_nan(path: Path, data: xr.DataArray) -> np.ndarray:
     """Values as float64; infinite ones are refused."""
     values: np.ndarray = data.values.astype(np.float64)
+
+    # infinite values stand for no-data in some programs: declared ones are NaN by now
     bad = np.argwhere(np.isinf(values))
     if len(bad):
         raise FormatError(

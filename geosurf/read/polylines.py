@@ -130,6 +130,7 @@ def read_polylines(
 
 def _parts(path: Path, columns: object, decimal: str) -> list[tuple[np.ndarray, int]]:
     """Polylines (n, 3) as they stand in the file, each with its first line number."""
+    # csv has a column of labels, other text has end marks
     table = read_table(path, columns, decimal, LABELS)
     return _by_label(path, table) if path.suffix.lower() == ".csv" else _terminated(path, table)
 

@@ -167,6 +167,8 @@ def _numbered(path: Path, layout: Layout, columns: tuple | None) -> Places:
             f"has {len(words)} values. Give the columns of well, easting, northing, z and horizon, "
             "counted from 1, as in columns=(1, 2, 3, 4, 5)."
         )
+
+    # without a header the shortest row bounds the columns
     width = len(layout.header) if layout.header else min(len(words) for _, words in layout.rows)
     if max(columns) > width:
         raise FormatError(
@@ -201,6 +203,7 @@ def _why_not(
 
 def _declared_unit(layout: Layout, place: int) -> str | None:
     """Unit of z that the file declares: in a comment of Petrel, or in brackets after the name."""
+    # the unit next to the name of the column goes before that of the whole file
     match = BRACKETS.fullmatch(layout.header[place]) if layout.header else None
     return (match[2].lower() or None) if match else layout.length_unit
 
@@ -226,6 +229,8 @@ def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: 
 
         # a top without a place is left out and listed; one that is there twice counts once
         values = [_value(path, line, words[places[key]], decimal) for key in ("x", "y", "z")]
+
+        # which of the three are undefined, for the list of rows that are not used
         lacking = [word for word, v in zip(("x", "y", "z"), values, strict=True) if v is None]
         if lacking:
             unused.append(f"{top} has undefined {', '.join(lacking)}")

@@ -177,6 +177,8 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
 
     count = np.diff(ends, prepend=0)
     nodes = {node.get("Name"): node for node in piece.iterfind("Cells/DataArray")}
+
+    # types (n,): one number of VTK for each cell
     types = file.array(nodes.get("types"), "types").astype(np.int64)
     if len(types) != len(ends):
         raise FormatError(
@@ -258,6 +260,8 @@ def _point_data(file: XmlFile, piece: Element, n_point: int) -> dict[str, np.nda
     data = {}
     for node in piece.iterfind("PointData/DataArray"):
         key = node.get("Name") or ""
+
+        # width: values for each point, as for a vector
         values = file.array(node, repr(key))
         width = file.whole_number(node, "NumberOfComponents", 1)
         if len(values) != n_point * width:

@@ -113,6 +113,8 @@ def _values(path: Path, text: str, first: int, nulls: set[str]) -> tuple[np.ndar
     for line, piece in line_blocks(text):
         # words that mean no value are taken out, and the others become numbers at once
         words = piece.split()
+
+        # kept (n,): words that are numbers
         kept = np.array([word not in nulls for word in words], dtype=bool)
         real = words if kept.all() else list(itertools.compress(words, kept.tolist()))
         has_point = has_point or any("." in word for word in real)
@@ -155,6 +157,8 @@ def _header(
         )
     nrow, ncol = (integer(fields[k], path, i, "number of rows or columns") for k in (0, 1))
     west, east, south, north = (number(field, path, i, "extent") for field in fields[2:])
+
+    # steps are not in the file: they follow from the outer nodes, so two of each are needed
     if nrow < 2 or ncol < 2:
         raise FormatError(f"{path}, line {i}: {nrow} rows x {ncol} columns, expected at least 2.")
 

@@ -243,6 +243,8 @@ def _legend(
 ) -> tuple[Entry, ...]:
     """Pairs of zones: different zones first, the largest area first."""
     legend = []
+
+    # False sorts before True: pairs of different zones first
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     areas = area_texts(area for _, area in order)
     for ((minus, plus), _), area in zip(order, areas, strict=True):

@@ -128,6 +128,8 @@ def find_backend(asked: str = "") -> Finding:
         if finding.renderer:
             return finding
         findings.append(finding)
+
+    # each backend with its reason: which package is missing differs from machine to machine
     tried = "; ".join(f"{f.backend.name.upper()}: {f.reason}" for f in findings)
     unset = f", or unset {CHOICE}" if asked else ""
     raise DependencyError(f"pictures cannot be drawn without a screen ({tried}). {INSTALL}{unset}.")

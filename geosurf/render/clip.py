@@ -141,6 +141,7 @@ def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         return [(ring, np.ones(n, dtype=bool))]
 
     # ear clipping: cut off one convex corner after the other
+    # left: rows of corners that are not cut off yet
     left, found = list(range(n)), []
     while len(left) > 2:
         k = _ear(ring[left])

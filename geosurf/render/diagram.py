@@ -89,6 +89,8 @@ def diagram_axes(
     # where the diagram goes on the sheet [pixels]
     left, right, bottom, top = shown
     wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
+
+    # names of cut-offs stand in the margins on both sides
     margin = room * unit
     across = layout.view_size[0] - 2.0 * margin
     # not taller than reads well, but never below true scale if the picture is high enough

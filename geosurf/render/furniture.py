@@ -178,6 +178,7 @@ def _replace_missing_letters(figure: Figure) -> None:
     """Replace letters that the font lacks by a sign, with one warning for all of them."""
     from matplotlib.text import Text
 
+    # all texts of the figure at once, so that there is one warning for a picture
     known = _letters() | {ord("\n")}
     missing: dict[str, None] = {}
     for text in figure.findobj(Text):
@@ -328,6 +329,8 @@ def draw_scale_bar(
     length = nice_step(170.0 * unit * metres_per_pixel, 1)
     if length / metres_per_pixel > 210.0 * unit:
         length /= 2.0
+
+    # two halves, dark and light, as on maps
     pixels = length / metres_per_pixel
     left, y = sheet.layout.width - 250.0 * unit, 76.0 * unit
     for i in range(2):

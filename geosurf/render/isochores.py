@@ -358,6 +358,8 @@ def _legend(
         words = "no values"
         if np.isfinite(block).any():
             words = f"mean {np.nanmean(block):.4g} m, max {np.nanmax(block):.4g} m"
+
+        # a single block needs no letter on the map
         label = f"{letter}: {name}" if len(values) > 1 else str(name)
         legend.append(Entry(label, detail=words, kind="heading"))
     return tuple(legend)

@@ -86,6 +86,7 @@ class Content:
 
 def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Unpack[LayerStyle]) -> Layer:
     """Return a layer of triangles without unused points."""
+    # number (n_point,): new row of each point that a triangle uses
     used = np.zeros(len(points), dtype=bool)
     used[triangles] = True
     number = np.cumsum(used) - 1
@@ -94,6 +95,7 @@ def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Unpack[Lay
 
 def segment_layer(ends: np.ndarray, **look: Unpack[LayerStyle]) -> Layer:
     """Return a layer of lines from their ends (n, 2, 3)."""
+    # each segment has two points of its own: rows 2 i and 2 i + 1
     lines = np.arange(2 * len(ends)).reshape(-1, 2)
     return Layer(ends.reshape(-1, 3), lines=lines, **look)
 
@@ -118,6 +120,8 @@ def show_box(
     box = corners(bounds)
     edges = BOX_EDGES
     if towards is not None and (np.abs(towards) > 1e-9).all():
+        # the corner that is nearest to the viewer, by its binary number: its three edges would run
+        # in front of the model
         nearest = (towards > 0.0) @ (4, 2, 1)
         edges = [edge for edge in edges if nearest not in edge]
     return Content((Layer(box, lines=np.array(edges), colour=colour, width=width),))

@@ -221,6 +221,8 @@ def _hatch(
         Triangulation(x, y, triangles), mark.astype(float), levels=[0.01, 1.5], colors="none",
         hatches=["////"],
     )  # fmt: skip
+
+    # the edge colour is that of the hatching; the contour line itself is not drawn
     drawn.set_edgecolor(palette.INK)
     drawn.set_linewidth(0.0)
     if outline is not None:

@@ -29,6 +29,8 @@ def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
     """
     if not top > bottom:
         return np.array([bottom])
+
+    # multiples of a round step, one below and one above the range at least
     step = nice_step(top - bottom, n)
     return step * np.arange(math.floor(bottom / step), math.ceil(top / step) + 1)
 

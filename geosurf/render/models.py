@@ -141,6 +141,7 @@ def _check_scene(scene: object, show: Sequence[str]) -> None:
 
 def _title(show: Sequence[str]) -> str:
     """Return the title: a list of what the picture shows."""
+    # in the order of `SHOWABLE`, however the caller listed them
     words = ["intersection lines" if w == "curves" else w for w in SHOWABLE if w in show]
     if not words:
         return "Scene"

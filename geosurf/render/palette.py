@@ -78,6 +78,8 @@ def shade(colour: RGB, step: int, n_step: int) -> RGB:
     """
     if n_step < 2:
         return colour
+
+    # lightness changes, hue stays: never by more than to white or black
     place = 1.0 - 2.0 * step / (n_step - 1)  # 1 for the lightest, -1 for the darkest
     hue, lightness, saturation = colorsys.rgb_to_hls(*colour)
     room = min(1.0 - lightness, lightness, 0.085)

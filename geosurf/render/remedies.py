@@ -44,6 +44,8 @@ def draw_remedies(
         if remedy.place is None:
             continue
         x, y = np.array(remedy.place[:2]) - corner
+
+        # marks outside the map would stand in its margin, next to nothing
         if not (west <= x <= east and south <= y <= north):
             continue
         axes.plot(
@@ -53,6 +55,8 @@ def draw_remedies(
         shown.append(remedy.kind)
     if not shown:
         return []
+
+    # the legend counts each kind of remedy
     kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(Counter(shown).items()))
     words = f"{counted(len(shown), 'place')} of remedies"
     return [Entry(words, palette.ACCENT, kinds, "circle")]

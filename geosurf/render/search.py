@@ -151,6 +151,8 @@ def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, np.ndarray]:
     nodes, number = np.unique(
         (cells[:, None, :] + corners).reshape(-1, 3), axis=0, return_inverse=True
     )
+
+    # number (n, 8): row of each corner of each voxel
     number = number.reshape(-1, 8)
     edges = np.unique(np.sort(number[:, BOX_EDGES].reshape(-1, 2), axis=1), axis=0)
     return np.asarray(search.lower) + nodes * float(search.size), edges

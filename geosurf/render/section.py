@@ -140,6 +140,7 @@ def _draw_wells(
 
 def _corners(section: xarray.Dataset) -> np.ndarray:
     """Distance, easting and northing of the first and the last point, (2, 3)."""
+    # the ends of the section by distance: lines come in any order
     at = section.along_section.values
     rows = [int(np.argmin(at)), int(np.argmax(at))]
     columns = (section.along_section, section.easting, section.northing)
@@ -158,6 +159,8 @@ def _areas(lines: list[Part], zones: list[str]) -> Areas:
     sign. It gets no colour and no legend entry.
     """
     areas: Areas = {}
+
+    # mean elevation of each part orders contact intervals within a zone
     rings: dict[tuple[str, str], list[np.ndarray]] = {}
     for words, line, area in lines:
         if words["kind"] == "unit":

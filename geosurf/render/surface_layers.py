@@ -204,6 +204,8 @@ def _curve_layer(
     if within is None or within.holds(curves.points):
         lines = tuple(curves.curves[i] for i in rows)
         return Layer(curves.points, lines=lines, **look), curves.length_of_curve[rows]
+
+    # clipped curves fall into segments: lengths are those that are shown
     parts, lengths = [np.empty((0, 2, 3))], []
     for i in rows:
         line = curves.curves[i]

@@ -40,6 +40,8 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
 def _words_of(unit: Unit) -> tuple[str, str]:
     """Both lines of a legend entry: the end of a long name moves to the second line."""
     volume = volume_text(unit.volume)
+
+    # a name that does not fit is split at its zone: the block moves to the second line
     end = unit.name[len(unit.zone) :].strip()
     if len(unit.name) <= LABEL_ROOM or not end:
         return unit.name, volume
@@ -47,6 +49,7 @@ def _words_of(unit: Unit) -> tuple[str, str]:
 
 
 def _shades(units: list[Unit]) -> dict[str, palette.RGB]:
+    # one colour for each zone; its blocks take shades of that, from light to dark
     blocks_of_zone: dict[int, list[str]] = {}
     for unit in units:
         blocks_of_zone.setdefault(unit.zone_index, []).append(unit.name)

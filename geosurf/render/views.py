@@ -64,6 +64,7 @@ class Camera:
 
     def to_local(self, points: np.ndarray) -> np.ndarray:
         """Return world points (n, 3) shifted to `centre` and stretched, float64."""
+        # from the centre, in float64: drivers round to float32, which has seven digits
         local: np.ndarray = (points - self.centre) * (1.0, 1.0, self.exaggeration)
         return local
 
@@ -162,6 +163,8 @@ def check_size(size: tuple[int, int]) -> tuple[int, int]:
     geosurf.errors.InputError: size is (64, 64), expected (width, height) in pixels, two whole numbers from (200, 150) to (8000, 8000).
     """  # noqa: E501 - a message
     listed = isinstance(size, tuple | list) or (isinstance(size, np.ndarray) and size.ndim == 1)
+
+    # text has a length and items, too: only lists, tuples and arrays are sizes
     pair = tuple(size) if listed else ()
     if len(pair) == 2 and all(is_number(n) and n == int(n) for n in pair):
         width, height = map(int, pair)

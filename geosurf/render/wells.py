@@ -66,6 +66,7 @@ def tops_on_section(misfit: Any, line: np.ndarray) -> tuple[list[WellTop], float
     (list of WellTop, float)
         Tops, and the distance within which they are [m].
     """
+    # starts: distance along the section at which each leg begins
     ends = np.diff(line, axis=0)
     lengths = np.hypot(*ends.T)
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -117,6 +118,7 @@ def draw_wells_on_section(
     colours: dict[str, palette.RGB],
 ) -> list[Entry]:
     """Draw each well through its tops, named above; return the entry of the legend."""
+    # tops by well, those in view only, from the top down: the line of a well joins them
     wells: dict[str, list[WellTop]] = {}
     bottom, above = sorted(axes.get_ylim())
     for top in tops:

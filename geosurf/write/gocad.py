@@ -122,6 +122,7 @@ def _head(kind: str, name: str, crs: str | None) -> list[str]:
 
 def _system(crs: str) -> str:
     """Return a coordinate reference system on one line, without quotes: of WKT, its name."""
+    # GOCAD has one line for a system: WKT does not fit, its name does
     text = label(crs) if '"' in crs else crs
     return " ".join(text.replace('"', "'").replace("\\", "/").split())
 

@@ -181,6 +181,8 @@ def _fits(grid: Geometry, easting: np.ndarray, northing: np.ndarray, *, exact: b
     """Whether all nodes lie where the geometry puts them."""
     x, y, xinc, yinc, rotation = grid
     turn = math.radians(rotation)
+
+    # places that the geometry gives all nodes, to compare with their own
     column = np.arange(easting.shape[1])
     row = np.arange(easting.shape[0])[:, None]
     east = x + (column * xinc * math.cos(turn) - row * yinc * math.sin(turn))

@@ -60,6 +60,7 @@ def mesh_of_patches(patches: Patches, name: str | None, suffix: str) -> tuple[by
 
 def mesh_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[str]]:
     """Return the shell of a unit."""
+    # only VTK formats have numbers for each triangle
     labels = {"surface": unit.surface_of_triangle} if suffix in (".vtu", ".vtk") else {}
     data = _encode(unit.vertices, unit.triangles, suffix, cell_data=labels)
     return data, _noted(suffix, [NAMES_LOST])

@@ -59,6 +59,8 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
     dataset = dataset.copy()
     # encodings are those of the file it was read from, and may not fit
     dataset = dataset.drop_encoding()
+
+    # coordinates state their unit and meaning as CF wants it, unless they do already
     dataset.attrs = _plain(dataset.attrs)
     for key, variable in dataset.variables.items():
         variable.attrs = _plain(variable.attrs)
@@ -84,6 +86,7 @@ def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
     """Attributes as numbers, lists of numbers, or text; None is left out."""
     out: dict[str, Any] = {}
     for key, value in attrs.items():
+        # HDF5 has no None, and truth values only as numbers
         array = np.asarray(value)
         if value is None:
             continue

@@ -45,6 +45,7 @@ def pol_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[s
 
 def csv_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
     """Return the same as a table: one row for each point, closed lines with their first again."""
+    # one column for each word or number that belongs to a whole line
     words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
     header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in words)]
     rows: list[list[Any]] = []
@@ -68,6 +69,8 @@ def _lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
     points = np.stack([lines[axis].values for axis in axes], axis=1)
     ends = np.cumsum(lines["count"].values)
     parts = np.split(points, ends[:-1])
+
+    # rings are stored without their first point again; text has no other way to close them
     closed = bool(lines.attrs.get("closed", False))
     return list(enumerate(np.concatenate([p, p[:1]]) if closed else p for p in parts))
 

@@ -22,6 +22,8 @@ def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
     table = units.table
     labels = [key for key in ("zone", "block", "contact", "zone_index") if key in table.coords]
     numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
+
+    # the unit stands in the name of the column: csv has no other place for it
     heads = [f"{key}_{table[key].attrs.get('units', '')}".rstrip("_") for key in numbers]
     columns = [table["unit"].values.tolist()]
     columns += [table[key].values.tolist() for key in labels + numbers]

@@ -26,6 +26,7 @@ TYPES = {
 
 def vtp_of_surface(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
     """Return a surface with its numeric vertex data, name and role."""
+    # VTK arrays hold numbers; what is lost is said
     numeric = {k: v for k, v in surface.vertex_data.items() if v.dtype.kind in "biuf"}
     lost = [key for key in surface.vertex_data if key not in numeric]
     notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
@@ -96,6 +97,8 @@ def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[s
         "  </vtkMultiBlockDataSet>",
         "</VTKFile>",
     ]
+
+    # the index is made last, when all its parts are known
     files[PurePath(f"{stem}.vtm")] = ("\n".join(lines) + "\n").encode("utf-8")
     return files, []
 
@@ -115,6 +118,7 @@ def _polydata(
     words: Mapping[str, Sequence[str]] | None = None,
 ) -> bytes:
     """Assemble the XML of one piece: triangles or polylines."""
+    # VTK counts cells by where their corners end in one list of all corners
     n_triangle = 0 if triangles is None else len(triangles)
     ends = np.cumsum([len(line) for line in lines], dtype=np.int64)
     joined = np.concatenate([*lines, np.empty(0, dtype=np.int64)]).astype(np.int64)
@@ -156,11 +160,15 @@ def _polydata(
 def _array(name: str, values: Any) -> str:
     """Return one DataArray: byte count and values, little-endian, base64."""
     array = np.asarray(values)
+
+    # VTK has no truth values: 0 and 1 in bytes
     if array.dtype.kind == "b":
         array = array.astype(np.uint8)
     width = int(np.prod(array.shape[1:], dtype=np.int64))
     kind = TYPES[f"{array.dtype.kind}{array.dtype.itemsize}"]
     raw = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).tobytes()
+
+    # the byte count comes first, in the type that the header names
     text = base64.b64encode(np.array([len(raw)], dtype="<u8").tobytes() + raw).decode("ascii")
     return (
         f'        <DataArray type="{kind}" Name={_attribute(name)} '
@@ -170,6 +178,7 @@ def _array(name: str, values: Any) -> str:
 
 def _string_array(name: str, values: Sequence[str]) -> str:
     """Return an Array of strings: VTK stores character codes, each string ended by 0."""
+    # character codes as numbers: any letter fits into plain text
     codes = b"".join(value.encode("utf-8") + b"\0" for value in values)
     text = " ".join(str(code) for code in codes)
     return (
