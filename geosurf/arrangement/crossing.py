@@ -21,7 +21,10 @@ FEW = 16  # triangles of which all pairs cost less than a search: the walls of a
 
 
 def crossing_pairs(
-    x: np.ndarray, triangles: np.ndarray, others: np.ndarray | None = None
+    x: np.ndarray,
+    triangles: np.ndarray,
+    others: np.ndarray | None = None,
+    graph: np.ndarray | None = None,
 ) -> np.ndarray:
     """
     Find pairs of triangles that meet elsewhere than in common corners and edges.
@@ -34,6 +37,10 @@ def crossing_pairs(
         Compared with each other, except those with the same corners. None without area.
     others : ndarray of int64, shape (k, 3), optional
         Compared with `triangles`, but not with each other.
+    graph : ndarray of int64, shape (n,), optional
+        Number of the graph over the map that each of `triangles` is a part of, -1 for none. Two
+        parts of one graph are not compared: what they have in common on the map are corners and
+        edges of both. Default: all are compared.
 
     Returns
     -------
@@ -51,7 +58,10 @@ def crossing_pairs(
         triangles = np.concatenate([triangles, others])
 
     m, w = frame_of(x, len(triangles))
-    pairs = _near_pairs(x, triangles, n_first)
+    of_graph = np.full(len(triangles), -1)
+    if graph is not None:
+        of_graph[:n_first] = graph
+    pairs = _near_pairs(x, triangles, n_first, of_graph)
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     rows = rows[:n]
@@ -63,7 +73,9 @@ def crossing_pairs(
     return rows[(used & ~shared).any(axis=1), :2]
 
 
-def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarray:
+def _near_pairs(
+    x: np.ndarray, triangles: np.ndarray, n_first: int, graph: np.ndarray
+) -> np.ndarray:
     """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
     be apart at once; in order.
     """
@@ -87,7 +99,7 @@ def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarra
     at = (boxes[:, :3] - grid.bounds[:3]) / grid.size
     first = np.where(at >= grid.shape, grid.shape - 1, np.maximum(at, 0.0)).astype(np.int64)
     pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
-    given = (x, triangles, n_first, boxes, grid.shape, offsets, filled, first)
+    given = (x, triangles, n_first, graph, boxes, grid.shape, offsets, filled, first)
 
     # As many pairs as there is room for, and a second call if there were more.
     n = undecided_pairs(*given, pairs)

@@ -16,6 +16,7 @@ from geosurf.carve.check_partition import Matched, rows_of
 from geosurf.carve.outside import box_of
 from geosurf.carve.rays import NO_HIT, Rays
 from geosurf.kernels.meshes.mesh import join_pairs
+from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
 
 ABOVE, BELOW = 1, -1
@@ -76,34 +77,72 @@ class Around:
     def _links(self) -> tuple[np.ndarray, np.ndarray]:
         """Pairs of neighbours (n, 2), and the pair of each triangle; n if it has fewer than two."""
         # triangles with a unit on both sides link these two; the pair is coded as one number
-        inner = np.flatnonzero((self._beside >= 0).all(axis=1))
-        low, high = self._beside[inner].min(axis=1), self._beside[inner].max(axis=1)
-        codes, code = np.unique(low * self.n_unit + high, return_inverse=True)
+        one, other = self._beside.T
+        inner = np.flatnonzero((one >= 0) & (other >= 0))
+        low, high = np.minimum(one, other)[inner], np.maximum(one, other)[inner]
+        codes, code = number_keys(low * self.n_unit + high)
         link = np.full(self.found.n_key, len(codes))
         link[inner] = code
         return np.stack(np.divmod(codes, self.n_unit), axis=1), link
 
-    def _times(self, surfaces: list[int]) -> np.ndarray:
-        """Number of triangles of some surfaces between each pair of neighbours."""
+    @cached_property
+    def _times(self) -> np.ndarray:
+        """Number of triangles of each surface between each pair of neighbours (n_surface, n)."""
+        link, surface, _ = self._inner
+        shape = len(self.patches.sources), len(self._links[0])
+        times = np.bincount(surface * shape[1] + link, minlength=shape[0] * shape[1])
+        return times.reshape(shape)
+
+    @cached_property
+    def _inner(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Each set of corners between two neighbours with each surface on it: pair of neighbours,
+        surface, and key.
+        """
         shell, surface, _ = self.on
 
-        # count each set of corners once, however many of the surfaces have it
+        # the shell on one side lists all surfaces
+        one = np.flatnonzero(self.found.turn[shell])
+        key = self.found.key[shell[one]]
+        link = self._links[1][key]
+        inner = np.flatnonzero(link < len(self._links[0]))
+        link, key, surface = link[inner], key[inner], surface[one[inner]]
+
+        # where surfaces coincide, one may lie on itself: it counts once
+        several = np.flatnonzero(self._several[key])
+        _, first = np.unique(key[several] * len(self.patches.sources) + surface[several], True)
+        once = ~self._several[key]
+        once[several[first]] = True
+        return link[once], surface[once], key[once]
+
+    @cached_property
+    def _several(self) -> np.ndarray:
+        """Whether several triangles of the patches have the corners of a key."""
+        return np.bincount(self.found.of_patches, minlength=self.found.n_key) > 1
+
+    def _times_of(self, surfaces: list[int]) -> np.ndarray:
+        """Number of triangles between each pair of neighbours that lie on one of some surfaces."""
         wanted = np.zeros(len(self.patches.sources), dtype=bool)
         wanted[surfaces] = True
-        keys = np.zeros(self.found.n_key, dtype=bool)
-        keys[self.found.key[shell[wanted[surface]]]] = True
-        pairs, link = self._links
-        return np.bincount(link[keys], minlength=len(pairs) + 1)[:-1]
+        link, surface, key = self._inner
+        mine = wanted[surface]
+        several = self._several[key]
+        n_link = len(self._links[0])
+        times = np.bincount(link[mine & ~several], minlength=n_link)
+
+        # each set of corners counts once, however many of the surfaces have it
+        both = np.flatnonzero(mine & several)
+        _, first = np.unique(key[both], return_index=True)
+        return times + np.bincount(link[both[first]], minlength=n_link)
 
     @cached_property
     def _all(self) -> np.ndarray:
-        return self._times(list(range(len(self.patches.sources))))
+        return self._times_of(list(range(len(self.patches.sources))))
 
     @cached_property
     def _level(self) -> np.ndarray:
         """Number of triangles of horizons and contacts between each pair of neighbours."""
         level = [*rows_of(self.patches, "horizon"), *rows_of(self.patches, "contact")]
-        return self._times(level)
+        return self._times_of(level)
 
     def neighbours_except_across(self, one: int, *, level: bool = False) -> np.ndarray:
         """Pairs of neighbours across a triangle that is not on surface `one`.
@@ -111,19 +150,25 @@ class Around:
         With `level`, only across horizons and contacts.
         """
         some = self._level if level else self._all
-        return self._links[0][some > self._times([one])]
+        return self._links[0][some > self._times[one]]
 
     def touched(self, one: int, *, inside: bool = False) -> np.ndarray:
         """Whether each unit touches the front and the back of a surface, bool (n_unit, 2).
 
         With `inside`, triangles on walls do not count.
         """
+        found: np.ndarray = self._touched[int(inside), one]
+        return found
+
+    @cached_property
+    def _touched(self) -> np.ndarray:
+        """What `touched` says of all surfaces with and without walls, bool (2, n, n_unit, 2)."""
         shell, surface, behind = self.on
-        mine = surface == one
-        if inside:
-            mine &= ~self._on_walls[self.found.key[shell]]
-        out = np.zeros((self.n_unit, 2), dtype=bool)
-        out[self.found.unit[shell[mine]], behind[mine].astype(np.int64)] = True
+        out = np.zeros((2, len(self.patches.sources), self.n_unit, 2), dtype=bool)
+        unit, side = self.found.unit[shell], behind.astype(np.int64)
+        out[0, surface, unit, side] = True
+        off = ~self._on_walls[self.found.key[shell]]
+        out[1, surface[off], unit[off], side[off]] = True
         return out
 
     def seen(self, one: int) -> np.ndarray:

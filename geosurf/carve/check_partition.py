@@ -14,6 +14,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.shells import number_triangles
 from geosurf.model import Check, Patches, Unit, Units
 
 
@@ -70,18 +71,38 @@ def matched(patches: Patches, units: Units, number: np.ndarray) -> Matched:
     first = len(patches.local) + np.cumsum([0, *(len(part.local) for part in parts)])
     shells = [part.triangles + start for part, start in zip(parts, first.tolist(), strict=False)]
     t = number[np.concatenate([patches.triangles, *shells])]
-    turn = np.sum([t[:, k] < t[:, (k + 1) % 3] for k in range(3)], axis=0) == 2
-    key, n_key = weld(np.sort(t, axis=1).astype(np.float64))
+    key, turn, n_key = number_triangles(t)
     unit = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
     surface = np.concatenate([np.empty(0, np.int64), *map(_surfaces, parts)])
-    n, n_surface = patches.n_triangle, len(patches.sources)
-    known = key[:n] * n_surface + patches.surface_of_triangle
-    order = np.argsort(known, kind="stable")
-    wanted = key[n:] * n_surface + surface
-    at = np.minimum(np.searchsorted(known, wanted, sorter=order), n - 1)
-    row = np.where(known[order[at]] == wanted, order[at], -1)
+    n = patches.n_triangle
+    row = _rows_on(patches.surface_of_triangle, key[:n], surface, key[n:], n_key)
     behind = turn[n:] == turn[:n][row]
     return Matched(unit, surface, key[n:], row, behind, turn[n:], key[:n], turn[:n], n_key)
+
+
+def _rows_on(
+    surface: np.ndarray, key: np.ndarray, wanted: np.ndarray, key_of: np.ndarray, n_key: int
+) -> np.ndarray:
+    """Row with the wanted key and surface among rows with `key` and `surface`; -1 if none has."""
+    # nearly all keys have one row
+    row = np.full(n_key, -1)
+    row[key[::-1]] = np.arange(len(key))[::-1]
+    found = row[key_of]
+    found[(found >= 0) & (surface[found] != wanted)] = -1
+
+    # where surfaces coincide, keys have several: look these up by key and surface
+    times = np.bincount(key, minlength=n_key)
+    several = np.flatnonzero(times[key_of] > 1)
+    if len(several):
+        rows = np.flatnonzero(times[key] > 1)
+        n_surface = 1 + max(int(surface.max()), int(wanted.max()))
+        code = key[rows] * n_surface + surface[rows]
+        order = np.argsort(code, kind="stable")
+        code, rows = code[order], rows[order]
+        asked = key_of[several] * n_surface + wanted[several]
+        at = np.minimum(np.searchsorted(code, asked), len(code) - 1)
+        found[several] = np.where((code[at] == asked) & (wanted[several] >= 0), rows[at], -1)
+    return found
 
 
 def _surfaces(unit: Unit) -> np.ndarray:

@@ -18,6 +18,7 @@ from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, RoundingError
+from geosurf.kernels.meshes.shells import order_by_corners
 from geosurf.model import Patches, Unit, frozen
 
 
@@ -106,10 +107,32 @@ class Shells:
         # each triangle starts at its lowest corner, then triangles are sorted: same bytes always
         first = t.argmin(axis=1)[:, None]
         t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
-        order = np.lexsort((t[:, 2], t[:, 1], t[:, 0]))
-        used, faces = np.unique(t[order], return_inverse=True)
+        used, faces = renumbered(t)
+        order = order_by_corners(faces, len(used))
         surface = self.cells.in_full.surface_of[rows[order]]
-        return x[used], faces.reshape(-1, 3), surface
+        return x[used], faces[order], surface
+
+
+def renumbered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The distinct numbers in an array (n, 3), rising, and the place of each number among them.
+
+    Examples
+    --------
+    >>> [found.tolist() for found in renumbered(np.array([[4, 9, 7]]))]
+    [[4, 7, 9], [[0, 2, 1]]]
+    """
+    first = int(t.min(initial=0))
+    span = int(t.max(initial=0)) + 1 - first
+    if span > 16 * t.size:  # a small unit in a large model
+        used, place = np.unique(t, return_inverse=True)
+        return used, place.reshape(t.shape)
+
+    # a table over the range of numbers: a tenth of the time of a sort
+    place = np.zeros(span, dtype=np.int64)
+    place[t - first] = 1
+    used = first + np.flatnonzero(place)
+    place[used - first] = np.arange(len(used))
+    return used, place[t - first]
 
 
 def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:
@@ -251,6 +274,8 @@ class _Carved(Unit):
     @cached_property
     def map_area(self) -> float:
         """Area of its upper side in the map [m2], from faces: no triangle is listed."""
+        if self._shell is None:  # a copy with other triangles
+            return float(Unit.map_area.func(self))
         shells, u = self._shell
         return shells.map_area(u)
 

@@ -16,6 +16,8 @@ Notation
     boxes    lower and upper corner of each triangle
     offsets, filled   triangles of each voxel, as in `voxels.fill_voxels`
     first    voxel that holds the lower corner of each box: each pair is tested in one voxel only
+    graph    number of the graph over the map that each triangle is a part of, -1 for none: two
+             parts of one graph meet in common corners and edges only
 """
 
 from __future__ import annotations
@@ -200,8 +202,8 @@ def separated_triangles(x, t, a, b, at):
     return _apart_midway(x, t, a, b) or _separated_by_face(x, t, a, b, -1)
 
 
-@entry("d2 l2 l d2 l1 l1 l1 l2 l2 -> l")
-def undecided_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
+@entry("d2 l2 l l1 d2 l1 l1 l1 l2 l2 -> l")
+def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, pairs):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
 
     They are written up to capacity. Triangles from row `n_first` on are not compared with each
@@ -220,6 +222,8 @@ def undecided_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
                 break  # rows are increasing in a voxel
             for r in range(s + 1, offsets[voxel + 1]):
                 b = filled[r]
+                if graph[a] >= 0 and graph[a] == graph[b]:
+                    continue
                 if (
                     max(first[a, 2], first[b, 2]) != k
                     or max(first[a, 1], first[b, 1]) != j

@@ -1,0 +1,238 @@
+"""Shells as meshes: their order, their open edges, their sums, and triangles with equal corners.
+
+A certificate runs these over all triangles of a model, twice for those between two units. Each is
+one pass without a global sort: triangles are put into buckets by their lowest corner.
+
+Notation as in `mesh`: x coordinates, t triangles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+
+_LONG = 32  # half-edges of one lower vertex that are matched by searching
+
+
+@scalar
+def _comes_before(t, i, j):
+    """Whether triangle i comes before j, which has the same first corner; by rows if they agree."""
+    for k in range(1, 3):
+        if t[i, k] != t[j, k]:
+            return t[i, k] < t[j, k]
+    return i < j
+
+
+@scalar
+def _shell_sort(t, order, low, high):
+    """Sort a bucket; gaps of Ciura (2001), since a corner of the box may have thousands."""
+    gap = 1
+    while gap < (high - low) // 2:
+        gap = 2 * gap + 1
+    while gap >= 1:
+        for p in range(low + gap, high):
+            row, q = order[p], p
+            while q >= low + gap and _comes_before(t, row, order[q - gap]):
+                order[q] = order[q - gap]
+                q -= gap
+            order[q] = row
+        gap //= 2
+
+
+@entry("l2 l -> l1")
+def order_by_corners(t, n_vertex):
+    """Rows of triangles in lexicographic order of their corners, which are below `n_vertex`."""
+    start = np.zeros(n_vertex + 2, dtype=np.int64)
+    for i in range(t.shape[0]):
+        start[t[i, 0] + 2] += 1
+    for v in range(2, n_vertex + 2):
+        start[v] += start[v - 1]
+
+    # Rising rows in each bucket: filling moves `start` to the next bucket.
+    order = np.empty(t.shape[0], dtype=np.int64)
+    for i in range(t.shape[0]):
+        v = t[i, 0] + 1
+        order[start[v]] = i
+        start[v] += 1
+    for v in range(n_vertex):
+        _shell_sort(t, order, start[v], start[v + 1])
+    return order
+
+
+@scalar
+def _hash(a, b, c):
+    """Hash of three vertices; every product stays below 2**63."""
+    h = (a & 0x3FFFFFFF) * 0x1E3779B1
+    h = (h ^ (h >> 31)) + (b & 0x3FFFFFFF) * 0x165667B1
+    h = (h ^ (h >> 29)) + (c & 0x3FFFFFFF) * 0x0B55A4F5
+    h = h & 0x7FFFFFFFFFFFFFFF
+    return h ^ (h >> 32)
+
+
+@entry("l2 -> l1 b1 l")
+def number_triangles(t):
+    """Number of the first triangle with the same three corners, renumbered from 0; whether the
+    corners go round in rising order; and how many numbers there are.
+    """
+    n = t.shape[0]
+    size = 16
+    while size < 2 * n:
+        size *= 2
+    slots = np.full(size, -1, dtype=np.int64)
+    first = np.empty((n, 3), dtype=np.int64)
+    number = np.empty(n, dtype=np.int64)
+    rising = np.empty(n, dtype=np.bool_)
+    count = 0
+    for i in range(n):
+        a, b, c = t[i, 0], t[i, 1], t[i, 2]
+
+        # Two of three steps rise where an even permutation sorts the corners.
+        rising[i] = int(a < b) + int(b < c) + int(c < a) == 2
+        low, high = min(a, min(b, c)), max(a, max(b, c))
+        mid = a + b + c - low - high
+
+        # Open addressing; equal sets of corners share a slot.
+        slot = _hash(low, mid, high) & (size - 1)
+        while slots[slot] >= 0:
+            j = slots[slot]
+            if first[j, 0] == low and first[j, 1] == mid and first[j, 2] == high:
+                break
+            slot = (slot + 1) & (size - 1)
+        if slots[slot] < 0:
+            slots[slot] = count
+            first[count, 0], first[count, 1], first[count, 2] = low, mid, high
+            count += 1
+        number[i] = slots[slot]
+    return number, rising, count
+
+
+@entry("l2 l -> l l l")
+def count_open_edges(t, n_vertex):
+    """Open edges (more triangles on one side than on the other), edges, and vertices in use.
+
+    An edge that is run through twice more often one way than the other counts twice.
+    """
+    start = np.zeros(n_vertex + 2, dtype=np.int64)
+    used = np.zeros(n_vertex, dtype=np.bool_)
+    for i in range(t.shape[0]):
+        for c in range(3):
+            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+            start[min(a, b) + 2] += 1
+            used[a] = True
+    for v in range(2, n_vertex + 2):
+        start[v] += start[v - 1]
+
+    # Upper vertices by lower vertices, and which way each half-edge runs.
+    upper = np.empty(3 * t.shape[0], dtype=np.int64)
+    way = np.empty(3 * t.shape[0], dtype=np.int64)
+    for i in range(t.shape[0]):
+        for c in range(3):
+            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+            v = min(a, b) + 1
+            upper[start[v]] = max(a, b)
+            way[start[v]] = 1 if a < b else -1
+            start[v] += 1
+
+    # Each half-edge adds to the first one of its edge; long buckets find that by a table.
+    first_of = np.empty(0, dtype=np.int64)
+    n_open, n_edge, n_used = 0, 0, 0
+    for v in range(n_vertex):
+        low, high = start[v], start[v + 1]
+        n_used += int(used[v])
+        long = high - low > _LONG
+        if long and first_of.shape[0] == 0:
+            first_of = np.full(n_vertex, -1, dtype=np.int64)
+        for p in range(low, high):
+            if long:
+                found = first_of[upper[p]]  # below `low`: of an earlier bucket
+                if found < low:
+                    first_of[upper[p]] = p
+                    found = p
+            else:
+                found = low
+                while upper[found] != upper[p]:
+                    found += 1
+            if found < p:
+                way[found] += way[p]
+            else:
+                n_edge += 1
+
+        # The first half-edge of each edge has the balance now; the others are out of use.
+        for p in range(low, high):
+            if long:
+                lead = first_of[upper[p]] == p
+            else:
+                found = low
+                while upper[found] != upper[p]:
+                    found += 1
+                lead = found == p
+            if lead:
+                n_open += abs(way[p])
+    return n_open, n_edge, n_used
+
+
+@scalar
+def _two_sum(high, low, term):
+    """A sum as two numbers, the second one with all rounding errors of the first (Knuth)."""
+    total = high + term
+    back = total - high
+    return total, low + ((high - (total - back)) + (term - back))
+
+
+@entry("d2 l2 -> d d d d")
+def sums_of_triangles(x, t):
+    """Volume inside a closed mesh, its area, and for bounds of rounding errors: the sum of products
+    of two sides of each triangle, and the sum of all sides, in the norm of absolute values.
+
+    The volume is that of pyramids from the middle of the mesh (the divergence theorem).
+    """
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for i in range(t.shape[0]):
+        for c in range(3):
+            for k in range(3):
+                low[k] = min(low[k], x[t[i, c], k])
+                high[k] = max(high[k], x[t[i, c], k])
+    mx, my, mz = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])
+    volume = area = volume_rest = area_rest = products = sides = 0.0
+    for i in range(t.shape[0]):
+        a, b, c = t[i, 0], t[i, 1], t[i, 2]
+
+        # By sides, which are short: products of whole radii would lose digits.
+        ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        term = (x[a, 0] - mx) * nx + (x[a, 1] - my) * ny + (x[a, 2] - mz) * nz
+        volume, volume_rest = _two_sum(volume, volume_rest, term)
+        area, area_rest = _two_sum(area, area_rest, np.sqrt(nx * nx + ny * ny + nz * nz))
+        u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
+        products += u * v
+        sides += u + v + abs(ux - vx) + abs(uy - vy) + abs(uz - vz)
+    return (volume + volume_rest) / 6.0, 0.5 * (area + area_rest), products, sides
+
+
+@scalar
+def _equal(x, p, y, q, origin):
+    """Whether point p has the coordinates of point q from an origin, bit by bit but for -0.0."""
+    return (
+        x[p, 0] == y[q, 0] - origin[0]
+        and x[p, 1] == y[q, 1] - origin[1]
+        and x[p, 2] == y[q, 2] - origin[2]
+    )
+
+
+@entry("d2 l2 d2 l2 l1 d1 -> b1")
+def are_copies(x, t, y, faces, parent, origin):
+    """Whether each triangle has the corners of its parent, a row of `faces`, in their order.
+
+    It may start at another corner. Corners of parents are rows of y, from an origin.
+    """
+    out = np.zeros(t.shape[0], dtype=np.bool_)
+    for i in range(t.shape[0]):
+        p = parent[i]
+        for turn in range(3):
+            same = True
+            for c in range(3):
+                same = same and _equal(x, t[i, c], y, faces[p, (c + turn) % 3], origin)
+            out[i] = out[i] or same
+    return out
