@@ -28,6 +28,7 @@ DIGITS = 9
 
 def _touched(cells: Cells, unit_of_cell: np.ndarray, fault: int, n_unit: int) -> np.ndarray:
     """Whether each unit touches front and back of a fault, bool (n_unit, 2); slits apart."""
+    # a triangle with one unit on both sides is a slit: it separates nothing
     sides = unit_of_cell[own_sides(cells, fault)[2]]
     sides = sides[sides[:, 0] != sides[:, 1]]
     touched = np.zeros((n_unit, 2), dtype=bool)
@@ -61,10 +62,14 @@ def fault_sides(
 ) -> list[tuple[str, ...]]:
     """Sides of faults that set each unit apart in its zone: ``("F1+", "F2-")``, by name."""
     words: list[list[str]] = [[] for _ in zone]
+
+    # by name, so that words of a block come in the order in which people read them
     for fault in sorted(faults, key=lambda fault: in_words(patches.names[fault])):
         touched = _touched(cells, unit_of_cell, fault, len(zone))
         front = touched[:, 0] & ~touched[:, 1]
         back = touched[:, 1] & ~touched[:, 0]
+
+        # zone by zone: a fault that separates two zones only is no part of a name
         for k in np.unique(zone):
             mine = zone == k
             if (front & mine).any() and (back & mine).any():
@@ -100,6 +105,8 @@ def sides_of_units(
     found = [set(word) for word in words]
     for fault in faults:
         mine, _, sides = own_sides(cells, fault)
+
+        # all faces but those of the fault: cells that they link are one region
         passed = np.ones(len(cells.surface_of), dtype=bool)
         passed[mine] = False
         pairs = distinct_pairs(cells.cell_of_side[passed], cells.n_cell)
@@ -109,6 +116,7 @@ def sides_of_units(
             beside = sides[:, side]
             seen[side, region[beside[beside > 0]]] = True
         for side, sign in enumerate("+-"):
+            # the region sees one side of the fault only: there is no way around
             alone = seen[side] & ~seen[1 - side]
             for u in np.unique(unit_of_cell[1:][alone[region[1:]]]).tolist():
                 if u >= 0:
@@ -148,6 +156,7 @@ def name_blocks(
 
     def size_then_place(u: int) -> tuple[float, ...]:
         """Larger ones first, then those farther west, south, down."""
+        # by size, then by place: numbers of cells do not rank units of equal volume
         return (-float(f"{volume[u]:.{DIGITS}g}"), *corner(u))
 
     for (_, name), units in groups.items():

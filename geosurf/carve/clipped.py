@@ -32,7 +32,12 @@ def clipped_by(
     for turn in sorted(turns, key=lambda turn: (turn.winner, turn.loser)):
         horizon = horizons[turn.loser]
         rows, sides = upper_sides(patches, full, horizon)
+
+        # faces between cells on one side after the turn and on two before it: the part of the
+        # horizon that was removed
         gone = np.unique(rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)])
+
+        # cells that changed sides: the product is -1, and 0 where a side is unknown
         lost = turn.before * turn.after == ABOVE * BELOW
         shells = _shells(full, _pieces(full, lost))
         volumes = [volume_of(patches.local, t) for t in shells]
@@ -67,6 +72,8 @@ def _settled(side: np.ndarray, sides: np.ndarray) -> np.ndarray:
 def _shells(cells: FullCells, piece: np.ndarray) -> list[np.ndarray]:
     """Outward triangles around each piece, given the piece (1 ..) of each cell, 0 for none."""
     front, behind = piece[cells.cell_of_side[:, 0]], piece[cells.cell_of_side[:, 1]]
+
+    # triangles that see the piece in front of them face inward, and are turned
     inner, outer = (np.flatnonzero((side > 0) & (front != behind)) for side in (front, behind))
     t = np.concatenate([cells.triangles[inner][:, [0, 2, 1]], cells.triangles[outer]])
     of = np.concatenate([front[inner], behind[outer]])
@@ -107,9 +114,14 @@ def _thickest(
     if len(shell) == 0:
         return 0.0, _middle(patches, gone) if len(gone) else (math.nan,) * 3
     a, b, c = (x[shell[:, k]] for k in range(3))
+
+    # shells face outward: what looks up is the top of the piece
     rise = np.cross(b - a, c - a)[:, 2]
     upper, lower = shell[rise > 0], shell[rise < 0]
     best, place = 0.0, x[shell[0, 0]]
+
+    # from the corners of each side to the other side: on plane triangles the thickest place is at a
+    # corner
     for points, faces, way in ((upper, lower, -1.0), (lower, upper, 1.0)):
         corners = x[np.unique(points)]
         height = way * (heights_at(corners[:, :2], x[faces], corners[:, 2], way) - corners[:, 2])
@@ -148,6 +160,7 @@ def heights_at(
     >>> heights_at(np.array([[1.0, 1.0], [9.0, 9.0]]), roof, np.zeros(2), 1.0)
     array([ 6., nan])
     """
+    # pairs of a point and a triangle in one square of a grid over the map
     p, t = _candidates(points, corners)
     a, b, c = (corners[t, k] for k in range(3))
     q = points[p]
@@ -173,17 +186,23 @@ def _candidates(points: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np
     low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
     origin = low.min(axis=0)
     size = np.maximum(high.max(axis=0) - origin, 1e-300)
+
+    # about two triangles for each square
     n = max(int(math.sqrt(len(corners) / 2.0)), 1)
     slack = 1e-9 * size / n
     first = np.clip(((low - slack - origin) / size * n).astype(np.int64), 0, n - 1)
     last = np.clip(((high + slack - origin) / size * n).astype(np.int64), 0, n - 1)
     span = last - first + 1
     count = span.prod(axis=1)
+
+    # each triangle once for each square that its bounds touch
     t = np.repeat(np.arange(len(corners)), count)
     k = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     square = (first[t, 0] + k // span[t, 1]) * n + first[t, 1] + k % span[t, 1]
     home = np.clip(((points - origin) / size * n).astype(np.int64), 0, n - 1)
     home = home[:, 0] * n + home[:, 1]
+
+    # points sorted by square: those of one square are a run
     order = np.argsort(home, kind="stable")
     start = np.searchsorted(home[order], square, side="left")
     stop = np.searchsorted(home[order], square, side="right")

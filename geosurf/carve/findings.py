@@ -14,6 +14,7 @@ from geosurf.model.column import Remnant
 
 def outside_faults(patches: Patches, cells: Cells, faults: list[int]) -> tuple[str, ...]:
     """Return the names of the faults that touch no cell inside the walls."""
+    # all its faces see the outside on both sides
     return tuple(
         patches.names[i]
         for i in faults
@@ -34,6 +35,7 @@ def thin_units(shells: Shells, order: list[int], units: list[Unit]) -> tuple[Rem
 
 def slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
     """Return the area [m2] of each fault with one unit on both sides."""
+    # one unit on both sides, and it is not the outside
     slit = (shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0)
     found = {}
     for i in faults:

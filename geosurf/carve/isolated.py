@@ -59,6 +59,8 @@ def place_floating(
     wall, floating, first = first[in_walls][:1], floating[~in_walls], first[~in_walls]
     if len(floating) == 0:
         return shell.copy()
+
+    # one ray from each piece: the side where it leaves the piece, and the side that it meets next
     rays = Rays(x, t)
     outer, holding = rays.shoot(first, piece).T
     label = shell[outer]
@@ -80,6 +82,8 @@ def place_floating(
                 of_others[holder] |= of_others[one]
         root = _roots(parent)
         # pieces that float side by side may see each other only: ask beyond all of them
+        # pieces whose shells only see each other are one group; the next rays start from its
+        # members and pass through all of it
         alone, member = np.unique(root[label], return_index=True)
         member = member[~of_others[alone]]
         if len(member) == 0:
@@ -105,6 +109,7 @@ def _others(
 def _root(parent: np.ndarray, one: int) -> int:
     """Where a label leads, halving the way."""
     while parent[one] != one:
+        # path halving: later walks are short
         parent[one] = parent[parent[one]]
         one = int(parent[one])
     return one
@@ -113,6 +118,7 @@ def _root(parent: np.ndarray, one: int) -> int:
 def _roots(parent: np.ndarray) -> np.ndarray:
     """Where each label leads."""
     while True:
+        # pointer jumping, all rows at once, until each points to its root
         onward = parent[parent]
         if np.array_equal(onward, parent):
             return onward

@@ -69,8 +69,12 @@ class Rays:
         """
         seen = np.ones(len(self.t), dtype=bool) if seen is None else seen
         a, b, c = (self.x[self.t[starts, k]] for k in range(3))
+
+        # the axis along which the triangle's shadow is largest: rays meet it least obliquely
         axes = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
         sets, number = np.unique(set_of, return_inverse=True)
+
+        # how far each set reaches along its ray's axis: beyond that, only others are met
         tops = np.full((len(sets), 3), -np.inf)
         np.maximum.at(tops, number, self.boxes[:, 3:])
         tops = tops[number[starts], axes]
@@ -91,16 +95,22 @@ class Rays:
         u, v = (axis + 1) % 3, (axis + 2) % 3
         corners = self.x[self.t[start]]
         rows = self._column(start, axis)
+
+        # only triangles that count: those that hold others, and those of the ray's own set
         rows = rows[seen[rows] | (set_of[rows] == set_of[start])]
         low, high = self.boxes[rows, :3], self.boxes[rows, 3:]
         for step in range(1, 6 * len(rows) + 2):
             ratio = Fraction(step + 30, 40)
             total = 1 + ratio + ratio * ratio
+
+            # points (1, r, r^2) / (1 + r + r^2): a conic inside the triangle
             weights = (1 / total, ratio / total, ratio * ratio / total)
             aim = [
                 sum(f * Fraction(float(p[k])) for f, p in zip(weights, corners, strict=True))
                 for k in (u, v)
             ]
+
+            # boxes in floats, wider by _SLIP than any rounding of the aim
             near = np.ones(len(rows), dtype=bool)
             for k, at in zip((u, v), map(float, aim), strict=True):
                 near &= (low[:, k] <= at + _SLIP) & (high[:, k] >= at - _SLIP)
@@ -126,6 +136,8 @@ class Rays:
         """Triangles above a triangle along an axis, and beside those, in order."""
         box = self.boxes[start] + np.repeat([-_SLIP, _SLIP], 3)
         box[3 + axis] = np.inf
+
+        # asked once more with room for all, if the first array was too short
         rows = np.empty(256, dtype=np.int64)
         n = rows_in_box(*self.tree, self.boxes, box, rows)
         if n > len(rows):
@@ -142,6 +154,7 @@ def _hit(
     corners: np.ndarray, axis: int, u: int, v: int, aim: Sequence[Fraction | int]
 ) -> tuple[Fraction, int] | tuple[()] | None:
     """(height, sign of the normal along the axis), () for a miss, None on an edge."""
+    # twice the areas of the triangles of the aim and two corners: their signs say where it is
     p = [[Fraction(float(c[k])) for k in (u, v, axis)] for c in corners]
     areas = []
     for i in range(3):
@@ -151,6 +164,8 @@ def _hit(
         total = sum(areas)
         height = Fraction(sum(areas[(i + 1) % 3] * p[i][2] for i in range(3)) / total)
         return height, 1 if total > 0 else -1
+
+    # signs of both kinds: outside; a zero among equal signs: on an edge
     if any(area > 0 for area in areas) and any(area < 0 for area in areas):
         return ()
     return None

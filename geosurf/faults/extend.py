@@ -101,6 +101,7 @@ def extend_to(
     GeometryError
         If no line of that side leads there, or the continuation would cross itself.
     """
+    # the bounds of the main fault are the box to leave
     low, high = np.reshape(main.bounds, (3, 2)).T
     rim, guides = find_rim(surface), guides_of(surface)
 
@@ -126,6 +127,8 @@ def _extended(
         rim = find_rim(longer, axes)
         side = next((s for s in waiting if len(rim.arcs[s]) > 1), waiting[0])
         waiting.remove(side)
+
+        # a side outside the box already needs no extension
         if rim_in_box(rim, longer.vertices, side, low, high):
 
             def reach(start: np.ndarray, way: np.ndarray, side: str = side) -> np.ndarray:
@@ -162,6 +165,7 @@ def continue_side(
         )
 
     # each way in turn, until a surface has no defect; lines of a grid are meant, and only go on
+    # whether every vertex of the side has a guide, so that lines may go on as they are
     own = bool((guides.of(side)[arc] >= 0).all())
     window, defect, filled = 0.0, None, np.empty((0, 3), dtype=np.int64)
     whole, way = arc, np.zeros((len(arc), 3))
@@ -185,6 +189,8 @@ def continue_side(
         tip = x[arc] + length[:, None] * way
         new = np.concatenate([filled, strip(arc, len(x), x[arc], tip)])
         points, faces = np.concatenate([x, tip]), np.concatenate([t, new])
+
+        # the next attempt averages as far along the rim as lines are long
         window = float(np.median(length))
 
         # tangents of a mesh are as noisy as its triangles: they are averaged before they count
@@ -213,6 +219,8 @@ def _lengths(
     """How far each line goes on (n,), so that the new rim lies outside the box."""
     # beyond the box by a margin, so that the rim does not graze a wall
     margin = _MARGIN * float(np.linalg.norm(high - low))
+
+    # NaN for lines that never leave towards this side; `filled_lengths` gives them a neighbour's
     length = exits(start, way, low - margin, high + margin)
     if not np.isfinite(length).any():  # all pass the box, which lies between them: to its far end
         corners = np.stack(np.meshgrid(*np.stack([low, high]).T), axis=-1).reshape(-1, 3)
@@ -226,6 +234,9 @@ def _lengths(
             surfaces=(name,),
         )
     length = filled_lengths(length)
+
+    # a new rim with both ends outside may still cut across an edge of the box: make its two lines
+    # longer until none does
     for _ in range(_TRIALS):
         meets = segments_meet_box(start + length[:, None] * way, low, high)
         if not meets.any():
@@ -243,6 +254,7 @@ def _lengths(
 
 def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -> Exception | None:
     """What is wrong with new triangles, exactly: without area, or crossing others; or None."""
+    # exact signs decide: neither a flat triangle nor a crossing is ever let through
     new, old = t[-n_new:], t[:-n_new]
     m, w = frame_of(x)
     flat = flat_triangles(x, new, m, w)

@@ -107,6 +107,8 @@ def adjacency(
     key_f, way_f = _keys(tf, n)
     key_m, way_m = _keys(tm, n)
     order = np.argsort(key_m, kind="stable")
+
+    # the run of half-edges of the main fault with this key: `first` and the number of `sheets`
     first = np.searchsorted(key_m[order], key_f, side="left")
     sheets = np.searchsorted(key_m[order], key_f, side="right") - first
     half = np.flatnonzero(sheets > 0)
@@ -128,6 +130,8 @@ def adjacency(
     # where the main fault has one triangle only, it ends: that edge has no sides
     pairs = half[(sheets[half] >= 2) & ~twin[half // 3]]
     a, b = order[first[pairs]], order[first[pairs] + 1]
+
+    # no two sides: more than two sheets, or two that run the same way along the edge
     odd = (sheets[pairs] > 2) | (way_m[a] == way_m[b])
     if strict:
         _refuse_sheets(patches, main, tf, pairs[odd], sheets[pairs[odd]])
@@ -138,6 +142,8 @@ def adjacency(
         patches, fault[pairs // 3], way_f[pairs], main[a // 3], way_m[a], main[b // 3], way_m[b],
         key_f[pairs],
     )  # fmt: skip
+
+    # the turn starts at a; it runs through the front where a runs along d
     front = c_before_b == (way_m[a] > 0)
     beside = np.zeros((n_piece, 2), dtype=bool)
     beside[piece[pairs // 3], np.where(front, 0, 1)] = True
@@ -188,8 +194,11 @@ def _between(
     key: np.ndarray,
 ) -> np.ndarray:
     """Whether triangles c come before b, turning from a around the edges `key`."""
+    # the key is lower vertex * n + higher vertex
     u, v = np.divmod(key, len(patches.local))
     d = patches.local[v] - patches.local[u]
+
+    # the component of the cross product that is farthest from 0 gives its sign safely
     axis = np.abs(d).argmax(axis=1)
     heading = np.sign(d[np.arange(len(d)), axis]).astype(np.int64)
     normals = _Normals(patches)
@@ -204,6 +213,7 @@ def _between(
         ahead = way_a * way_j * normals.dot_sign(a, j) > 0
         return np.where(s != 0, s < 0, ~ahead)
 
+    # first by half turns, then by the sine within the same half: no angle is ever computed
     half_c, half_b = half(c, way_c), half(b, way_b)
     return np.where(half_c != half_b, ~half_c, sine(c, way_c, b, way_b) > 0)
 
@@ -228,6 +238,8 @@ class _Normals:
     def _floats(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normals (n, 3), the magnitudes of their terms (n, 3), corners."""
         corners = self.corners(rows)
+
+        # each component is the difference of two products; their sizes bound its rounding
         p, q = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         one, two = p[:, [1, 2, 0]] * q[:, [2, 0, 1]], p[:, [2, 0, 1]] * q[:, [1, 2, 0]]
         return one - two, np.abs(one) + np.abs(two), corners
@@ -262,6 +274,8 @@ class _Normals:
 def _signs(value: np.ndarray, size: np.ndarray, exact: Callable[[int], Fraction]) -> np.ndarray:
     """Signs of values that are known to a part of `size`; those in doubt from `exact(row)`."""
     signs = np.sign(value).astype(np.int64)
+
+    # rows in doubt, one by one in fractions: they are rare
     for row in np.flatnonzero(~((np.abs(value) > _BOUND * size) & (size > _TINY))):
         number = exact(int(row))
         signs[row] = (number > 0) - (number < 0)

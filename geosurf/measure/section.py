@@ -148,10 +148,15 @@ class _Leg:
         used, mine = np.unique(triangles, return_inverse=True)
         x = local[used]
         ends = np.stack([self.a, self.b]) - origin[:2]
+
+        # start and end of the leg are points 0 and 1: each vertex is tested against the line
+        # through both
         points = np.concatenate([ends, x[:, :2]])
         rows = np.stack([np.zeros(len(x)), np.ones(len(x)), np.arange(len(x)) + 2.0], axis=1)
         left = signs_of_turns(points, rows.astype(np.int64)) >= 0
         faces = mine.reshape(-1, 3)
+
+        # triangles with vertices on both sides; all others are not met
         faces = faces[left[faces].any(axis=1) & ~left[faces].all(axis=1)]
 
         # two edges of each triangle change sides: one towards the left, one back
@@ -159,6 +164,8 @@ class _Leg:
         keys = []
         for edge in (np.argmax(~side & onward, axis=1), np.argmax(side & ~onward, axis=1)):
             row = np.arange(len(faces))
+
+            # the edge by its two vertices, in order: both triangles at it get one number
             pair = np.sort(np.stack([faces[row, edge], faces[row, (edge + 1) % 3]], axis=1), axis=1)
             keys.append(pair[:, 0] * len(x) + pair[:, 1])
 
@@ -192,6 +199,8 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
 
         # follow segments from point to point until a ring is closed
         onward: dict[int, list[int]] = {}
+
+        # two rings may touch in a point, so a point may have several ways on
         for a, b in segments.tolist():
             onward.setdefault(a, []).append(b)
         for first in sorted(onward, key=lambda k: points[k].tolist()):
@@ -200,6 +209,8 @@ def _rings(units: Units, leg: _Leg) -> list[Any]:
                 while at != first:
                     ring.append(at)
                     at = onward[at].pop()
+
+                # rings are closed on the whole plane first, then cut at the ends of the leg
                 part = _clipped(points[ring], leg.length)
                 if len(part) > 2:
                     words = ("unit", unit.name, unit.zone, unit.block, unit.contact, 1)
@@ -224,6 +235,8 @@ def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
             name = _contact_between(units, *units.sides[mine[0]].tolist()) or name
         mine = patches.triangles[mine]
         segments, points = leg.crossed(patches.local, patches.origin, mine)
+
+        # `chains_of` sorts by place in space: sections have no third coordinate
         x = np.column_stack([points, np.zeros(len(points))])
         edges = np.unique(np.sort(segments, axis=1), axis=0)
         for chain in chains_of(edges[edges[:, 0] != edges[:, 1]], x):
@@ -244,6 +257,7 @@ def _contact_between(units: Units, one: int, two: int) -> str:
 
 def _area(ring: np.ndarray) -> float:
     """Area inside a ring (n, 2) [m2], above 0 if it runs counter-clockwise."""
+    # around the first point, so that large coordinates lose no digits
     x, y = (ring - ring[0]).T
     return 0.5 * math.fsum((x * np.roll(y, -1) - np.roll(x, -1) * y).tolist())
 
@@ -253,6 +267,8 @@ def _clipped(ring: np.ndarray, length: float) -> np.ndarray:
     for limit, sign in ((0.0, 1.0), (length, -1.0)):
         if len(ring) == 0 or (sign * (ring[:, 0] - limit) >= 0).all():
             continue
+
+        # Sutherland & Hodgman (1974): one end of the leg after the other
         kept: list[np.ndarray] = []
         for p, q in pairwise([*ring, ring[0]]):
             here, there = (sign * (point[0] - limit) >= 0 for point in (p, q))
@@ -274,6 +290,7 @@ def _within(line: np.ndarray, length: float) -> list[np.ndarray]:
             continue
         ends = [p, q]
         for k, point in enumerate((p, q)):
+            # only ends outside the leg move: others stay bit for bit
             limit = min(max(point[0], 0.0), length)
             if limit != point[0]:
                 ends[k] = _at(p, q, limit)

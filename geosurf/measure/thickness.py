@@ -130,6 +130,8 @@ def thickness_map(
     # one layer of the map for each block, in the order of the units
     blocks = list(dict.fromkeys(unit.block for unit in chosen))
     values = np.full((len(blocks), len(nodes.feet)), np.nan)
+
+    # several units of one block (pieces, contact intervals) are added up on one layer
     for i, block in enumerate(blocks):
         mine = [unit for unit in chosen if unit.block == block]
         values[i] = _block(mine, nodes.feet, units.box, kind, horizons)
@@ -217,6 +219,8 @@ def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
         name: (north_dims, values, _axis_attrs(name))
         for name, values in zip(HORIZON_DIMS, (north, east), strict=True)
     }
+
+    # map nodes as points (n_node, 2), whatever the shape of the grid
     feet = np.stack([east.ravel(), north.ravel()], axis=1)
     return Nodes(coords, tuple(north_dims), north.shape, feet, None)
 

@@ -83,6 +83,8 @@ class Normal:
             raise InputError(f"{self}: sd must be above 0. For a certain value, give a number.")
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise InputError(f"{self}: low must be below high.")
+
+        # a truncated normal: quantiles between the shares of its limits
         first, last = self._shares()
         if last - first < TAIL:
             raise InputError(f"{self}: almost no value lies between the limits. Widen them.")
@@ -97,6 +99,8 @@ class Normal:
         """Return the value that is not exceeded with a probability between 0 and 1."""
         first, last = self._shares()
         inside = first + probability * (last - first)
+
+        # never 0 or 1, at which the quantile is infinite; rounding must not pass the limits either
         found = NormalDist(self.mean, self.sd).inv_cdf(min(max(inside, 5e-324), 1.0 - 2**-53))
         low = -math.inf if self.low is None else float(self.low)
         return min(max(found, low), math.inf if self.high is None else float(self.high))
@@ -146,6 +150,7 @@ class Triangular:
 
     def quantile(self, probability: float) -> float:
         """Return the value that is not exceeded with a probability between 0 and 1."""
+        # the distribution function is a parabola on each side of the mode; its inverse, a root
         width, rise = self.high - self.low, self.mode - self.low
         if probability * width <= rise:
             return float(self.low + math.sqrt(probability * width * rise))
@@ -183,6 +188,7 @@ class Discrete:
 
     def quantile(self, probability: float) -> float:
         """Return the value at a probability between 0 and 1, in the order of the values."""
+        # weights need not add up to 1: the probability is scaled to their sum
         shares: np.ndarray = np.cumsum(np.asarray(self.weights))
         row = int(np.searchsorted(shares, probability * shares[-1]))
         return float(self.values[min(row, len(self.values) - 1)])
@@ -223,6 +229,8 @@ def distribution_of(value: Any, what: str) -> Distribution:
     """  # noqa: E501 - a message
     if is_number(value):
         return Constant(float(value))
+
+    # our own protocol first; then frozen distributions of scipy, known by `ppf` and `args`
     if callable(getattr(value, "quantile", None)) and not isinstance(value, type):
         made: Distribution = value
     elif callable(getattr(value, "ppf", None)) and hasattr(value, "args"):

@@ -103,12 +103,14 @@ def _catalogue(rng: np.random.Generator, number: int) -> Draw:
     # All orders of both triangles, one after the other, in a random frame.
     turn = number // len(CATALOGUE)
     first, second = (
+        # six orders of the first triangle for each of the second: 36 rounds of the list show all
         BASE[list(ORDERS[turn % 6])],
         np.array(pair.corners)[list(ORDERS[turn // 6 % 6])],
     )
     triangles = moved(rng, turn, first, second)
     surfaces = [soup(name, corners) for name, corners in zip("AB", triangles, strict=True)]
 
+    # either may be the first surface: the contact must be the same
     if rng.integers(2):
         surfaces.reverse()
     return surfaces, {"kind": pair.kind, "count": pair.count, "name": pair.name}
@@ -119,6 +121,8 @@ def _regions(rng: np.random.Generator, number: int) -> Draw:
         """Corners of one triangle at random."""
         places = rng.integers(0, len(REGIONS) * 3, 3)  # anew: three may lie on one line for good
         corners = [region_corner(rng, place // 3) for place in places]
+
+        # a region of the plane, and below, in or above it
         for corner, place in zip(corners, places, strict=True):
             corner[2] = (place % 3 - 1) * rng.integers(1, 9)
         return np.array(corners)
@@ -130,6 +134,8 @@ def _regions(rng: np.random.Generator, number: int) -> Draw:
 
 def _aligned_grids(rng: np.random.Generator, number: int) -> Draw:
     x, y = square_nodes(4)
+
+    # heights of whole numbers: nodes, edges and faces of the two grids meet exactly
     top = grid("Top", x, y, rng.integers(0, 3, x.shape), rising=bool(rng.integers(2)))
     kind = number % 4
     if kind == 0:  # the same nodes, so that triangles share columns
@@ -159,6 +165,7 @@ def _near_parallel(rng: np.random.Generator, number: int) -> Draw:
 
 
 def _slivers(rng: np.random.Generator, number: int) -> Draw:
+    # from a fat triangle to one a billion times as long as high
     aspect = 10.0 ** -(number % 10)
 
     def draw() -> Any:
@@ -226,6 +233,7 @@ def _pinch_outs(rng: np.random.Generator, number: int) -> Draw:
         0, rng.integers(-3, 4) + rng.integers(1, 4) * (x - 2) + rng.integers(-2, 3) * y
     )
 
+    # down to a thickness of 1e-7: the rim of the coincidence stays where it is
     scale = 10.0 ** -rng.integers(0, 8)
     return [grid("Top", x, y, z + scale * thick), grid("Base", x, y, z)], {}
 
@@ -268,6 +276,8 @@ def _triple_lines(rng: np.random.Generator, number: int) -> Draw:
         solid.append(
             soup(f"T{len(solid)}", solid_triangles(lambda: rng.integers(-9, 10, (3, 3)), 1))
         )
+
+    # one case in three misses the common line by 1e-6 to 1e-13
     hair = 10.0 ** -rng.integers(6, 14) if number % 3 == 2 else 0.0
     shifted = scaled_and_moved(solid[1:2], 1.0, hair * rng.normal(size=3))
     return [solid[0], *shifted, *solid[2:]], {"self": True}
@@ -305,6 +315,7 @@ def _self_overlaps(rng: np.random.Generator, number: int) -> Draw:
             corners[:, 2] = corners[:, 0]
         return corners
 
+    # few triangles, drawn often: surfaces contain the same one several times, in any turn
     pool = solid_triangles(draw, 4)
     surfaces = []
     for name in "ABC"[: 1 + number % 3]:
@@ -317,6 +328,8 @@ def _self_overlaps(rng: np.random.Generator, number: int) -> Draw:
 def _rounded(rng: np.random.Generator, number: int) -> Draw:
     """Soups of a lattice divided by three, or turned in space: degenerate but for rounding."""
     triangles = _lattice_triangles(rng, 2, rng.integers(1, 4, 2))
+
+    # decimals and thirds: what was exact before rounding is nearly so after it
     if number % 2:
         turn = random_turn(rng)
         triangles = [turned(t, turn) for t in triangles]
@@ -328,6 +341,7 @@ def _rounded(rng: np.random.Generator, number: int) -> Draw:
 
 def _shifted_planes(rng: np.random.Generator, number: int) -> Draw:
     """Planes of a lattice, moved by decimals: many meet in a point or line, but for rounding."""
+    # decimals that binary fractions only approximate
     shift = np.round(rng.random(3), int(rng.integers(1, 4))) + (number % 3 == 2) * 1000.0
     corners: list[np.ndarray] = []
     for _ in range(int(rng.integers(3, 8))):

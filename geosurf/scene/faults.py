@@ -64,6 +64,7 @@ class FaultStage:
 
     def surface(self, name: str) -> TriSurface:
         """Return one fault as the model has it."""
+        # a fault without a rule is not split from others: no arrangement is made
         if not any(name in (rule.fault, rule.main) for rule in self.rules):
             return self._extended(name).surface
         return self._truncated(name).surfaces[name]
@@ -84,6 +85,8 @@ class FaultStage:
     def propose(self, reach: float | None) -> FaultNetwork:
         """Return contacts, near misses and dangling ends of the faults as the model has them."""
         check_reach(reach)
+
+        # as extension and truncation leave them: proposals add to the rules that are there
         surfaces = [self.surface(name) for name in self.names]
         box, _ = self._limits()
         key = ("network", *map(self._key, surfaces), box, reach)
@@ -99,6 +102,8 @@ class FaultStage:
         longer, sides = self._lengthened(name), self.sides.get(name, ())
         if not sides:
             return longer
+
+        # asked only if a side is extended: the default box needs all horizons
         box = self._extent()
         return self._remember(
             "extend", name, ("extend", self._key(longer.surface), longer.n_given, sides, box),
@@ -135,6 +140,7 @@ class FaultStage:
 
     def _truncated(self, name: str) -> TruncatedFaults:
         """The group of a fault, split and truncated."""
+        # faults that rules link are truncated together; others are not touched by a change here
         group = self._group(name)
 
         # each member as it is before truncation: extended, and continued to its main faults

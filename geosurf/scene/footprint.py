@@ -48,12 +48,18 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
     from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt
 
     picks = picks_or_points(data, name, words.get("positive"), words.get("length_unit"), None)
+
+    # one value per cell of the grid, NaN where there are no data
     z = picks.means.reshape(picks.frame.shape)
     present = np.isfinite(z)
+
+    # scattered points leave cells empty between them: closing joins points up to twice BETWEEN cells apart
     if not picks.on_nodes:
         present = binary_closing(np.pad(present, BETWEEN), iterations=BETWEEN)
         present = present[BETWEEN:-BETWEEN, BETWEEN:-BETWEEN]
     filled = binary_fill_holes(present)
+
+    # row and column of the nearest cell with data, for every cell
     nearest = distance_transform_edt(np.isnan(z), return_distances=False, return_indices=True)
     elevation = np.where(filled, z[tuple(nearest)], np.nan)
     frame = picks.frame

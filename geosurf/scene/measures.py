@@ -55,6 +55,7 @@ def volume_error_bound(graph: Graph) -> float:
 
 def _remembered(graph: Graph, what: str, run: Callable[[], Labelled], *more: Hashable) -> Labelled:
     """Return a measure of the units, from memory if it is there."""
+    # a measure is found by its model and what was asked for
     key = ("measure", what, graph.units_key, *more)
     return graph.memory.get_or_compute("measure", what, key, run, _sizes)
 
@@ -81,6 +82,8 @@ def thickness(
 
     if contact is not None:
         contact = name_of(contact, "contact interval")
+
+    # a cell size counts by its text
     nodes = repr(grid)
     if hasattr(grid, "coords"):  # of a map, only these count; and they may be changed in place
         axes = [grid.coords[name] for name in HORIZON_DIMS if name in grid.coords]
@@ -116,6 +119,7 @@ def section(graph: Graph, line: Any) -> xarray.Dataset:
     from geosurf.measure import vertical_section
     from geosurf.measure.section import check_line
 
+    # checked and turned into an array first, so that lists and arrays have one key
     corners = check_line(line)
     run = lambda: vertical_section(graph.patches, graph.units, corners)  # noqa: E731
     return _remembered(graph, "section", run, corners.tobytes())
@@ -190,6 +194,8 @@ def throw(graph: Graph, horizon: str, fault: str, direction: str) -> xarray.Data
         hanging, foot = (cutoffs(graph, horizon, fault, side) for side in ("+", "-"))
         azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
         start = -float(faces.along(-faces.origin[None])[0])
+
+        # first across the mean strike; its elevations say at which level walls are compared
         found = separation(hanging, foot, azimuth, start=start)
         if direction == "local" and found.sizes["point"]:
             level = _down_dip(graph, horizon, fault, found, hanging, foot)

@@ -60,6 +60,8 @@ class Memory:
         self.steps: list[Step] = []
         self.warnings: list[GeosurfWarning] = list(warnings)
         self.store = Store() if store is None else store
+
+        # a copy brings warnings along that have been issued before
         self.store.issued.update(self.warnings)
         self._own: dict[Hashable, Stored] = {}
         self._used = self.store.enter(self)
@@ -84,6 +86,7 @@ class Memory:
         issued : bool
             Whether whoever found them has issued them.
         """
+        # each scene lists all of its warnings, but the family issues each once
         for warning in warnings:
             pass_on(warning)  # a step within a step: both carry it
             if warning not in self.warnings:
@@ -106,6 +109,7 @@ class Memory:
 
     def key_of(self, surface: TriSurface) -> Hashable:
         """Return the key of a surface: that of the step that made it, else its fingerprint."""
+        # weak keys: a surface that nobody holds takes its key along
         keys = self.store.keys
         if surface not in keys:
             keys[surface] = fingerprint(surface)
@@ -113,6 +117,7 @@ class Memory:
 
     def made_of(self, surface: TriSurface, key: Hashable) -> None:
         """Identify a surface by the key of the step that made it."""
+        # a key of inputs and settings stands for the content and saves a hash over all arrays
         self.store.keys.setdefault(surface, key)
 
     def hold(self, value: Any) -> str:
@@ -141,14 +146,19 @@ class Memory:
         result: Result
 
         # the scene's own results first: they are never dropped
+        # own results by key, then those of the family, which the budget may have dropped
         known = self._own.get(key) or self._shared(key)
         if known is not None:
             result, warnings = known
             self.warn(*warnings)
+
+            # a line in the log when a result was asked for, not each time that a stage looks it up
             if again or not any(s.stage == stage and s.subject == subject for s in self.steps):
                 self.note(stage, subject, "from memory", describe(result))
         else:
             result, warnings = self._run(stage, subject, key, run, describe)
+
+        # held for the scene's life: stages ask for surfaces hundreds of times
         if not again:
             self._own[key] = result, warnings
         return result
@@ -175,6 +185,8 @@ class Memory:
             warnings = tuple(dict.fromkeys(found))
             self.store.put(key, result, warnings, self._used)
             self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
+
+        # a step that fails has warnings, too; they may explain why
         finally:
             self.warn(*found)
         return result, warnings
@@ -199,6 +211,7 @@ class Memory:
         self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0
     ) -> None:
         """Record one step; after MANY steps no more answers from memory."""
+        # loops over pairs of surfaces ask often; lines beyond MANY tell nothing new
         if outcome == "from memory" and len(self.steps) >= MANY:
             return
         self.steps.append(Step(stage, subject, outcome, detail, seconds))
@@ -247,6 +260,7 @@ def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
 def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     """Add one input to a hash, with the lengths and kinds that separate its parts."""
     if isinstance(value, Sheet):
+        # a sheet is its torn mesh; reports and cut-offs follow from it
         _add(digest, value.surface, strangers)
     elif isinstance(value, str | Path):
         # by path and content: a file that changes is another input
@@ -284,6 +298,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         if isinstance(value, np.ma.MaskedArray):
             _add(digest, np.ma.getmaskarray(value), strangers)
     elif isinstance(value, tuple | list):
+        # the length first, so that (a, b), c and a, (b, c) differ
         digest.update(f"{type(value).__name__} {len(value)}".encode())
         for part in value:
             _add(digest, part, strangers)

@@ -47,6 +47,8 @@ def budget_of_family() -> int:
     text = os.environ.get(CHOICE)
     if text is None:
         return max(int(_SHARE * _memory_of_machine()), _LEAST)
+
+    # ASCII digits only: \d takes those of other scripts, too
     found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]*)\s*", text, re.ASCII)
     factor = _UNIT.get(found[2].lower()) if found else None
     if found is None or factor is None or len(text) > 40:
@@ -77,12 +79,16 @@ def buffers_of(value: Any) -> dict[int, int]:
     found: dict[int, int] = {}
     seen: set[int] = set()
     stack = [value]
+
+    # a stack of our own: nested results would exceed the recursion limit
     while stack:
         one = stack.pop()
         if isinstance(one, np.ndarray):
             # views share the memory of the array that owns it
             while isinstance(one.base, np.ndarray):
                 one = one.base
+
+            # the owner may be no array, such as a memory map: its identity counts
             found[id(one if one.base is None else one.base)] = one.nbytes
         elif isinstance(one, _LEAVES) or id(one) in seen:
             continue
@@ -98,6 +104,8 @@ def _parts(one: Any) -> list[Any]:
         return list(one.values())
     if isinstance(one, tuple | list | set | frozenset):
         return list(one)
+
+    # objects of other packages are not looked into: what they hold is not ours to count
     if not type(one).__module__.startswith(_ROOMS):
         return []
 
@@ -187,6 +195,7 @@ class Store:
         with self._lock:
             entry = self._entries.get(key)
             if entry is not None:
+                # the order of the dictionary is that of use: the first is dropped first
                 self._entries.move_to_end(key)
                 self._use(key, entry, used)
             return entry
@@ -201,6 +210,7 @@ class Store:
         """Keep a result; drop what has not been requested for longest until all fits."""
         with self._lock:
             if key in self._entries:  # another thread was faster
+                # the later result replaces it; both are equal
                 self._take_out(self._entries.pop(key))
 
             # a serial number tells this result from an earlier one of the same key
@@ -214,17 +224,24 @@ class Store:
             self._since_count += 1
             if self._since_count > len(self._entries) // 2 + 8:
                 self._count_again()
+
+            # a result larger than the budget drops everything, itself at last: the scene still has
+            # it
             while self._bytes > self.budget:
                 self._drop(next(iter(self._entries)))
 
     def _use(self, key: Hashable, entry: Entry, used: dict[Hashable, int]) -> None:
         entry.generation = self._generation
+
+        # each scene counts once as an owner of a result, whatever it asks for
         if used.get(key) != entry.serial:
             used[key] = entry.serial
             entry.owners += 1
 
     def _drop(self, key: Hashable) -> None:
         entry = self._entries.pop(key)
+
+        # arrays that other results share stay: only the difference is freed
         before = self._bytes
         self._take_out(entry)
         self.n_dropped += 1
@@ -252,6 +269,7 @@ class Store:
         entry.buffers = buffers_of(entry.result)
         self._bytes += _OVERHEAD
         for one, size in entry.buffers.items():
+            # an array counts when the first result brings it, and goes with the last
             self._times[one] = self._times.get(one, 0) + 1
             if self._times[one] == 1:
                 self._bytes += size

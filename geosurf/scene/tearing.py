@@ -57,12 +57,16 @@ def torn_graph(plain: Graph) -> Graph:
     inputs = plain.inputs
     if not inputs.faults:
         return plain
+
+    # faults as extended and truncated: a sheet ends on the surface that the model has
     given = {name: plain.faults.surface(name) for name in inputs.faults}
     sheets, faults = sheets_on(given, inputs.horizons, lambda name, at: _sheet(plain, name, at))
     plain.memory.warn(*warnings_of(given, faults, sheets))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
     frame: dict[str, Any] = {"box": plain.box, "aoi": plain.aoi} if inputs.box is None else {}
+
+    # all rules have been applied: the new scene takes faults and sheets as they are
     torn = replace(
         inputs, horizons=sheets, faults=faults, extend=(), truncations={}, lengthen=None,
         tear=None, tie=None, **frame,
@@ -84,6 +88,8 @@ def sheets_on(
         (horizon, faults) -> its sheet; its warnings are those of the sheet.
     """
     names = tuple(names)
+
+    # all horizons again with the longer fault: two sheets must not end on different surfaces
     for _ in range(ROUNDS):
         with collected():
             sheets = {name: make(name, faults) for name in names}
@@ -98,6 +104,7 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
     """Return how much longer faults became, and the warnings of the sheets."""
     found = []
     for name, fault in faults.items():
+        # how far the fault has grown beyond what was given, at its top and at its base
         up = fault.bounds[5] - given[name].bounds[5]
         down = given[name].bounds[4] - fault.bounds[4]
         ways = [f"{far:.0f} m {way}" for far, way in ((up, "up"), (down, "down")) if far > 0]
@@ -124,6 +131,8 @@ def _sheet(plain: Graph, name: str, faults: Faults) -> Sheet:
         return value
     tops = plain.tops if inputs.tie is not None else None
     tied = () if tops is None else (tops.wells, tops.points.tobytes(), inputs.tie)
+
+    # the horizon's content, all faults, and all settings that the sheet depends on
     key: tuple[Hashable, ...] = (
         "torn", name, memory.hold(value), *map(memory.key_of, faults.values()),
         _as_key(inputs.tear), *inputs.options.values(), tied,

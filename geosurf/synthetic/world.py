@@ -97,6 +97,7 @@ def checked(make: Callable[P, World]) -> Callable[P, World]:
     Traceback (most recent call last):
     geosurf.errors.InputError: n of the world 'waves' is 2.5; give a whole number.
     """
+    # defaults say what kind each argument has: no list of types beside the functions
     signature = inspect.signature(make)
 
     @wraps(make)

@@ -37,10 +37,14 @@ def walls(
     first, last = reach(fault, MARGIN)
     s = np.linspace(first, last, int((last - first) / ALONG) + 1)
     found = []
+
+    # one line for each sector that touches this wall
     for signs in _relevant(geology, horizon, name, s):
         if signs[which] != sign:
             continue
         x, y, z = _meeting(geology, horizon, name, signs, s)
+
+        # 0 for the fault itself: on its own plane the side is undecided
         others = tuple(0 if k == which else v for k, v in enumerate(signs))
         found.append(Wall(signs, x, y, z, exists(geology.faults, others, x, y, z)))
     return s, found
@@ -51,6 +55,8 @@ def cutoff_line(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Distance along strike, x, y, z of a cut-off line wherever its wall exists."""
     s, sectors = walls(geology, horizon, name, 1 if wall == "+" else -1)
+
+    # sectors take turns along the fault; sorted by s they make one line
     parts = [np.stack([s, w.x, w.y, w.z])[:, w.there] for w in sectors]
     line = np.concatenate(parts, axis=1)
     s, x, y, z = line[:, np.argsort(line[0], kind="stable")]
@@ -64,6 +70,8 @@ def throw_line(geology: Geology, horizon: Horizon, name: str) -> tuple[np.ndarra
     throw = np.full(len(s), np.nan)
     for foot in walls(geology, horizon, name, -1)[1]:
         for hang in hanging:
+            # a footwall and a hanging wall face each other if they agree on all other faults; 0 is
+            # no side
             pairs = [
                 p for k, p in enumerate(zip(foot.signs, hang.signs, strict=True)) if k != which
             ]
@@ -78,6 +86,8 @@ def _relevant(geology: Geology, horizon: Horizon, name: str, s: np.ndarray) -> l
     fault = geology.faults[name]
     x, y = fault.place(s, fault.across(s, horizon.level))
     near = []
+
+    # faults that are far away do not split the sheets of this one: fewer sectors to solve
     for key, other in geology.faults.items():
         along, r = other.along_across(x, y)
         close = (np.abs(along) < other.half + MARGIN) & (np.abs(r) < other.half + 2 * MARGIN)
@@ -95,6 +105,9 @@ def _meeting(
     """Where a fault meets the sheet of a sector: the slope of both makes a contraction."""
     fault = geology.faults[name]
     z = np.full(len(s), horizon.level)
+
+    # fixed point: fault at this elevation, sheet there, and again; the sheet is much flatter than
+    # the fault
     for _ in range(MOST_ROUNDS):
         x, y = fault.place(s, fault.across(s, z))
         last, z = z, geology.sheet(horizon, signs, x, y)

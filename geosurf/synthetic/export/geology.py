@@ -81,6 +81,7 @@ class Geology:
 
     def sheets(self, horizon: Horizon, x: Any, y: Any) -> dict[tuple[int, ...], Any]:
         """Elevation of the sheet of each sector, as if it continued beyond the faults."""
+        # each wall once, then combined: sectors share them
         moves = {
             (name, sign): moved(fault, horizon, *fault.along_across(x, y), sign)
             for name, fault in self.faults.items()
@@ -119,6 +120,8 @@ def moved(fault: Fault, horizon: Horizon, s: Any, r: Any, sign: int) -> Any:
     half = 0.5 * fault.throw
     if not np.isfinite(fault.half):
         return sign * half * (0.85 + 0.15 * np.cos(s / 700.0))
+
+    # shares that die at the tips and away from the fault, with a smooth end at both
     away = (r - fault.across(s, horizon.level)) / fault.half
     along = np.maximum(1.0 - (s / fault.half) ** 2, 0.0)
     return sign * half * along * np.sqrt(along) * np.maximum(1.0 - away**2, 0.0) ** 2
@@ -128,12 +131,16 @@ def fault_elevation(fault: Fault, x: Any, y: Any) -> Any:
     """Elevation of a dipping fault in the map; infinite where it is above all horizons."""
     s, r = fault.along_across(x, y)
     cot = 1.0 / np.tan(np.radians(fault.dip))
+
+    # `Fault.across` solved for depth: a quadratic where the fault flattens
     linear = cot + 300.0 * fault.flatten
     across = r - fault.wave * np.sin(s / 450.0)
     if fault.flatten == 0.0:
         return DATUM - across / linear
     inside = linear**2 + 4.0 * fault.flatten * across
     root = np.sqrt(np.maximum(inside, 0.0))
+
+    # beyond the lowest point of the parabola the fault does not exist
     return np.where(inside > 0, DATUM - (root - linear) / (2.0 * fault.flatten), np.inf)
 
 
@@ -141,6 +148,8 @@ def reach(fault: Fault, beyond: float) -> tuple[float, float]:
     """First and last place along strike of a fault in the rectangle of the grids."""
     east, north = STEP * (SHAPE[1] - 1) + beyond, STEP * (SHAPE[0] - 1) + beyond
     x, y = np.array([-beyond, east, east, -beyond]), np.array([-beyond, -beyond, north, north])
+
+    # along strike from corner to corner of the grids
     s = fault.along_across(x, y)[0]
     return max(float(s.min()), -fault.half), min(float(s.max()), fault.half)
 
@@ -160,6 +169,8 @@ def branch_ends(fault: Fault, faults: Mapping[str, Fault], z: np.ndarray) -> np.
 def to_world(x: Any, y: Any) -> tuple[Any, Any]:
     """Easting and northing of places in the local frame."""
     c, s = np.cos(np.radians(ROTATION)), np.sin(np.radians(ROTATION))
+
+    # a rotation about the first node, and back below
     return ORIGIN[0] + c * x - s * y, ORIGIN[1] + s * x + c * y
 
 

@@ -36,6 +36,7 @@ def nodes() -> tuple[np.ndarray, np.ndarray]:
 
 def defined(geology: Geology, horizon: Horizon) -> np.ndarray:
     """Nodes with data: all of the outline, and the younger the horizon, the farther beyond."""
+    # outlines shrink downwards by a cell each, as those of real surveys differ
     rank = len(geology.horizons) - geology.horizons.index(horizon)
     return distance_from(OUTLINE, *nodes()) <= (rank + 0.5) * STEP
 
@@ -53,6 +54,9 @@ def _smeared(geology: Geology, values: np.ndarray, width: int) -> np.ndarray:
     """The mean over a square where a fault lies in it, the value itself elsewhere."""
     x, y = nodes()
     mixed = np.zeros(values.shape, dtype=bool)
+
+    # nodes with the fault inside their window; a branch smears on its own side of the main fault
+    # only
     for fault in geology.faults.values():
         s, r = fault.along_across(x, y)
         side = r > fault.across(s, values)
@@ -79,7 +83,11 @@ def points_of(geology: Geology, horizon: Horizon) -> np.ndarray:
     for signs, z in geology.sheets(horizon, x, y).items():
         there = mask & _near(geology.faults, signs, x, y, z)
         found.append(np.stack([*to_world(x[there], y[there]), z[there]], axis=1))
+
+    # to the millimetre, as files have them; then in no order, as picks come
     points = np.unique(np.concatenate(found).round(3), axis=0)  # beyond tips, walls are one
+
+    # Knuth's multiplicative hash: the same shuffle on every machine
     order = np.argsort(np.arange(len(points), dtype=np.uint64) * np.uint64(2654435761) % 2**32)
     return points[order]
 
@@ -106,8 +114,12 @@ def sticks_of(truth: FieldTruth, name: str) -> list[np.ndarray]:
         last = float(branch_ends(fault, truth.geology.faults, np.array(DATUM)))
     s = np.linspace(first, last, int((last - first) / STICKS) + 1)
     top, base = _levels(truth, name, s)
+
+    # too short by what `missing` states, or past the horizons by PAST
     top = top - missing["up"] if "up" in missing else top + PAST
     base = base + missing["down"] if "down" in missing else base - PAST
+
+    # a plane needs two points, a curved fault four
     per_stick = 4 if fault.flatten else 2
     z = top + (base - top) * np.linspace(0.0, 1.0, per_stick)[:, None]
     along = np.broadcast_to(s, z.shape)
@@ -137,6 +149,8 @@ def mesh_of(truth: FieldTruth, name: str, notch: float) -> tuple[np.ndarray, np.
     z = np.stack(rows)
     x, y = fault.place(s, fault.across(s, z))
     points = np.stack([*to_world(x, y), z], axis=-1).reshape(-1, 3)
+
+    # two cells of the upper row are left out: the notch
     number = np.arange(z.size).reshape(z.shape)
     middle = len(s) // 3
     cells = [
@@ -149,6 +163,8 @@ def mesh_of(truth: FieldTruth, name: str, notch: float) -> tuple[np.ndarray, np.
         (number[i, j], number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in cells
     ]
     triangles = [t for a, b, c, d in corners for t in ((a, b, c), (a, c, d))]
+
+    # without the vertices that only the notch had
     used, local = np.unique(np.array(triangles), return_inverse=True)
     return points[used], local.reshape(-1, 3)
 
@@ -163,6 +179,8 @@ def _reach(fault: Fault) -> tuple[float, float]:
 def _levels(truth: FieldTruth, name: str, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Elevation of the highest and lowest cut-off at places along a fault."""
     high, low = np.full(len(s), -np.inf), np.full(len(s), np.inf)
+
+    # highest and lowest cut-off of all horizons on both walls at each place
     for horizon in truth.geology.horizons:
         for wall in "+-":
             along, _, _, z = cutoff_line(truth.geology, horizon, name, wall)

@@ -92,8 +92,12 @@ class FieldTruth:
         >>> float(truth.elevation("Top", 463000.0, 5933000.0).round(1))
         -1743.9
         """
+        # formulas are in the frame of the grids
         x, y = np.broadcast_arrays(*to_local(easting, northing))
         found = np.full(x.shape, np.nan)
+
+        # where sheets overlap (a reverse fault) the highest counts; no sheet, as in a gap, leaves
+        # NaN
         for signs, z in self.geology.sheets(self._horizon(horizon), x, y).items():
             there = exists(self.geology.faults, signs, x, y, z)
             found = np.where(there, np.fmax(found, z), found)
@@ -129,6 +133,8 @@ class FieldTruth:
         """
         if wall not in ("+", "-"):
             raise InputError(f'wall is {wall!r}; give "+" (hanging wall) or "-" (footwall).')
+
+        # the line runs past the grids; what is outside the outline is cut off here
         _, x, y, z = cutoff_line(self.geology, self._horizon(horizon), self._fault(fault), wall)
         here = inside(OUTLINE, x, y)
         return np.stack([*to_world(x[here], y[here]), z[here]], axis=1)
@@ -164,6 +170,8 @@ class FieldTruth:
         86
         """
         name = self._fault(fault)
+
+        # read by the distance along the fault, so that places next to it do
         s = self.geology.faults[name].along_across(*to_local(easting, northing))[0]
         found = np.interp(
             s, *throw_line(self.geology, self._horizon(horizon), name), left=np.nan, right=np.nan
@@ -203,12 +211,17 @@ class FieldTruth:
         """
         polygon = OUTLINE if area is None else _polygon(area)
         x, y, weight = quadrature(polygon, _positive(step))
+
+        # for each horizon its sheets by sector, each defined everywhere in the map
         sheets = [self.geology.sheets(h, x, y) for h in self.geology.horizons]
         planes = {n: fault_elevation(f, x, y) for n, f in self.geology.faults.items()}
         zones = [f"{upper}/{lower}" for upper, lower in pairwise(self.horizons)]
         found = {(zone, block.name): 0.0 for zone in zones for block in self.geology.blocks}
         for signs in self.geology.sectors:
             by_name = dict(zip(self.faults, signs, strict=True))
+
+            # the block of the sector in each column: hanging walls lie above their fault, footwalls
+            # below
             floor = np.full(x.shape, -np.inf)
             roof = np.full(x.shape, np.inf)
             for name, sign in by_name.items():
@@ -218,6 +231,8 @@ class FieldTruth:
                     roof = np.minimum(roof, planes[name])
             block = next(b for b in self.geology.blocks if b.holds(by_name))
             for zone, (upper, lower) in zip(zones, pairwise(sheets), strict=True):
+                # each column of each zone, cut by the faults: exact in z, so that only the sum over
+                # columns has an error
                 top, base = np.minimum(upper[signs], roof), np.maximum(lower[signs], floor)
                 found[zone, block.name] += float((weight * np.maximum(top - base, 0.0)).sum())
         return found
