@@ -53,7 +53,8 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
     z = picks.means.reshape(picks.frame.shape)
     present = np.isfinite(z)
 
-    # scattered points leave cells empty between them: closing joins points up to twice BETWEEN cells apart
+    # scattered points leave cells empty between them: closing joins points up to twice BETWEEN
+    # cells apart
     if not picks.on_nodes:
         present = binary_closing(np.pad(present, BETWEEN), iterations=BETWEEN)
         present = present[BETWEEN:-BETWEEN, BETWEEN:-BETWEEN]
