@@ -90,6 +90,7 @@ def name_of(name: Any, what: str) -> str:
     Traceback (most recent call last):
     geosurf.errors.InputError: the name of a fault must be text, not ['F1'].
     """
+    # booleans are ints, and never meant as a name
     if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
         found = name if type(name) is str else str(name)
         if _is_encodable(found):
@@ -143,6 +144,7 @@ def flag_of(value: Any, what: str) -> bool:
     Traceback (most recent call last):
     geosurf.errors.InputError: refine must be True or False, not 'no'.
     """
+    # 0 and 1 are taken as flags; 2, None and texts are slips
     if isinstance(value, bool | np.bool_) or (type(value) is int and value in (0, 1)):
         return bool(value)
     raise InputError(f"{what} must be True or False, not {value!r}.")

@@ -43,6 +43,7 @@ def number(value: float, decimals: int = 0) -> str:
     >>> number(-1234567.891, 1).replace("\N{NARROW NO-BREAK SPACE}", " ")
     '−1 234 567.9'
     """
+    # + 0.0 turns -0.0 into 0.0: no minus sign before a zero
     text = f"{value + 0.0:,.{decimals}f}"
     return text.replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
 
@@ -67,7 +68,10 @@ def as_plain_text(table: Table, corner: str) -> str:
     Zone      F1+  F1-
     Top/Base  8.5    -
     """
+    # consoles and pipes may lack these letters
     plain = str.maketrans({"\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", NOTHING: "-"})
+
+    # a table without sums has an empty foot
     body = [[cell.translate(plain) for cell in row] for row in (*table.rows, table.foot) if row]
     rows = [[corner, *table.head[1:]], *body]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

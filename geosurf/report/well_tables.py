@@ -28,7 +28,11 @@ def misfit_table(misfit: xarray.Dataset) -> Table:
     columns = ("horizon", "well", "picked", "model", "misfit", "block", "status", "fault")
     for row in zip(*(misfit[name].values for name in columns), strict=True):
         horizon, well, picked, model, off, block, status, fault = row
+
+        # an unknown status prints as it is: a table never fails on a word
         remark = REMARKS.get(status, str(status))
+
+        # a fault explains more than the status: it is named
         if fault:
             across = f"fault {fault} between top and horizon"
             remark = f"in the gap of fault {fault}" if status == "fault gap" else across
@@ -42,8 +46,12 @@ def misfit_words(misfit: xarray.Dataset) -> list[str]:
     """Return a sentence on the misfit of each horizon."""
     found = []
     names = misfit["horizon"].values
+
+    # in the order of the tops, which is that of the user's file
     for name in dict.fromkeys(names.tolist()):
         off = misfit["misfit"].values[names == name]
+
+        # NaN where the horizon has no value at a top: those are listed, not averaged
         off = off[np.isfinite(off)]
         if len(off):
             found.append(

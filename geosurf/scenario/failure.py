@@ -37,9 +37,13 @@ def pictured(
     try:
         yield
     except GeometryError as error:
+        # some errors have no place, and without a driver nothing can be drawn: the error alone is
+        # raised
         if folder is not None and error.place is not None and not cannot_draw():
             about = " and ".join(error.surfaces) or "the walls"
             path, title = folder / FILE, f"What failed: {about}"
+
+            # a picture that fails must not hide the error that it was to explain
             with Attempt() as tried:
                 drawn = scene.surfaces if names is None else map(scene.surface, names)
                 render_place(list(drawn), error.place, path, title=title)

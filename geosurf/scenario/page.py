@@ -48,6 +48,7 @@ def scenario_page() -> str:
         Markdown.
     """
     # keys at the top of the file, then one section for each table
+    # fields that are tables themselves have the dataclass of their keys as `kind`
     tables = {entry.name: _kind(entry) for entry in fields(Scenario) if _kind(entry)}
     plain = [entry for entry in fields(Scenario) if _is_key(entry) and entry.name not in tables]
     parts = [HEAD, _section("Top level", "", plain)]

@@ -50,9 +50,12 @@ def unit_of_body(corners: np.ndarray, units: Mapping[str, Unit]) -> str:
             continue
 
         # the middle of the thickest piece is surely inside the body
+        # the longest piece, so that the point is farthest from the shell
         thickness, z = max((b - a, (a + b) / 2) for a, b in zip(cut[::2], cut[1::2], strict=True))
         found = {name: _heights(shell, x, y) for name, shell in shells.items()}
         above = {name: one for name, one in found.items() if one is not None}
+
+        # a point on a shell decides nothing: the next line is tried
         if thickness == 0 or len(above) < len(found) or any(z in one for one in above.values()):
             continue
 
@@ -84,6 +87,9 @@ def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | 
 
         # barycentric coordinates of the line in the triangle, times twice its area
         turns = [_turn(x, y, p, q) for p, q in ((b, c), (c, a), (a, b))]
+
+        # signs of both kinds: the line passes outside; a zero: through an edge, so this line
+        # decides nothing
         if min(turns) < 0 < max(turns):
             continue
         if 0 in turns:

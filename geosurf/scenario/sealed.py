@@ -54,6 +54,8 @@ def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) ->
                 f"{scenario.path}: model.horizons has {list(order)}, and {model.file.name} has "
                 f"{known}; name each of these once, youngest first.{did_you_mean(name, known)}"
             )
+
+    # in the order of the list, which is the stratigraphic one
     horizons = {name: roles["horizon"][name] for name in order}
     box = box_of_walls(list(roles["wall"].values()), str(model.file))
     return Scene(horizons, roles["fault"], box, **options)  # type: ignore[arg-type]

@@ -42,12 +42,15 @@ class StepLog:
     ) -> None:
         """Report one step, with its run time; default: the time since the step before."""
         now = time.perf_counter()
+
+        # a step without its own time took all that passed since the last line
         seconds, self._clock = now - self._clock if seconds is None else seconds, now
         if self._progress is not None:
             self._progress(f"{stage:<11} {subject:<38} {outcome:<20}{seconds:7.1f} s")
 
     def new_steps_of(self, scene: Scene) -> None:
         """Report the steps that a scene has run since the last call."""
+        # results from memory took no time and are not logged again
         for step in scene.steps[self._n_reported :]:
             if step.outcome == "ran":
                 self.step(step.stage, step.subject, step.detail, step.seconds)
