@@ -154,7 +154,7 @@ def _cells_per_step(size: np.ndarray, rims: Sequence[np.ndarray], aligned: bool)
     if size.prod() > MOST:
         return float(np.sqrt(MOST / size.prod()))
 
-    # aligned with rows and columns, or with diagonals as well: those cut cells, and need finer ones
+    # rims along rows and columns keep whole cells; diagonals cut them, and need finer ones
     along = (np.abs(np.diff(rim, axis=1)[:, 0]).min(axis=1) <= 2 * REGULAR for rim in rims)
     return 1.0 if all(one.all() for one in along) else np.ceil(FINE / float(size.max()))
 
