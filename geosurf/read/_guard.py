@@ -152,6 +152,7 @@ def refuse_large(path: Path, needed: int, size: int, what: str) -> None:
     """
     limit = limit_of(size)
     if needed > limit:
+        # whole gigabytes, rounded up: a value that the user can type
         more = max(1, -(-needed >> 30))
         raise FormatError(
             f"{path}: {what} needs {_megabytes(needed)} of memory, but the limit for a file of "

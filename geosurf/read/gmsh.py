@@ -130,6 +130,8 @@ def _tags_of_blocks(path: Path, data: bytes, at: int, size: int) -> np.ndarray:
 
     # Four words open the section; the second one is the number of nodes.
     _, n_node, *_ = _numbers(path, data, at, word, 4)
+
+    # all announced nodes have to fit into what is left of the file
     _refuse_more(path, data, at, n_node, size + POINT)
     at += 4 * size
 

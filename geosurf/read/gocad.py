@@ -287,6 +287,8 @@ def _vertex_line(draft: _Draft, i: int, key: str, words: list[str]) -> None:
     if n_value:
         draft.pending.append((draft.n_vertex, i, words[5 : 5 + n_value]))
     draft.n_vertex += 1
+
+    # in portions: words take many times the memory of numbers
     if len(draft.words) >= AT_A_TIME:
         draft.flush()
 
@@ -361,6 +363,7 @@ def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> Tri
             "Export it as a triangulated surface."
         )
 
+    # order, units and direction of the axes are settled here, once for all vertices
     points = header.to_metres(np.concatenate(draft.points), positive, length_unit, what)
     triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))

@@ -152,6 +152,7 @@ def _meshio_read(path: Path) -> Any:
                 warnings.simplefilter("ignore")
                 return meshio.read(name, file_format=kind)
         except (meshio.ReadError, *DAMAGE) as error:
+            # what meshio printed says more than its error, where it printed anything
             reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
             raise FormatError(
                 f"{path}: meshio cannot read it ({reason.replace(name, path.name)[:200]}). The "

@@ -154,6 +154,7 @@ def read_netcdf_fault(
         ("northing", NORTHING),
         ("elevation", ELEVATION),
     ):
+        # exactly one variable with a known name, over both dimensions of the fault
         words = [str(word) for word in dataset.data_vars if str(word).lower() in spellings]
         if len(words) != 1 or set(dataset[words[0]].dims) != set(FAULT_DIMS):
             shape = {str(word): dataset[word].dims for word in dataset.data_vars}

@@ -153,6 +153,7 @@ def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
             "complete."
         )
 
+    # each polyline begins after the end mark before it
     starts = np.concatenate([[0], ends[:-1] + 1])
     # two end marks in a row enclose nothing and mean nothing
     found = [

@@ -245,6 +245,8 @@ def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: 
         raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
     _warn_of_unused(path, unused, len(points) + len(unused))
     metre = {"units": "m"}
+
+    # 0.0 is added to z so that depths of 0 do not become -0.0
     x, y, z = np.array(points).T
     return xr.Dataset(
         {

@@ -248,6 +248,7 @@ def _legend(
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     areas = area_texts(area for _, area in order)
     for ((minus, plus), _), area in zip(order, areas, strict=True):
+        # a zone against itself has no stripes in the diagram, and none in the legend
         other = furniture.shortened(plus, 15) if plus != minus else "itself"
         detail = f"against {other}, {area}"
         stripes = None if plus == minus else colours[plus]

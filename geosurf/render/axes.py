@@ -100,6 +100,8 @@ def _name_axis(
 ) -> None:
     """Write the name along its axis, outside the numbers, never upside down."""
     angle = math.degrees(math.atan2(along[1], along[0]))
+
+    # between -90 and 90 degrees: never upside down
     angle = (angle + 90.0) % 180.0 - 90.0
     # the numbers are as wide as their longest, and one line high
     wide = 7.6 * max(map(len, texts), default=0)

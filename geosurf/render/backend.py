@@ -146,6 +146,7 @@ def off_screen() -> Iterator[None]:
     DependencyError
         If no backend can draw.
     """
+    # Windows and macOS have one way to draw, which needs no choice
     if not sys.platform.startswith("linux"):
         yield
         return

@@ -48,6 +48,7 @@ def outline_of(rings: Sequence[np.ndarray]) -> Outline:
     """Return one matplotlib path around rings (n, 2); rings of opposite direction are holes."""
     from matplotlib.path import Path as Outline
 
+    # matplotlib fills by winding: a ring that runs the other way is a hole
     closed = (Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in rings)
     return Outline.make_compound_path(*closed)
 

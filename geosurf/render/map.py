@@ -330,6 +330,8 @@ def _draw_curves(
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
         colour = colours[curves.names[other]]
+
+        # in metres from the corner, as the axes are
         pieces = list(ends[:, :, :2] - (west, south))
         shown = LineCollection(pieces, colors=[colour], linewidths=width)
         shown.set_capstyle("round")

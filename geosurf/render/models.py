@@ -104,6 +104,7 @@ def render_scene(
     outline = scene.aoi if clip else None
     within = Prism(box, outline) if clip else None
     if roles:
+        # torn horizons end on their faults: what lies beyond is not part of the model
         shown = (as_modelled(scene, s) for s in scene.surfaces if s.role in roles)
         content += show_surfaces(shown, within)
     if "patches" in show:

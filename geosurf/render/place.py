@@ -146,6 +146,8 @@ def _checked(place: Sequence[float], reach: float | None) -> tuple[float, float,
         values = real_numbers(place)
     except (TypeError, ValueError):
         values = np.empty(0)
+
+    # text, wrong lengths and NaN are refused alike, before anything is drawn
     if values.shape != (3,) or not np.isfinite(values).all():
         raise InputError(
             f"place is {place!r}, expected three finite numbers: easting, northing, elevation [m]."

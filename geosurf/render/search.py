@@ -128,6 +128,8 @@ def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palett
 def _show_voxels(search: VoxelSearch) -> Content:
     bounds = tuple(float(x) for pair in zip(search.lower, search.upper, strict=True) for x in pair)
     content = show_box(bounds, colour=palette.INK, width=1.4)
+
+    # voxels that hold triangles of both surfaces, of all those in the common box
     n_cell, occupied = int(np.prod(search.n_cell)), len(search.occupied)
     if occupied:
         points, lines = voxel_edges(search)

@@ -222,6 +222,8 @@ def _draw_lines(
             # a white line below parts the fault from zones of a similar colour
             axes.plot(*line.T, color=palette.PAPER, linewidth=3.2 * width, zorder=4)
             axes.plot(*line.T, color=faults[name], linewidth=2.0 * width, zorder=5)
+
+            # a fault may have several lines: the name goes to the highest of them in view
             highest = _highest(line, bottom, top)
             if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
                 named[name] = highest

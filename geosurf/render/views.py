@@ -225,6 +225,8 @@ def bounds_of(arrays: list[np.ndarray]) -> tuple[float, float, float, float, flo
             "the picture is empty: it has no triangles and no lines. "
             "Pass at least one surface, or add to `show`."
         )
+
+    # layer by layer: no copy of all points
     low = np.min([points.min(axis=0) for points in arrays], axis=0)
     high = np.max([points.max(axis=0) for points in arrays], axis=0)
     (w, s, b), (e, n, t) = low.tolist(), high.tolist()

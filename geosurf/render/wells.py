@@ -102,6 +102,8 @@ def draw_wells_on_map(
         _name(sheet, axes, place, words, taken)
     if not shown:
         return []
+
+    # the legend states the largest misfit, unless it is below what is written
     off = np.array([top.misfit for top in shown])
     known = off[np.isfinite(off)]
     detail = f"misfit up to {length_text(np.abs(known).max())}" if len(known) else "no misfit"
@@ -203,6 +205,8 @@ def _name(
     at = axes.transData.transform(place)
     wide, high = 7.2 * len(words) * unit, 15.0 * unit
     away = (RADIUS + 5.0) * unit
+
+    # places to try, the best first: offset in pixels, and how the text is aligned there
     sides: list[tuple[tuple[float, float], str]] = [
         ((away, 0.0), "left"),
         ((-away, 0.0), "right"),

@@ -122,6 +122,7 @@ def _refused(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        # the system's own words, and what a user can check
         reason = error.strerror or type(error).__name__
         raise OutputError(
             f"{path}: cannot be written ({reason}). Check that the folder exists, that you may "

@@ -81,6 +81,7 @@ def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
         for column in (0, ncol - 1)
     )
 
+    # values: rounding of float32, away from undefined nodes
     lost = np.abs(single.astype(np.float64) - values)
     largest = float(np.nanmax(lost)) if np.isfinite(lost).any() else 0.0
     rounding = (

@@ -149,6 +149,7 @@ def _polydata(
         xml += ["      <Lines>", _array("connectivity", joined), _array("offsets", ends)]
         xml += ["      </Lines>"]
     if triangles is not None:
+        # corners of all triangles in one list; offsets: where each one ends
         corners = np.asarray(triangles, dtype=np.int64).ravel()
         offsets = np.arange(3, 3 * n_triangle + 1, 3, dtype=np.int64)
         xml += ["      <Polys>", _array("connectivity", corners), _array("offsets", offsets)]
