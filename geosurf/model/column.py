@@ -55,6 +55,8 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
             f"`column` must be a mapping {{horizon: rule}}, not {type(column).__name__}. The "
             f"rules are {', '.join(RULES)}."
         )
+
+    # unknown names and rules are errors here, before a cell is computed
     for name, rule in column.items():
         if name not in horizons:
             raise InputError(

@@ -188,6 +188,7 @@ class Curves(Noun):
         InputError
             For an unknown name.
         """
+        # names first, so that an unknown one is an error and not an empty list
         for name in (first, second):
             if not is_word(name, self.names):
                 raise InputError(

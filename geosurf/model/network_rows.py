@@ -54,6 +54,8 @@ class NetworkRow:
     @property
     def subject(self) -> tuple[str, ...]:
         """What the proposal would do: equal where two rounds propose the same."""
+        # an extension is the same whatever it reaches; a truncation is, with its main fault and the
+        # part that stays
         if self.proposal == "extend":
             return self.proposal, self.fault, self.side
         return self.proposal, self.fault, self.other, self.keep
@@ -115,6 +117,8 @@ class NetworkTrial:
         """The table, one row for each proposal, and a line with the numbers."""
         if not self.decisions:
             return "no proposal that changes a fault"
+
+        # columns as wide as their longest cell; the reason comes last and may be long
         head = ("round", "fault", "other", "proposal", "decision: reason")
         rows = [
             (
@@ -126,6 +130,8 @@ class NetworkTrial:
             )
             for one in self.decisions
         ]
+
+        # True: accepted, False: dropped
         count = Counter(one.accepted for one in self.decisions)
         table = table_of((head, *rows), right=(0,))
         return f"{table}\n{counted(count[True], 'proposal')} accepted, {count[False]} dropped"

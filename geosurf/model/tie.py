@@ -101,6 +101,8 @@ def tie_settings(tie: Any) -> TieSettings | None:
             raise InputError(f"tie has no option {key!r}.{guess} {HOW}.")
         if not (is_number(value) and value > 0):
             raise InputError(f"tie: {key} is {value!r}, expected metres above 0. {HOW}.")
+
+    # what was left out takes its default; `assumed` says that the range was nobody's choice
     values = {key: float(value) for key, value in tie.items()}
     return TieSettings(**values, assumed="range" not in values)
 

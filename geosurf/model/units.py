@@ -198,6 +198,8 @@ class Units(Noun, Mapping[str, Unit]):
         volumes = [volume_text(unit.volume, 4) for unit in self._units.values()]
         room = max(map(len, ["volume", *volumes[:MOST_ROWS]]))
         lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "volume".rjust(room)])]
+
+        # the first rows only: a model of many blocks has hundreds of units
         for row, volume in zip(rows[:MOST_ROWS], volumes, strict=False):
             words = [row[k].ljust(width[k]) for k in shown]
             lines.append("  ".join([*words, volume.rjust(room)]))

@@ -136,6 +136,7 @@ def judge_patches(
     if verdict.wrong:
         return verdict  # the test of crossing pairs needs triangles with an area
 
+    # triangles on which surfaces coincide count once: they do not cross themselves
     rows, number = np.unique(np.sort(patches.triangles, axis=1), axis=0, return_inverse=True)
     pairs = crossing_pairs(x, rows)
     # Without self-intersections, triangles of one surface may cross each other.

@@ -41,11 +41,15 @@ def judge_curves(
     Verdict
     """
     verdict = Verdict()
+
+    # in the frame of the curves, as the kernels saw them; errors count in ulp of the largest
+    # coordinate
     corners = [s.vertices[s.triangles] - curves.origin for s in surfaces]
     ulp = ulp_of(*corners)
     pairs = {tuple(p) for p in curves.surfaces_of_segment.tolist()} | {(m.i, m.j) for m in met}
     # Pairs with curves, contacts or exact meetings.
     for i, j in sorted(pairs | {t.surfaces for t in curves.contacts}):
+        # neighbours that only share their own corners and edges have no contact to report
         mine = [m for m in met if (m.i, m.j) == (i, j) and not m.joined]
         rows = (curves.surfaces_of_segment == (i, j)).all(axis=1)
         ends = curves.local[curves.segments[rows]]
@@ -55,6 +59,7 @@ def judge_curves(
             for k in (i, j):
                 _judge_on_surface(what, points, corners[k], ulp, verdict)
 
+        # only with all pairs looked at can the judge know that surfaces do not meet
         touches = [t for t in curves.contacts if t.surfaces == (i, j)]
         verdict.check(
             bool(mine) or not complete or not (len(ends) or touches),
@@ -86,6 +91,8 @@ def _judge_on_surface(
 ) -> None:
     # Each point against each triangle: stress cases are small.
     """Points (n, 3) lie on the nearest of triangles (m, 3, 3)."""
+    # (point, triangle): the closest triangle of each point, then its distance in fractions if in
+    # doubt
     n, m = len(points), len(corners)
     far = distances(np.repeat(points, m, axis=0), np.tile(corners, (n, 1, 1))).reshape(n, m)
     if n:
@@ -102,6 +109,8 @@ def _judge_shared(what: str, met: Any, ends: Any, single: Any, ulps: Any, verdic
     on_curve = ends.reshape(-1, 3)
     for m in met:
         name = f"{what}, triangles {m.f} and {m.g}"
+
+        # a single common point may be a touching point instead of a curve's
         if len(m.corners) == 1 and _among(single, m.corners[0], of_world):
             continue
         if len(ends) == 0:
@@ -109,6 +118,8 @@ def _judge_shared(what: str, met: Any, ends: Any, single: Any, ulps: Any, verdic
             continue
         for corner in m.corners:
             verdict.measure(on_curve[nearest(on_curve, corner)], corner, ulp, name)
+
+        # two corners: a segment, every part of which must be on a curve
         if len(m.corners) == 2:
             a, b = (np.array(exact.rounded(corner)) for corner in m.corners)
             _judge_covered(name, ends, a, b, ulp, verdict)

@@ -43,6 +43,8 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
         "known": case.known,
         "surfaces": [[s.name, s.role, _lattice_facts(s.lattice)] for s in case.surfaces],
     }
+
+    # facts as JSON in the same file: no pickle, so that a file from elsewhere cannot run code
     arrays: dict[str, Any] = {"facts": np.array(json.dumps(facts))}
     for i, surface in enumerate(case.surfaces):
         arrays[f"vertices_{i}"], arrays[f"triangles_{i}"] = surface.vertices, surface.triangles
@@ -51,6 +53,8 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
                 arrays[f"{key}_{i}"] = getattr(surface.lattice, key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+
+        # in memory first: a killed run leaves no half of a file
         file = io.BytesIO()
         np.savez(file, **arrays)
         write_whole(path, file.getvalue())
@@ -71,6 +75,7 @@ def _draw(case: Case, path: Path) -> None:
     try:
         render_surfaces(case.surfaces, path=path, title=f"{case.family} {case.number}")
     except GeosurfError as error:
+        # a picture is a help only; where nothing can be drawn, the case alone is written
         path.unlink(missing_ok=True)
         if isinstance(error, OutputError):
             raise
@@ -98,6 +103,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
             facts = json.loads(str(data["facts"]))
             surfaces = []
             for i, (name, role, lattice) in enumerate(facts.pop("surfaces")):
+                # a grid comes back as a grid: it takes other kernels than its triangles would
                 if lattice is None:
                     parts = {k: data[f"{k}_{i}"] for k in ("vertices", "triangles")}
                     surfaces.append(TriSurface(name, role, **parts))

@@ -14,6 +14,8 @@ from geosurf.prove.rational import flat
 def soup(name: str, corners: Any) -> TriSurface:
     """A surface of separate triangles (n, 3, 3)."""
     corners = np.asarray(corners, dtype=float).reshape(-1, 3)
+
+    # no vertex is shared, even where corners are equal: the engine has to find that
     return TriSurface(name, "surface", corners, np.arange(len(corners)).reshape(-1, 3))
 
 
@@ -22,6 +24,8 @@ def grid(
 ) -> TriSurface:
     """A surface over nodes (n_row, n_col); NaN in z where there is none."""
     x, y, z = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (x, y, z)))
+
+    # axes in two dimensions: grids turned in the map take the same way
     lattice = Lattice(x.copy(), y.copy(), z.copy(), rising=rising, reverse=False)
     return TriSurface(name, role, lattice=lattice)
 

@@ -119,6 +119,9 @@ class _Attempt:
         """Keep going after anything but an interruption."""
         if kind is None or not issubclass(kind, Exception):
             return False
+
+        # a refusal is no wrong answer: the engine says that rounding leaves no valid mesh. Any
+        # other error is one
         if issubclass(kind, RoundingError):
             self._outcome.refused = str(error)
         else:
@@ -154,6 +157,8 @@ def run_case(case: Case) -> Outcome:
             outcome.take(judge.judge_contact(P, Q, contact))
 
     met, complete, of = None, False, None
+
+    # each step by itself: one that fails does not hide what the next one does
     with _Attempt(outcome, "intersect_surfaces"):
         curves = intersect_surfaces(case.surfaces, self_intersections=itself)
         met, complete = judge.meetings(case.surfaces, curves.origin, MOST_PAIRS, itself)
@@ -169,6 +174,9 @@ def run_case(case: Case) -> Outcome:
         if met is None or outcome.repaired or (patches.origin != of).any():
             met, _ = judge.meetings(patches.sources, patches.origin, MOST_PAIRS, itself)
         outcome.take(judge.judge_patches(case.surfaces, patches, met, itself))
+
+        # where vertices were moved, another order may move others: only meshes without repairs are
+        # compared
         if not outcome.repaired:
             outcome.take(_judge_shuffled(case, patches))
     return outcome
@@ -237,6 +245,8 @@ def run_stress(
 
     for name in names:
         row = FamilyResult(name)
+
+        # clocks run for each family: the table shows which cases are slow
         start = time.perf_counter()
         for number in range(cases):
             case = make_case(name, number, seed)

@@ -32,6 +32,7 @@ def share_inside(surface: TriSurface, box: Box, outline: np.ndarray | None) -> f
     >>> round(share_inside(fault, (-5, 5, 0, 30, -90, 0), None), 2)
     0.75
     """
+    # sampled: a share in per cent goes into a table, and decides nothing
     middles, areas = _parts(surface)
     n_axis = 2 if surface.role == "horizon" else 3
     inside = np.ones(len(middles), dtype=bool)
@@ -46,11 +47,17 @@ def share_inside(surface: TriSurface, box: Box, outline: np.ndarray | None) -> f
 def _parts(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     """Middles (n, 3) and areas (n,) of parts of a surface: of large triangles many."""
     corners = _triangles(surface)
+
+    # few large triangles are cut into n x n parts each, so that about SAMPLE parts count in all
     n = max(int(np.sqrt(SAMPLE / max(len(corners), 1))), 1)
+
+    # parts that stand upright and those that stand on their tip, by the weights of their corners
     first = np.array([(i, j, n - 1 - i - j) for i in range(n) for j in range(n - i)])
     second = np.array([(i, j, n - 2 - i - j) for i in range(n - 1) for j in range(n - 1 - i)])
     weights = np.concatenate([first + 1.0 / 3.0, second.reshape(-1, 3) + 2.0 / 3.0]) / n
     middles = (weights @ corners).reshape(-1, 3)
+
+    # relative areas are enough, and all parts of a triangle have the same
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat = (
         np.abs(normals[:, 2])
@@ -62,6 +69,7 @@ def _parts(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
 
 def _triangles(surface: TriSurface) -> np.ndarray:
     """Corners (n, 3, 3) of all triangles, or of some spread evenly where there are many."""
+    # at even distances, so that all of a large grid is seen
     rows = np.linspace(0, surface.n_triangle - 1, min(surface.n_triangle, SAMPLE)).astype(np.int64)
     lattice = surface.lattice
     if lattice is not None:
@@ -77,6 +85,7 @@ def _in_ring(places: np.ndarray, outline: np.ndarray) -> np.ndarray:
     x, y = places[:, 0], places[:, 1]
     for (ax, ay), (bx, by) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
         if ay != by:
+            # half-open in y, so that a corner counts for one of its two sides
             crossed = (ay <= y) != (by <= y)
             inside ^= crossed & (x < ax + (y - ay) * (bx - ax) / (by - ay))
     return inside

@@ -97,6 +97,8 @@ def field_export(
     check_count(smear, "smear", 0)
     if smear > _MOST_SMEAR:
         raise InputError(f"smear is {smear}; give a whole number of nodes, 0 to {_MOST_SMEAR}.")
+
+    # formulas only: nothing is computed until a file needs it
     truth = _truth_of(path, variant)
     try:
         (path / "truth").mkdir(parents=True, exist_ok=True)
@@ -120,6 +122,7 @@ def _truth_of(folder: Path, variant: str) -> FieldTruth:
 
 def _contents(truth: FieldTruth, smear: int) -> Iterator[tuple[str, bytes]]:
     """Name and bytes of every file."""
+    # depth, positive down, and one horizon in feet: as such files come, without a word in them
     for horizon in truth.geology.horizons:
         path, unit = truth.files[horizon.name], formats.FOOT if horizon.name == FEET else 1.0
         if path.suffix == ".poi":
@@ -137,6 +140,8 @@ def _contents(truth: FieldTruth, smear: int) -> Iterator[tuple[str, bytes]]:
         else:
             sticks = [stick * down for stick in sticks_of(truth, name)]
             yield f"{name}.pol", formats.lines_text(sticks)
+
+    # polygons in files repeat their first corner
     corners = np.concatenate([truth.outline, truth.outline[:1]])
     loop = np.column_stack([corners, np.zeros(len(corners))])
     yield "outline.pol", formats.lines_text([loop])

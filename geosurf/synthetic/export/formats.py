@@ -18,6 +18,7 @@ Frame = tuple[float, float, float, float, float]
 
 def irap_binary(depth: np.ndarray, frame: Frame) -> bytes:
     """An IRAP binary grid: big-endian float32 in Fortran records, rows from the origin."""
+    # the header has the far corner as if the grid were not rotated, then the angle
     (rows, columns), (x, y, dx, dy, turn) = depth.shape, frame
     xmax, ymax = x + (columns - 1) * dx, y + (rows - 1) * dy
     single = np.where(np.isnan(depth), UNDEFINED_BINARY, depth).astype(">f4")
@@ -27,6 +28,8 @@ def irap_binary(depth: np.ndarray, frame: Frame) -> bytes:
         struct.pack(">7i", *[0] * 7),
         *(row.tobytes() for row in single),
     ]
+
+    # Fortran records: each has its length before and after it
     return b"".join(struct.pack(">i", len(r)) + r + struct.pack(">i", len(r)) for r in records)
 
 
@@ -34,6 +37,8 @@ def irap_classic(depth: np.ndarray, frame: Frame) -> bytes:
     """An IRAP classic grid: text, six values per line, four decimals."""
     (rows, columns), (x, y, dx, dy, turn) = depth.shape, frame
     xmax, ymax = x + (columns - 1) * dx, y + (rows - 1) * dy
+
+    # undefined nodes have a number of the format, which readers have to know
     words = [f"{v:.4f}" for v in np.where(np.isnan(depth), UNDEFINED_TEXT, depth).ravel()]
     lines = [
         f"-996 {rows} {dx:.6f} {dy:.6f}",
@@ -74,6 +79,8 @@ def tsurf(name: str, points: np.ndarray, triangles: np.ndarray) -> bytes:
         "END_ORIGINAL_COORDINATE_SYSTEM",
         "TFACE",
     ]
+
+    # GOCAD counts vertices from 1
     nodes = [f"VRTX {i} {x:.6f} {y:.6f} {z:.6f} CNXYZ" for i, (x, y, z) in enumerate(points, 1)]
     faces = [f"TRGL {a} {b} {c} " for a, b, c in (triangles + 1).tolist()]
     return _text([*header, *nodes, *faces, "END"])

@@ -12,6 +12,8 @@ FEET = "Base"  # the horizon whose file is in feet
 def scenario_of(truth: FieldTruth) -> bytes:
     """The scenario (TOML) that builds a field from its files."""
     lines = ["# Run it with: geosurf run field.toml -o out", "", 'title = "Exported field"']
+
+    # what a user has to find out about the files is written next to each key
     for name in truth.horizons:
         lines += _input("horizons", name, truth.files[name])
         if name == FEET:
@@ -20,6 +22,8 @@ def scenario_of(truth: FieldTruth) -> bytes:
         lines += _input("faults", name, truth.files[name])
         if name in truth.missing:
             lines.append('extend = ["up", "down"] # its sticks are too short')
+
+    # a branch ends at its main fault, on the side where it is
     for name, fault in truth.geology.faults.items():
         if fault.branch is not None:
             main, sign = fault.branch
