@@ -237,6 +237,49 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
 
 def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -> None:
     """State where the rim of a horizon or contact is open, inside cells where that matters."""
+    source = patches.sources[surface]
+    what, name = source.role, source.name
+    if not torn[own_sides(cells, surface)[2]].any():
+        cells = cells.in_full
+        rows = torn[cells.cell_of_side].any(axis=1)
+        where = patches.local[cells.triangles[rows]].mean(axis=(0, 1)) + patches.origin
+        raise OpenUnitError(
+            f"cannot determine whether {place(where)} lies above or below {what} {name!r}: "
+            f"the {what} is not in that block, and the blocks around it lie on both sides. "
+            f"Extend the {what} into the block, or shrink the box.",
+            place=where,
+            surfaces=(name,),
+        )
+    rim = rim_of_leak(patches, cells, surface, torn)
+    if rim is None:
+        raise OpenUnitError(
+            f"{what} {name!r} does not separate the space above from the space below: it "
+            "folds back, or a surface crosses itself and was not split there. Check the "
+            "orientation of its triangles, or rebuild with self_intersections=True.",
+            surfaces=(name,),
+        )
+    whole, middle = rim
+    raise OpenUnitError(
+        f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open "
+        f"inside the model box, for example at {place(middle)}. Shrink the box to the "
+        f"{what}, or extend or fill the {what}.",
+        place=middle,
+        surfaces=(name,),
+    )
+
+
+def rim_of_leak(
+    patches: Patches,
+    cells: Cells,
+    surface: int,
+    torn: np.ndarray,
+    near: np.ndarray | None = None,
+) -> tuple[float, np.ndarray] | None:
+    """Return length [m] and a place of the open rim of a surface in some cells; None without one.
+
+    The place is the middle of the longest edge, or that which is nearest to one of the points
+    `near` (n, 3), in local coordinates.
+    """
     cells = cells.in_full
     mine = owned_by(cells, surface)
     mine = mine[torn[cells.cell_of_side[mine]].any(axis=1)]
@@ -247,35 +290,18 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     keys = ends[:, :, 0] * len(patches.local) + ends[:, :, 1]
     every, times = np.unique(keys, return_counts=True)
     rim = np.intersect1d(np.unique(keys[mine]), every[times == 1])
-    source = patches.sources[surface]
-    what, name = source.role, source.name
-    if len(mine) == 0:
-        rows = torn[cells.cell_of_side].any(axis=1)
-        where = patches.local[t[rows]].mean(axis=(0, 1)) + patches.origin
-        raise OpenUnitError(
-            f"cannot determine whether {place(where)} lies above or below {what} {name!r}: "
-            f"the {what} is not in that block, and the blocks around it lie on both sides. "
-            f"Extend the {what} into the block, or shrink the box.",
-            place=where,
-            surfaces=(name,),
-        )
     if len(rim) == 0:
-        raise OpenUnitError(
-            f"{what} {name!r} does not separate the space above from the space below: it "
-            "folds back, or a surface crosses itself and was not split there. Check the "
-            "orientation of its triangles, or rebuild with self_intersections=True.",
-            surfaces=(name,),
-        )
+        return None
     a = patches.local[rim // len(patches.local)]
     b = patches.local[rim % len(patches.local)]
     length = np.linalg.norm(b - a, axis=1)
-    middles = 0.5 * (a + b)[length == length.max()]
+    middles = 0.5 * (a + b)
+    if near is None:
+        middles = middles[length == length.max()]
+    else:
+        from scipy.spatial import KDTree
+
+        away = KDTree(near).query(middles)[0]
+        middles = middles[away == away.min()]
     middle = middles[np.lexsort(middles.T[::-1])[0]] + patches.origin  # whatever the order of edges
-    whole = math.fsum(length)
-    raise OpenUnitError(
-        f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open "
-        f"inside the model box, for example at {place(middle)}. Shrink the box to the "
-        f"{what}, or extend or fill the {what}.",
-        place=middle,
-        surfaces=(name,),
-    )
+    return math.fsum(length), middle

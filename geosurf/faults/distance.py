@@ -156,7 +156,7 @@ def _of_ends(p: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     n = np.cross(b - a, c - a)
     size = np.maximum((n * n).sum(axis=1), np.finfo(float).tiny)
     foot = p - (((p - a) * n).sum(axis=1) / size)[:, None] * n
-    inside = np.ones(len(p), dtype=bool)
+    inside = (n * n).sum(axis=1) > 0  # rounding may leave a triangle no area
     for u, v in ((a, b), (b, c), (c, a)):
         inside &= (np.cross(v - u, foot - u) * n).sum(axis=1) >= 0
     return p, np.where(inside[:, None], foot, a)

@@ -1,7 +1,8 @@
 """Truncations and extensions as users give them -> checked rules, in an order that works.
 
 A fault can only end at what is left of its main fault, so mains are truncated first. Rules that
-go round in a circle have no such order, and are refused with the names of the circle.
+go round in a circle have no such order, and are refused with the names of the circle. A fault may
+also end at a horizon: an unconformity above it, a detachment below it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from geosurf.errors import InputError
 from geosurf.model.expected import listed
 from geosurf.model.faults import SIDES
 
-KEEP = ("hanging wall", "footwall", "right", "left", "+", "-")
+KEEP = ("hanging wall", "footwall", "right", "left", "+", "-", "above", "below")
+LEVELS = ("above", "below")  # parts of a fault that ends at a horizon
 ALL_SIDES = ("strike", "up", "down")
 _HOW = "Give truncations={'F2': ('F1', 'hanging wall')}: F2 ends at F1, that part stays."
 
@@ -28,9 +30,11 @@ class Rule:
     Attributes
     ----------
     fault, main : str
+        The main one is a fault or a horizon.
     keep : str
         One of `KEEP`: hanging wall and footwall of the main fault; right and left of its strike
-        (right-hand rule), for those that are vertical; or the side of its normal.
+        (right-hand rule), for those that are vertical; the side of its normal; or above and below
+        it. At a horizon one of `LEVELS`.
     extend : bool
         Whether the fault is first continued beyond the main one from its nearest side.
     """
@@ -41,16 +45,34 @@ class Rule:
     extend: bool = False
 
 
-def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> tuple[Rule, ...]:
+def part_in_words(rule: Rule) -> str:
+    """Return where the part lies that a rule keeps.
+
+    Examples
+    --------
+    >>> part_in_words(Rule("F2", "F1", "footwall")), part_in_words(Rule("F2", "Top", "below"))
+    ("in the footwall of 'F1'", "below 'Top'")
+    """
+    if rule.keep in LEVELS:
+        return f"{rule.keep} {rule.main!r}"
+    return f"in the {rule.keep} of {rule.main!r}"
+
+
+def read_truncations(
+    truncations: Any, faults: Sequence[str] | None = None, horizons: Sequence[str] = ()
+) -> tuple[Rule, ...]:
     """Check truncations, and order them so that main faults come first.
 
     Parameters
     ----------
     truncations : mapping of str to (main, keep) or (main, keep, extend), or several of these
         What each truncated fault ends at. `keep` is ``"hanging wall"``, ``"footwall"``,
-        ``"right"``, ``"left"``, ``"+"`` or ``"-"`` of the main fault.
+        ``"right"``, ``"left"``, ``"+"``, ``"-"``, ``"above"`` or ``"below"`` of the main fault;
+        ``"above"`` or ``"below"`` of a horizon.
     faults : sequence of str, optional
         Names that exist. Default: any.
+    horizons : sequence of str
+        Names of the horizons at which faults may end.
 
     Returns
     -------
@@ -76,7 +98,7 @@ def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> t
     if not isinstance(truncations, Mapping):
         raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")
     found = {
-        str(fault): tuple(_rule(str(fault), entry, faults) for entry in _entries(given))
+        str(fault): tuple(_rule(str(fault), entry, faults, horizons) for entry in _entries(given))
         for fault, given in truncations.items()
     }
     for fault, rules in found.items():
@@ -95,21 +117,23 @@ def _entries(given: Any) -> Sequence[Any]:
     return given if many else (given,)
 
 
-def _rule(fault: str, entry: Any, faults: Sequence[str] | None) -> Rule:
+def _rule(
+    fault: str, entry: Any, faults: Sequence[str] | None, horizons: Sequence[str]
+) -> Rule:
     """One checked rule, or an InputError that names what is wrong with it."""
     if not isinstance(entry, list | tuple) or len(entry) not in (2, 3):
         raise InputError(f"truncations: {entry!r} is not a rule for {fault!r}. {_HOW}")
     main, keep, extend = (*entry, False)[:3]
-    for name in (fault, main):
-        if faults is not None and name not in faults:
-            raise InputError(
-                f"truncations name {name!r}, which is not a fault. The faults are {list(faults)}."
-                f"{did_you_mean(str(name), faults)}"
-            )
+    _refuse_unknown(fault, main, faults, horizons)
     if keep not in KEEP:
         raise InputError(
-            f"truncations: {fault} is to keep {keep!r} of {main}; it can keep one of {KEEP}."
-            f"{did_you_mean(str(keep), KEEP)}"
+            f"truncations: {fault} is to keep {keep!r} of {main}; it can keep one of "
+            f"{LEVELS if main in horizons else KEEP}.{did_you_mean(str(keep), KEEP)}"
+        )
+    if main in horizons and keep not in LEVELS:
+        raise InputError(
+            f"truncations: {fault} ends at horizon {main!r} and keeps {keep!r}; at a horizon it "
+            f"keeps 'below' or 'above': {{{fault!r}: ({main!r}, 'below')}}."
         )
     if not isinstance(extend, bool):
         raise InputError(
@@ -117,6 +141,26 @@ def _rule(fault: str, entry: Any, faults: Sequence[str] | None) -> Rule:
             "to be extended to its main fault first, or left out."
         )
     return Rule(fault, str(main), keep, extend)
+
+
+def _refuse_unknown(
+    fault: str, main: Any, faults: Sequence[str] | None, horizons: Sequence[str]
+) -> None:
+    """Refuse names that are not of a fault, or for the main one of a fault or a horizon."""
+    if faults is None:
+        return
+    if fault in horizons:
+        raise InputError(
+            f"truncations name {fault!r}, which is a horizon and cannot end at {main!r}. Horizons "
+            "that cross follow the rules of the column: column={...}."
+        )
+    for name, known in ((fault, faults), (main, [*faults, *horizons])):
+        if name not in known:
+            others = f", the horizons {list(horizons)}" if len(known) > len(faults) else ""
+            raise InputError(
+                f"truncations name {name!r}, which is not a fault{' or horizon' if others else ''}."
+                f" The faults are {list(faults)}{others}.{did_you_mean(str(name), known)}"
+            )
 
 
 def _ordered(rules: Mapping[str, tuple[Rule, ...]]) -> list[str]:
@@ -146,6 +190,37 @@ def _circle(rules: Mapping[str, tuple[Rule, ...]], left: list[str]) -> str:
             ring = [*path[path.index(onward) :], onward]
             return ", ".join(f"{a} ends at {b}" for a, b in pairwise(ring))
         path.append(onward)
+
+
+def faults_at(horizon: str, horizons: Sequence[str], rules: Iterable[Rule]) -> set[str]:
+    """Return the faults that end at a horizon, or at another one before they reach this one.
+
+    Parameters
+    ----------
+    horizon : str
+    horizons : sequence of str
+        All of them, youngest first.
+    rules : iterable of Rule
+        Others than those at horizons do not count.
+
+    Examples
+    --------
+    >>> rules = [Rule("F1", "Unconformity", "below"), Rule("F2", "Detachment", "above")]
+    >>> column = ["Top", "Unconformity", "Base", "Detachment"]
+    >>> [sorted(faults_at(name, column, rules)) for name in column]
+    [['F1'], ['F1'], [], ['F2']]
+    """
+    rank = list(horizons).index(horizon)
+    return {
+        rule.fault
+        for rule in rules
+        if rule.main in horizons
+        and (
+            rank <= list(horizons).index(rule.main)
+            if rule.keep == "below"
+            else rank >= list(horizons).index(rule.main)
+        )
+    }
 
 
 def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]]:

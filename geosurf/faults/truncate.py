@@ -18,7 +18,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
 from geosurf.faults.area import inside_area
 from geosurf.faults.rim import normals_of
-from geosurf.faults.rules import Rule, read_truncations
+from geosurf.faults.rules import LEVELS, Rule, part_in_words, read_truncations
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.faults.truncate_errors import goes_around, not_reached
 from geosurf.model import Patches, TriSurface
@@ -111,7 +111,7 @@ def main_side(surface: TriSurface, keep: str) -> int:
     Raises
     ------
     InputError
-        If the hanging wall of a vertical fault is requested.
+        If the hanging wall of a vertical fault is requested, or what is above it.
     """
     if keep in ("+", "-"):
         return 1 if keep == "+" else -1
@@ -120,13 +120,15 @@ def main_side(surface: TriSurface, keep: str) -> int:
     area = math.fsum(np.linalg.norm(normals, axis=1))
     normal = np.array([math.fsum(column) for column in normals.T])
     lead = next((c for c in normal[[2, 0, 1]] if abs(c) > _VERTICAL * area), 0.0)
-    if keep in ("hanging wall", "footwall") and abs(normal[2]) <= _VERTICAL * area:
+    dipping = keep not in ("right", "left")
+    if dipping and abs(normal[2]) <= _VERTICAL * area:
+        what = f"nothing lies {keep} it" if keep in LEVELS else f"it has no {keep}"
         raise InputError(
-            f"fault {surface.name!r} is vertical, so that it has no {keep}. Give 'right' or 'left' "
+            f"fault {surface.name!r} is vertical, so that {what}. Give 'right' or 'left' "
             "of its strike (right is east of it, or north where it strikes east), or '+' or '-'."
         )
     front = 1 if lead >= 0 else -1
-    return front if keep in ("hanging wall", "right") else -front
+    return front if keep in ("hanging wall", "right", "above") else -front
 
 
 def _rows(patches: Patches, alive: np.ndarray, rule: Rule) -> dict[str, np.ndarray]:
@@ -160,7 +162,7 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
     if not wanted.any():
         at = patches.vertices[beside.edges[0, 0]]
         raise GeometryError(
-            f"fault {rule.fault!r} has no part in the {rule.keep} of {rule.main!r}: nothing would "
+            f"fault {rule.fault!r} has no part {part_in_words(rule)}: nothing would "
             f"be left of it. It meets {rule.main!r} at {place(at)}; keep the other part.",
             place=at,
             surfaces=(rule.fault, rule.main),

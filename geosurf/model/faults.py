@@ -81,11 +81,12 @@ class Truncation:
     Attributes
     ----------
     fault, main : str
-        The truncated fault, and the one that it ends at.
+        The truncated fault, and the fault or horizon that it ends at.
     keep : str
-        The part that is kept, as requested: ``"hanging wall"`` of the main fault ...
+        The part that is kept, as requested: ``"hanging wall"`` of the main fault, ``"below"`` a
+        horizon ...
     side : {"+", "-"}
-        The same by the normal of the main fault: ``+`` is where it points.
+        The same by the normal of the main fault: ``+`` is where it points; above a horizon.
     kept_area, dropped_area : float
         [m2]; of what other truncations had left of the fault.
     coinciding_area : float
@@ -112,10 +113,11 @@ class Truncation:
             f", {area_text(self.coinciding_area)} of it coincident" if self.coinciding_area else ""
         )
         apart = f", {area_text(self.apart_area)} of it detached" if self.apart_area else ""
+        part = f"{self.keep} it" if self.keep in ("above", "below") else f"in its {self.keep}"
         return (
             f"{self.fault} ends at {self.main} along {length_text(self.length)}: "
-            f"{area_text(self.dropped_area)} removed{more}; {area_text(self.kept_area)} in its "
-            f"{self.keep} kept{apart}"
+            f"{area_text(self.dropped_area)} removed{more}; {area_text(self.kept_area)} "
+            f"{part} kept{apart}"
         )
 
 

@@ -43,8 +43,8 @@ class RuledScene(Protocol):
     def extend(self) -> Mapping[str, tuple[str, ...]]:
         """Faults that are continued, and on which sides."""
 
-    def surface(self, name: str) -> TriSurface:
-        """Return one fault as the model has it."""
+    def whole_surface(self, name: str) -> TriSurface:
+        """Return one fault, before horizons truncate it."""
 
     def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
         """Return the proposals for the faults as the model has them."""
@@ -207,7 +207,7 @@ class FaultNetwork:
                     f"the network names fault {name!r}, which the scene does not have; there are "
                     f"{list(scene.fault_names)}. Pass the scene that proposed it."
                 )
-            scene.surface(name)  # its own rules must work before others are added
+            scene.whole_surface(name)  # its own rules must work before others are added
 
         # rounds: truncations create new ends and contacts, which the next round judges; `known`
         # keeps a subject from being tried twice, so the loop ends
@@ -308,7 +308,7 @@ def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[st
         # the new faults are built, since only geometry shows whether rules agree
         made = scene.replace(truncations=truncations, extend=extend)
         for name in made.fault_names:
-            before, after = scene.surface(name), made.surface(name)
+            before, after = scene.whole_surface(name), made.whole_surface(name)
             if after is not before:
                 left = _area(after) / _area(before)
 

@@ -10,6 +10,8 @@ sheet ends on the fault and shares its vertices.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +51,7 @@ def trim_sheets(patches: Patches) -> Patches:
     if not any("ghost" in source.vertex_data for source in patches.sources):
         return patches
     keep, _, _ = kept_parts(patches)
-    return _without(patches, keep)
+    return drop_triangles(patches, keep)
 
 
 def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -136,8 +138,31 @@ def _joined(
     return connected_components(links, directed=False)[1]
 
 
-def _without(patches: Patches, keep: np.ndarray) -> Patches:
-    """Patches without some triangles: vertices, curves and patch numbers made anew."""
+def drop_triangles(patches: Patches, keep: np.ndarray) -> Patches:
+    """
+    Return patches without some triangles: vertices, curves and patch numbers made anew.
+
+    Parameters
+    ----------
+    patches : Patches
+    keep : ndarray of bool, shape (n_triangle,)
+
+    Returns
+    -------
+    Patches
+        ``report["dropped_area"]`` has the area of what is gone by surface [m2], with what was gone
+        before.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [8, 0, 0], [0, 8, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[4, -9, -9], [4, 9, -9], [4, 4, 9]], [[0, 1, 2]])
+    >>> patches = rebuild_surfaces([flat, wall])
+    >>> keep = (patches.local[patches.triangles][:, :, 2] <= 0).all(axis=1)
+    >>> drop_triangles(patches, keep).surface("F1").bounds[4:]
+    (-9.0, 0.0)
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -174,8 +199,15 @@ def _without(patches: Patches, keep: np.ndarray) -> Patches:
         parent_of_triangle=frozen(patches.parent_of_triangle[keep], np.int64),
         patch_of_triangle=frozen(rank[patch], np.int64),
         curve_edges=frozen(curve, np.int64),
-        report={**patches.report, "dropped_area": _dropped(patches, ~keep)},
+        report={**patches.report, "dropped_area": _added(patches.report, _dropped(patches, ~keep))},
     )
+
+
+def _added(report: Mapping[str, Any], dropped: dict[int, float]) -> dict[int, float]:
+    """Areas that were dropped before and now, by surface [m2]."""
+    before: Mapping[int, float] = report.get("dropped_area", {})
+    both = {*before, *dropped}
+    return {i: before.get(i, 0.0) + dropped.get(i, 0.0) for i in sorted(both)}
 
 
 def _dropped(patches: Patches, rows: np.ndarray) -> dict[int, float]:

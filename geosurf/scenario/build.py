@@ -13,7 +13,7 @@ from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.validate import is_torn_as_picked, truncations_of
+from geosurf.scenario.validate import faults_reaching, is_torn_as_picked, truncations_of
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points
 from geosurf.scene.surfaces import opened_outline
@@ -112,7 +112,8 @@ def _extended(
         if entry.extend_m is not None or entry.fill_holes:
             made[entry.name] = extend_horizon(
                 horizons[entry.name], area, distance=entry.extend_m or 0.0,
-                fill_holes=entry.fill_holes, faults=faults, name=entry.name,
+                fill_holes=entry.fill_holes, name=entry.name,
+                faults={name: faults[name] for name in faults_reaching(scenario, entry.name)},
             )  # fmt: skip
     return made
 

@@ -214,7 +214,7 @@ def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
 
     # surface by surface, so that the log moves while a long run reads
     for name in (*scene.horizon_names, *scene.fault_names):
-        scene.surface(name)
+        scene.whole_surface(name)
         log.new_steps_of(scene)
 
     # each stage is a property of the scene; reading it runs what is missing

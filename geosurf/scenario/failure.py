@@ -45,7 +45,9 @@ def pictured(
 
             # a picture that fails must not hide the error that it was to explain
             with Attempt() as tried:
-                drawn = scene.surfaces if names is None else map(scene.surface, names)
+                if names is None:
+                    names = (*scene.horizon_names, *scene.fault_names)
+                drawn = map(scene.whole_surface, names)
                 render_place(list(drawn), error.place, path, title=title)
             found = f": {path}" if not tried.reason else f" could not be drawn: {tried.reason}."
             error.add_note(f"A picture of the place{found}")

@@ -123,13 +123,14 @@ class ModelInput:
 
 @dataclass(frozen=True, kw_only=True)
 class TruncationInput:
-    """One ``[[truncations]]``: a fault that ends at another one. In any order."""
+    """One ``[[truncations]]``: a fault that ends at another one, or at a horizon. In any order."""
 
     fault: str = key("The fault that is truncated.", values.text)
-    main: str = key("The fault that it ends at.", values.text)
+    main: str = key("The fault or horizon that it ends at.", values.text)
     keep: str = key(
         "The part that stays: in the hanging wall or footwall of the main fault, right or left of "
-        "the strike of a vertical one, or by its normal (`+` is where it points).",
+        "the strike of a vertical one, or by its normal (`+` is where it points). At a horizon: "
+        "below or above it.",
         values.one_of(*KEEP),
     )
     extend: bool = key(

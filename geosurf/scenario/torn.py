@@ -10,9 +10,9 @@ from geosurf.model import Sheet, TriSurface
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep
-from geosurf.scenario.validate import is_torn_as_picked
+from geosurf.scenario.validate import faults_reaching, horizon_rules_of, is_torn_as_picked
 from geosurf.scene import Scene
-from geosurf.scene.tearing import sheets_on, warnings_of
+from geosurf.scene.tearing import as_truncations, sheets_on, warnings_of
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import warn
@@ -44,19 +44,25 @@ def torn_horizons(
     Scene
         The same one where nothing is to be torn.
     """
+    reaching = {name: faults_reaching(scenario, name) for name in horizons}
     throws = {
-        name: [t for t in scenario.throws if name in t.horizons or not t.horizons]
+        name: [
+            t
+            for t in scenario.throws
+            if name in t.horizons or (not t.horizons and t.fault in reaching[name])
+        ]
         for name in horizons
     }
 
     # horizons that [tear] names, from data; others are torn by given throws
     picked = [name for name in horizons if is_torn_as_picked(scenario, name)]
-    given = {name: scene.surface(name) for name in scene.fault_names} if picked else {}
+    given = {name: scene.whole_surface(name) for name in scene.fault_names} if picked else {}
 
     def as_picked(name: str, faults: dict[str, TriSurface]) -> Sheet:
         """The sheet of one horizon at some faults; a picture where there is none."""
         with pictured(scene, out, (name, *scene.fault_names)):
-            return _as_picked(scenario, scene, name, horizons[name], list(faults.values()))
+            some = [faults[fault] for fault in reaching[name]]
+            return _as_picked(scenario, scene, name, horizons[name], some)
 
     # tearing may extend faults: sheets and scene must have the same ones
     sheets, faults = sheets_on(given, picked, as_picked)
@@ -81,7 +87,8 @@ def torn_horizons(
     if (extended or picked) and scenario.box is None:
         changes = {"box": scene.box, "aoi": scene.aoi}
     if longer:  # all of them as the sheets have them: rules would change them again
-        changes |= {"faults": faults, "extend": (), "truncations": None, "lengthen": None}
+        changes |= {"faults": faults, "extend": (), "lengthen": None}
+        changes |= {"truncations": as_truncations(horizon_rules_of(scenario))}
     return scene.replace(horizons=sheets, **changes)
 
 
@@ -118,7 +125,7 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
             )
 
     # youngest fault first: `throw_horizon` moves in this order
-    faults = [scene.surface(entry.fault) for entry in throws]
+    faults = [scene.whole_surface(entry.fault) for entry in throws]
     reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
     across = {entry.fault: entry.direction for entry in throws}
     shares = {entry.fault: entry.hanging_wall for entry in throws}

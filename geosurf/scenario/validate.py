@@ -12,7 +12,7 @@ from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
-from geosurf.faults.rules import read_truncations
+from geosurf.faults.rules import Rule, faults_at, read_truncations
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
@@ -101,7 +101,7 @@ def _check_names(scenario: Scenario) -> None:
         at.refuse(fault)
     _check_contacts(scenario, at)
     try:
-        read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
+        rules_of(scenario)
     except InputError as error:
         at.refuse(str(error))
     _check_sheets(scenario, at)
@@ -203,6 +203,13 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
             f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with {table}: it would "
             "move the cut-offs of torn horizons. Remove one of them."
         )
+    ends = horizon_rules_of(scenario)
+    if scenario.tolerance_m is not None and ends:
+        at.refuse(
+            f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with the truncation of "
+            f"{ends[0].fault!r} by horizon {ends[0].main!r}: it would move the end of the fault. "
+            "Remove one of them."
+        )
     if scenario.tear is None:
         return
     if not known["fault"]:
@@ -237,6 +244,12 @@ def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPat
         throws = (entry.throw_m, entry.profile_m, entry.elliptic_m)
         if sum(throw is not None for throw in throws) != 1:
             at.refuse(f"{label}: give exactly one of throw_m, profile_m and elliptic_m.")
+        for name in entry.horizons:
+            if entry.fault not in faults_reaching(scenario, name):
+                at.refuse(
+                    f"{label}: a truncation ends {entry.fault!r} at a horizon before it reaches "
+                    f"{name!r}. Leave {name!r} out of horizons, or remove the truncation."
+                )
         for word in ELLIPSE if entry.elliptic_m is None else ():
             if getattr(entry, word) is not None:
                 at.refuse(f"{label}: {word} needs elliptic_m. Add elliptic_m, or remove {word}.")
@@ -254,6 +267,27 @@ def is_torn_as_picked(scenario: Scenario, name: str) -> bool:
     return tear is not None and (not tear.horizons or name in tear.horizons)
 
 
+def rules_of(scenario: Scenario) -> tuple[Rule, ...]:
+    """Return the truncations of a scenario, checked: by faults and by horizons."""
+    faults, horizons = (
+        [entry.name for entry in entries] for entries in (scenario.faults, scenario.horizons)
+    )
+    return read_truncations(truncations_of(scenario), faults, horizons)
+
+
+def horizon_rules_of(scenario: Scenario) -> tuple[Rule, ...]:
+    """Return the truncations of faults by horizons."""
+    horizons = [entry.name for entry in scenario.horizons]
+    return tuple(rule for rule in rules_of(scenario) if rule.main in horizons)
+
+
+def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
+    """Return the faults that no horizon ends before they reach a horizon."""
+    horizons = [entry.name for entry in scenario.horizons]
+    ending = faults_at(horizon, horizons, horizon_rules_of(scenario))
+    return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
+
+
 def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
     """Return the truncations of a scenario as `Scene` takes them."""
     found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
@@ -263,4 +297,10 @@ def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool],
     return found
 
 
-__all__ = ["is_torn_as_picked", "read_scenario", "truncations_of"]
+__all__ = [
+    "faults_reaching",
+    "horizon_rules_of",
+    "is_torn_as_picked",
+    "read_scenario",
+    "truncations_of",
+]

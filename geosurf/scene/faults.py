@@ -18,6 +18,7 @@ from geosurf.faults.propose import check_reach, propose_network
 from geosurf.faults.rules import Rule
 from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import (
+    SIDES,
     ExtendedFault,
     Extension,
     TruncatedFaults,
@@ -57,7 +58,8 @@ class FaultStage:
         limits: Callable[[], tuple[Box, np.ndarray | None]],
         extent: Callable[[], Box],
     ) -> None:
-        self.names, self.rules, self.sides = tuple(inputs.faults), inputs.rules, inputs.extend
+        self.names, self.rules = tuple(inputs.faults), inputs.rules
+        self.sides = _with_horizons(inputs)
         self.distances = inputs.lengthen
         self._given, self._limits, self._extent = given, limits, extent
         self._remember, self._key = memory.get_or_compute, memory.key_of
@@ -181,6 +183,15 @@ class FaultStage:
             }
             grown, group = not linked <= group, group | linked
         return group
+
+
+def _with_horizons(inputs: SceneInputs) -> dict[str, tuple[str, ...]]:
+    """The sides on which faults are extended, with those that reach for a horizon."""
+    sides = {name: set(words) for name, words in inputs.extend.items()}
+    for rule in inputs.horizon_rules:
+        if rule.extend:
+            sides.setdefault(rule.fault, set()).add("up" if rule.keep == "below" else "down")
+    return {name: tuple(side for side in SIDES if side in some) for name, some in sides.items()}
 
 
 def _split(surfaces: Sequence[TriSurface]) -> Patches:

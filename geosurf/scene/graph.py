@@ -15,12 +15,12 @@
                            │    │
              curves  <─────┘    └─────> enclosed <── fluid contacts, walls of the box
         pair by pair                       │
-                                        patches
+                                        patches, faults ended at horizons      horizon_ends.py
                                            │
                                          units ──> measures                measures.py
 
-A torn horizon needs the faults that tear it, and a pair with a torn horizon takes its curves from
-the patches. Every result is computed when it is first requested. `Memory` finds it again by what
+A torn horizon needs the faults that tear it. A pair with a torn horizon, or a fault that a horizon
+truncates, takes its curves from the patches. Every result is computed when it is first requested. `Memory` finds it again by what
 went into it, also for other scenes that were made by `Scene.replace`.
 """
 
@@ -45,6 +45,7 @@ from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import name_of
+from geosurf.model.faults import Extension, Truncation
 from geosurf.model.tie import TieReport
 from geosurf.model.tops import Tops
 from geosurf.rebuild import patches_from, trim_sheets
@@ -53,6 +54,7 @@ from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage
+from geosurf.scene.horizon_ends import end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
@@ -95,6 +97,12 @@ class Graph:
 
     def surface(self, name: str) -> TriSurface:
         """Return a horizon or fault as the model has it."""
+        if name_of(name, "surface") in self.ending_at_horizons:
+            return self.patches.surface(name)
+        return self.whole(name)
+
+    def whole(self, name: str) -> TriSurface:
+        """Return a horizon or fault before horizons truncate faults: so it is split."""
         surface = self.unsimplified(name)
         return self._simplified(surface) if name in self.inputs.horizons else surface
 
@@ -125,6 +133,16 @@ class Graph:
     def surfaces(self) -> tuple[TriSurface, ...]:
         """All horizons, then all faults."""
         return tuple(self.surface(name) for name in self.inputs.names)
+
+    @property
+    def wholes(self) -> tuple[TriSurface, ...]:
+        """All horizons, then all faults, before horizons truncate faults."""
+        return tuple(self.whole(name) for name in self.inputs.names)
+
+    @cached_property
+    def ending_at_horizons(self) -> frozenset[str]:
+        """Names of the faults that horizons truncate."""
+        return frozenset(rule.fault for rule in self.inputs.horizon_rules)
 
     def _simplified(self, plain: TriSurface) -> TriSurface:
         """A horizon with as few triangles as the tolerance allows; one without a grid as it is."""
@@ -198,7 +216,7 @@ class Graph:
     def coverage(self) -> dict[str, float]:
         """Share of each input that is inside the model, by name."""
         box, outline = self.box, self.aoi
-        shares = {one.name: share_inside(one, box, outline) for one in self.surfaces}
+        shares = {one.name: share_inside(one, box, outline) for one in self.wholes}
         self.memory.note("area", "inside", "ran", coverage_in_words([*shares.items()]))
         return shares
 
@@ -235,7 +253,7 @@ class Graph:
 
         Box and area follow from these: a tie needs the faults, and faults may need the box.
         """
-        return self.read.horizon(name, self.surface)
+        return self.read.horizon(name, self.whole)
 
     def tied(self, name: str) -> tuple[TriSurface, TieReport | None]:
         """A horizon with all its nodes, tied to its tops if that is requested; and how."""
@@ -245,8 +263,8 @@ class Graph:
             return plain, None
         tops = self.tops
 
-        # all faults: a correction must not cross any of them
-        faults = [self.faults.surface(fault) for fault in self.inputs.faults]
+        # all faults that reach it: a correction must not cross any of them
+        faults = [self.faults.surface(fault) for fault in self.inputs.faults_at(name)]
         content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
         key = ("tied", name, *map(self.memory.key_of, (plain, *faults)), content)
         found: tuple[TriSurface, TieReport] = self.memory.get_or_compute(
@@ -289,15 +307,16 @@ class Graph:
         parts = []
         for i, first in enumerate(names):
             alone = self.inputs.self_intersections and not smooth
-            itself = alone and not is_torn(self.unsimplified(first))
+            itself = alone and not self._ends_inside(first)
             for j in range(i if itself else i + 1, len(names)):
                 part = self.curves_between(first, names[j])
                 if part is not None:
                     parts.append(((i, j), part))
 
         # one set of curves in the local frame, with the reference system of the surfaces
-        merged = merge_pairs(names, self.origin_for(self.surfaces), parts, smooth=smooth)
-        return in_crs_of(merged, self.surfaces)
+        wholes = self.wholes
+        merged = merge_pairs(names, self.origin_for(wholes), parts, smooth=smooth)
+        return in_crs_of(merged, wholes)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet."""
@@ -305,7 +324,7 @@ class Graph:
 
         # without simplification: with a tolerance the pair search works on the smooth surfaces
         pair = tuple(self.unsimplified(name) for name in dict.fromkeys((first, second)))
-        if any(map(is_torn, pair)):  # it ends on its faults
+        if self._ends_inside(first) or self._ends_inside(second):
             return shared_curves(self.patches, first, second)
         subject = f"{first} x {second}"
         if not area.boxes_meet(pair[0].bounds, pair[-1].bounds):
@@ -321,31 +340,52 @@ class Graph:
             lambda curves: counted(curves.n_curve, "curve"),
         )  # fmt: skip
 
+    def _ends_inside(self, name: str) -> bool:
+        """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
+        return name in self.ending_at_horizons or is_torn(self.unsimplified(name))
+
     # ---- surfaces -> patches -------------------------------------------------------------
 
-    @cached_property
+    @property
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
+        return self._patches_and_ends[0]
+
+    @cached_property
+    def _patches_and_ends(self) -> tuple[Patches, tuple[Truncation, ...]]:
+        """The patches, and what faults lost by ending at horizons."""
         # warnings about inputs come before minutes of computation
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
-        patches = self.memory.get_or_compute(
+        found: tuple[Patches, tuple[Truncation, ...]] = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
-            self._patches_key, self.rebuild, lambda p: counted(p.n_patch, "patch"),
+            self._patches_key, self._rebuilt, _describe_patches,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
-        self.memory.warn(*warnings_of_moves(self._enclosed, patches))
-        return patches
+        self.memory.warn(*warnings_of_moves(self._enclosed, found[0]))
+        return found
 
     def rebuild(self) -> Patches:
         """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
+        return self._rebuilt()[0]
+
+    def _rebuilt(self) -> tuple[Patches, tuple[Truncation, ...]]:
+        """The same, and what faults lost by ending at horizons."""
         contacts = find_contacts(
             self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
-        return trim_sheets(patches_from(contacts))
+        patches = trim_sheets(patches_from(contacts))
+        return end_at_horizons(patches, self.column, self.inputs.horizon_rules)
+
+    def fault_actions(self) -> tuple[Extension | Truncation, ...]:
+        """Return what was done to all faults: extended, truncated by faults, by horizons."""
+        actions = (self.prepared_by or self.faults).actions()
+        if not self.inputs.horizon_rules:
+            return actions
+        return (*actions, *self._patches_and_ends[1])
 
     @cached_property
     def _walls(self) -> list[TriSurface]:
@@ -354,7 +394,7 @@ class Graph:
     @cached_property
     def _enclosed(self) -> tuple[TriSurface, ...]:
         """All that is split: surfaces, fluid contacts and walls."""
-        return (*self.surfaces, *self.fluids[0], *self._walls)
+        return (*self.wholes, *self.fluids[0], *self._walls)
 
     @cached_property
     def _origin(self) -> np.ndarray:
@@ -367,7 +407,10 @@ class Graph:
         surfaces = self._enclosed[: len(self._enclosed) - len(self._walls)]
         ring = None if self.aoi is None else self.aoi.tobytes()
         options = self.inputs.voxel_size, self.inputs.self_intersections
-        shape = (self.box, ring, self._origin.tobytes(), *options)
+        shape: tuple[Hashable, ...] = (self.box, ring, self._origin.tobytes(), *options)
+        if self.inputs.horizon_rules:  # sides of horizons follow the column
+            names = (*self.inputs.names, *self.column.values())
+            shape = (*shape, self.inputs.horizon_rules, names)
         return ("patches", *(self.memory.key_of(s) for s in surfaces), shape)
 
     # ---- patches -> units ----------------------------------------------------------------
@@ -401,9 +444,9 @@ class Graph:
 
     def prepare(self) -> None:
         """Read all inputs, check them against each other, and warn of what looks wrong."""
-        _ = self.surfaces, self.fluids
+        _ = self.wholes, self.fluids
         for name in self.inputs.faults:
-            if lies_beside(self.surface(name), self.box):
+            if lies_beside(self.whole(name), self.box):
                 self._warn_of_outside(name)
         with self.memory.collecting():
             systems = self.read.crs
@@ -424,7 +467,7 @@ class Graph:
 
     def _warn_of_outside(self, name: str) -> None:
         """Warn of a fault that does not reach the model."""
-        self.memory.warn(warning_of_fault(self.surface(name), self.box, self.aoi))
+        self.memory.warn(warning_of_fault(self.whole(name), self.box, self.aoi))
 
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """Return all warnings so far: first of the whole model, then by surface."""
@@ -432,6 +475,11 @@ class Graph:
         rank = {name: i for i, name in enumerate(self.inputs.names)}
         found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
+
+
+def _describe_patches(found: tuple[Patches, tuple[Truncation, ...]]) -> str:
+    """How many patches, and what faults lost by ending at horizons, in words."""
+    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 
 
 __all__ = ["Graph"]

@@ -16,7 +16,7 @@ from geosurf.conventions import (
 )
 from geosurf.errors import InputError
 from geosurf.faults.lengthen import read_lengthen
-from geosurf.faults.rules import Rule, read_extend, read_truncations
+from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
 from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.model.tie import tie_settings
@@ -51,7 +51,9 @@ class SceneInputs:
     Attributes
     ----------
     rules : tuple of Rule
-        `truncations`, checked, main faults first.
+        `truncations` by faults, checked, main faults first.
+    horizon_rules : tuple of Rule
+        `truncations` by horizons.
 
     Raises
     ------
@@ -82,6 +84,7 @@ class SceneInputs:
     lengthen: Any = None
     tear: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
+    horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check every input, alone and against the others."""
@@ -120,6 +123,14 @@ class SceneInputs:
                 f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
                 "their nodes. Leave one of them out."
             )
+        rules = read_truncations(truncations, tuple(faults), tuple(horizons))
+        at_horizons = tuple(rule for rule in rules if rule.main in horizons)
+        if at_horizons and tolerance is not None:
+            raise InputError(
+                f"tolerance={tolerance:g} cannot be combined with the truncation of "
+                f"{at_horizons[0].fault!r} by horizon {at_horizons[0].main!r}: a tolerance would "
+                "move the end of the fault. Leave one of them out."
+            )
 
         # a tie without tops would silently do nothing
         tie = tie_settings(self.tie)
@@ -137,15 +148,36 @@ class SceneInputs:
             truncations=truncations,
             tie=tie,
             tear=tear,
-            rules=read_truncations(truncations, tuple(faults)),
+            rules=tuple(rule for rule in rules if rule.main not in horizons),
+            horizon_rules=at_horizons,
             extend=read_extend(self.extend, tuple(faults)),
             lengthen=read_lengthen(self.lengthen, tuple(faults)),
         )
+        self._refuse_torn_beyond()
+
+    def _refuse_torn_beyond(self) -> None:
+        """Refuse sheets that are torn at a fault which ends at a horizon before it reaches them."""
+        for name, value in self.horizons.items():
+            if not isinstance(value, Sheet):
+                continue
+            for rule in self.horizon_rules:
+                if rule.fault in value.cuts and rule.fault not in self.faults_at(name):
+                    what = "it" if rule.main == name else f"horizon {rule.main!r}"
+                    raise InputError(
+                        f"horizon {name!r} is torn at {rule.fault!r}, and truncations keep only "
+                        f"what lies {rule.keep} {what} of that fault. Tear {name!r} without "
+                        f"{rule.fault!r}, or leave the rule out."
+                    )
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the horizons, youngest first, then of the faults."""
         return (*self.horizons, *self.faults)
+
+    def faults_at(self, horizon: str) -> tuple[str, ...]:
+        """Names of the faults that may cut a horizon: those that no horizon ends before it."""
+        ending = faults_at(horizon, tuple(self.horizons), self.horizon_rules)
+        return tuple(name for name in self.faults if name not in ending)
 
     @property
     def takes_rectangle(self) -> bool:

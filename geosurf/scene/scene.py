@@ -81,8 +81,9 @@ class Scene:
         then be points, too. A number is the trim in cells, a mapping has it by fault: see
         `tear_horizon`. `sheets` has cut-offs and reports; `warnings` lists remedies.
     truncations : mapping of str to (main, keep[, extend]), optional
-        Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
-        first continues F2 to F1. See docs/guides/faults.md.
+        Faults that end at others, ``{"F2": ("F1", "hanging wall")}``, or at horizons:
+        ``("Unconformity", "below")`` keeps what lies below. A third word True first continues F2 to
+        F1, or up or down to the horizon. See docs/guides/faults.md.
     tolerance : float, optional
         [m], for pictures and quick volumes: gridded horizons get as few triangles as stay this
         near, above and below, and `volume_error_bound` bounds the effect on volumes. `curves` are
@@ -256,6 +257,7 @@ class Scene:
         -------
         TriSurface
             Faults are extended and truncated; horizons are simplified if the scene has a tolerance.
+            A fault that a horizon truncates is taken from `patches`.
 
         Raises
         ------
@@ -263,6 +265,27 @@ class Scene:
             For an unknown name.
         """
         return self._graph.surface(name)
+
+    def whole_surface(self, name: str) -> TriSurface:
+        """Return one horizon or fault by name, before horizons truncate faults.
+
+        Parameters
+        ----------
+        name : str
+            Of a horizon or a fault.
+
+        Returns
+        -------
+        TriSurface
+            As `surface`, but with the part of a fault beyond the horizon that it ends at: this is
+            what is split, and what tears other horizons.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
+        """
+        return self._graph.whole(name)
 
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:
@@ -288,7 +311,7 @@ class Scene:
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """What was done to the faults: every extension and truncation, with its size."""
-        return (self._graph.prepared_by or self._graph.faults).actions()
+        return self._graph.fault_actions()
 
     def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
         """Return every contact, near miss and dangling end of the faults, with proposals.

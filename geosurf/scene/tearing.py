@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import GeosurfWarning, InvariantError
+from geosurf.faults.rules import Rule
 from geosurf.model import Sheet, TriSurface
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
@@ -60,7 +61,12 @@ def torn_graph(plain: Graph) -> Graph:
 
     # faults as extended and truncated: a sheet ends on the surface that the model has
     given = {name: plain.faults.surface(name) for name in inputs.faults}
-    sheets, faults = sheets_on(given, inputs.horizons, lambda name, at: _sheet(plain, name, at))
+
+    def make(name: str, faults: Faults) -> Sheet:
+        """One horizon, torn at the faults that reach it."""
+        return _sheet(plain, name, {fault: faults[fault] for fault in inputs.faults_at(name)})
+
+    sheets, faults = sheets_on(given, inputs.horizons, make)
     plain.memory.warn(*warnings_of(given, faults, sheets))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
@@ -68,10 +74,18 @@ def torn_graph(plain: Graph) -> Graph:
 
     # all rules have been applied: the new scene takes faults and sheets as they are
     torn = replace(
-        inputs, horizons=sheets, faults=faults, extend=(), truncations={}, lengthen=None,
-        tear=None, tie=None, **frame,
+        inputs, horizons=sheets, faults=faults, extend=(), truncations=as_truncations(inputs.horizon_rules),
+        lengthen=None, tear=None, tie=None, **frame,
     )  # fmt: skip
     return Graph(torn, plain.memory, prepared_by=plain.faults)
+
+
+def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ...]]:
+    """Return rules as `Scene` takes them, for faults that are extended already."""
+    found: dict[str, tuple[tuple[str, str], ...]] = {}
+    for rule in rules:
+        found[rule.fault] = (*found.get(rule.fault, ()), (rule.main, rule.keep))
+    return found
 
 
 def sheets_on(

@@ -358,3 +358,32 @@ def test_points_of_a_scenario_are_torn_as_a_scene_tears_them(tmp_path):
     np.testing.assert_allclose(
         built.sheets["Top"].cuts["F1"].throw, direct.sheets["Top"].cuts["F1"].throw, atol=1e-6
     )
+
+
+def test_a_fault_ends_at_a_horizon(folder, tmp_path):
+    rule = '[[truncations]]\nfault = "F1"\nmain = "Base"\nkeep = "above"\n'
+    path = scenario(folder, f'{rule}[tear]\nhorizons = ["Top"]\n')
+    outcome = run(read_scenario(path), tmp_path / "out", pictures=False)
+    made = outcome.scene
+    assert outcome.certificate.ok
+    assert made.units["below Base"].block == "whole"
+    assert made.cutoffs("Base", "F1")
+    assert "F1" in made.sheets["Top"].cuts
+    page = (tmp_path / "out" / "report" / "index.html").read_text()
+    assert "above (+)" in page
+
+    path = scenario(folder, rule.replace("above", "footwall"))
+    with pytest.raises(ScenarioError, match=r"ends at horizon 'Base' and keeps 'footwall'"):
+        read_scenario(path)
+    path = scenario(folder, rule + "[tolerance_m]")
+    path.write_text("tolerance_m = 5\n" + path.read_text().replace("[tolerance_m]", ""))
+    with pytest.raises(ScenarioError, match=r"tolerance_m = 5 cannot be combined.*'F1'"):
+        read_scenario(path)
+    throw = '[[throws]]\nfault = "F1"\nhorizons = ["Base"]\nthrow_m = 50\n'
+    path = scenario(folder, rule + throw)
+    with pytest.raises(ScenarioError, match=r"ends 'F1' at a horizon before it reaches 'Base'"):
+        read_scenario(path)
+    path = scenario(folder, rule + throw.replace('horizons = ["Base"]\n', ""))
+    made = build_scene(read_scenario(path))
+    assert {name: list(one.cuts) for name, one in made.sheets.items()} == {"Top": ["F1"]}
+    assert "F1" not in made.units["below Base"].block
