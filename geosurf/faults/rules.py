@@ -117,9 +117,7 @@ def _entries(given: Any) -> Sequence[Any]:
     return given if many else (given,)
 
 
-def _rule(
-    fault: str, entry: Any, faults: Sequence[str] | None, horizons: Sequence[str]
-) -> Rule:
+def _rule(fault: str, entry: Any, faults: Sequence[str] | None, horizons: Sequence[str]) -> Rule:
     """One checked rule, or an InputError that names what is wrong with it."""
     if not isinstance(entry, list | tuple) or len(entry) not in (2, 3):
         raise InputError(f"truncations: {entry!r} is not a rule for {fault!r}. {_HOW}")

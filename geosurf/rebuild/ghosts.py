@@ -140,7 +140,7 @@ def _joined(
 
 def drop_triangles(patches: Patches, keep: np.ndarray) -> Patches:
     """
-    Return patches without some triangles: vertices, curves and patch numbers made anew.
+    Return patches without some triangles, with vertices, curves and patches numbered again.
 
     Parameters
     ----------

@@ -20,8 +20,9 @@
                                          units ──> measures                measures.py
 
 A torn horizon needs the faults that tear it. A pair with a torn horizon, or a fault that a horizon
-truncates, takes its curves from the patches. Every result is computed when it is first requested. `Memory` finds it again by what
-went into it, also for other scenes that were made by `Scene.replace`.
+truncates, takes its curves from the patches. Every result is computed when it is first requested.
+`Memory` finds it again by what went into it, also for other scenes that were made by
+`Scene.replace`.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage
-from geosurf.scene.horizon_ends import end_at_horizons
+from geosurf.scene.horizon_ends import Ends, end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
@@ -352,33 +353,34 @@ class Graph:
         return self._patches_and_ends[0]
 
     @cached_property
-    def _patches_and_ends(self) -> tuple[Patches, tuple[Truncation, ...]]:
-        """The patches, and what faults lost by ending at horizons."""
+    def _patches_and_ends(self) -> Ends:
+        """The patches, what faults lost by ending at horizons, and warnings of that."""
         # warnings about inputs come before minutes of computation
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
-        found: tuple[Patches, tuple[Truncation, ...]] = self.memory.get_or_compute(
+        found: Ends = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
             self._patches_key, self._rebuilt, _describe_patches,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
-        self.memory.warn(*warnings_of_moves(self._enclosed, found[0]))
+        self.memory.warn(*warnings_of_moves(self._enclosed, found[0]), *found[2])
         return found
 
     def rebuild(self) -> Patches:
         """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
         return self._rebuilt()[0]
 
-    def _rebuilt(self) -> tuple[Patches, tuple[Truncation, ...]]:
-        """The same, and what faults lost by ending at horizons."""
+    def _rebuilt(self) -> Ends:
+        """The same, what faults lost by ending at horizons, and warnings of that."""
         contacts = find_contacts(
             self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts))
-        return end_at_horizons(patches, self.column, self.inputs.horizon_rules)
+        branches = (self.prepared_by or self.faults).rules
+        return end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
@@ -410,7 +412,8 @@ class Graph:
         shape: tuple[Hashable, ...] = (self.box, ring, self._origin.tobytes(), *options)
         if self.inputs.horizon_rules:  # sides of horizons follow the column
             names = (*self.inputs.names, *self.column.values())
-            shape = (*shape, self.inputs.horizon_rules, names)
+            branches = (self.prepared_by or self.faults).rules
+            shape = (*shape, self.inputs.horizon_rules, names, branches)
         return ("patches", *(self.memory.key_of(s) for s in surfaces), shape)
 
     # ---- patches -> units ----------------------------------------------------------------
@@ -477,7 +480,7 @@ class Graph:
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
 
 
-def _describe_patches(found: tuple[Patches, tuple[Truncation, ...]]) -> str:
+def _describe_patches(found: Ends) -> str:
     """How many patches, and what faults lost by ending at horizons, in words."""
     return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 

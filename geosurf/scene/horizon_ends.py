@@ -13,18 +13,23 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from geosurf.carve.horizon_sides import FaultSides, HorizonSides, horizon_sides, outside_of_model
-from geosurf.conventions import place
-from geosurf.errors import GeometryError
+from geosurf.conventions import length_text, place
+from geosurf.errors import GeometryError, GeosurfWarning
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import Rule, part_in_words
 from geosurf.model import Patches
 from geosurf.model.faults import Truncation
 from geosurf.rebuild import drop_triangles
 
+Ends = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...]]
+
 
 def end_at_horizons(
-    patches: Patches, column: Mapping[str, str], rules: Sequence[Rule]
-) -> tuple[Patches, tuple[Truncation, ...]]:
+    patches: Patches,
+    column: Mapping[str, str],
+    rules: Sequence[Rule],
+    branches: Sequence[Rule] = (),
+) -> Ends:
     """
     Drop the parts of faults beyond the horizons that they end at.
 
@@ -36,6 +41,8 @@ def end_at_horizons(
         Rules of the horizons, as for `carve_units`.
     rules : sequence of Rule
         Each with a horizon as its main surface.
+    branches : sequence of Rule
+        Faults that end at faults, which may lose their main fault beyond a horizon.
 
     Returns
     -------
@@ -43,6 +50,8 @@ def end_at_horizons(
         Without these parts.
     truncations : tuple of Truncation
         In the order of the rules.
+    warnings : tuple of GeosurfWarning
+        Of faults that have lost their main fault.
 
     Raises
     ------
@@ -51,7 +60,7 @@ def end_at_horizons(
         gap), has no part on the side that stays, or offsets it.
     """
     if not rules:
-        return patches, ()
+        return patches, (), ()
     sides = horizon_sides(patches, column)
     keep = np.ones(patches.n_triangle, dtype=bool)
     found: list[Truncation] = []
@@ -70,7 +79,34 @@ def end_at_horizons(
         if not (left & inside).any():
             raise _nothing_left(patches, mine, rows[inside])
         keep[rows[~left]] = False
-    return drop_triangles(patches, keep), tuple(found)
+    lost = [_lost_main(patches, keep, branch, rules) for branch in branches]
+    return drop_triangles(patches, keep), tuple(found), tuple(filter(None, lost))
+
+
+def _lost_main(
+    patches: Patches, keep: np.ndarray, branch: Rule, rules: Sequence[Rule]
+) -> GeosurfWarning | None:
+    """Warn of a fault that goes on where the fault that it ends at is gone."""
+    of = patches.surface_of_triangle
+    mine, main = (of == patches.names.index(name) for name in (branch.fault, branch.main))
+    some = (mine & keep, main & keep, main & ~keep)
+    edges, still, gone = (_edges(patches, np.flatnonzero(rows)) for rows in some)
+    a, b = np.divmod(np.setdiff1d(np.intersect1d(edges, gone), still), len(patches.local))
+    length = np.linalg.norm(patches.local[b] - patches.local[a], axis=1)
+    if len(length) == 0:
+        return None
+    at = 0.5 * (patches.local[a] + patches.local[b])[length.argmax()] + patches.origin
+    ends = [rule for rule in rules if rule.fault == branch.main]
+    words = f"({branch.main!r}, {branch.keep!r}), ({ends[0].main!r}, {ends[0].keep!r})"
+    return GeosurfWarning(
+        "fault network",
+        branch.fault,
+        f"Fault {branch.fault!r} ends at {branch.main!r}, which ends at {ends[0].main!r}: "
+        f"beyond that horizon {branch.fault!r} goes on and ends inside the model, on "
+        f"{length_text(math.fsum(length))}.",
+        f"Let it end at the horizon as well: truncations={{{branch.fault!r}: ({words})}}.",
+        tuple(at),
+    )
 
 
 def _checked(sides: HorizonSides, rule: Rule) -> FaultSides:
@@ -174,8 +210,8 @@ def _truncation(
     main = np.flatnonzero(patches.surface_of_triangle == patches.names.index(rule.main))
     main = main[np.isin(patches.triangles[main], patches.triangles[found.rows]).sum(axis=1) > 1]
     ends = edges[(times == 1) & np.isin(edges, _edges(patches, main))]
-    inner = [_edges(patches, found.rows[some & found.inside]) for some in (after, gone)]
-    ends = np.union1d(np.intersect1d(ends, inner[0]), np.intersect1d(*inner))
+    left, lost = (_edges(patches, found.rows[some & found.inside]) for some in (after, gone))
+    ends = np.union1d(np.intersect1d(ends, left), np.intersect1d(left, lost))
     a, b = np.divmod(ends, len(patches.local))
     return Truncation(
         rule.fault,
@@ -205,4 +241,4 @@ def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:
     return areas
 
 
-__all__ = ["end_at_horizons"]
+__all__ = ["Ends", "end_at_horizons"]

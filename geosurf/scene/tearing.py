@@ -74,8 +74,8 @@ def torn_graph(plain: Graph) -> Graph:
 
     # all rules have been applied: the new scene takes faults and sheets as they are
     torn = replace(
-        inputs, horizons=sheets, faults=faults, extend=(), truncations=as_truncations(inputs.horizon_rules),
-        lengthen=None, tear=None, tie=None, **frame,
+        inputs, horizons=sheets, faults=faults, extend=(), lengthen=None, tear=None, tie=None,
+        truncations=as_truncations(inputs.horizon_rules), **frame,
     )  # fmt: skip
     return Graph(torn, plain.memory, prepared_by=plain.faults)
 
