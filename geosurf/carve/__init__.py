@@ -13,6 +13,7 @@ column.py            rules of the stratigraphic column: sides of horizons -> zon
 clipped.py           parts of horizons that these rules removed
 blocks.py            blocks of a zone, named by the sides of faults
 fluids.py            units split at their fluid contacts
+slivers.py           which neighbour each sliver becomes a part of
 outside.py           walls, and the cells outside of them
 shells.py            closed shells and their volumes
 volume.py            compensated and exact volumes (Dekker 1971, Shewchuk 1997)
@@ -22,6 +23,7 @@ thin.py              warning: units thinner than the rounding error
 certificate.py       `certify`: the properties of a model, recomputed from the result
 check_partition.py   check: units fill the box without overlap
 check_names.py       check: names of units match their bounding surfaces
+check_merged.py      check: merged slivers are parts of their neighbours
 adjacency.py         adjacency of units, recomputed for the checks
 ===================  ==================================================================
 """

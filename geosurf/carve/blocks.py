@@ -103,6 +103,11 @@ def sides_of_units(
     """
     names = cells.patches.names
     found = [set(word) for word in words]
+
+    # a merged unit is one space: a way leads through the fault that parted it before
+    cell = np.arange(1, cells.n_cell + 1)
+    _, first = np.unique(unit_of_cell[1:], return_index=True)
+    within = np.stack([cell, 1 + first[unit_of_cell[1:]]], axis=1)
     for fault in faults:
         mine, _, sides = own_sides(cells, fault)
 
@@ -110,7 +115,7 @@ def sides_of_units(
         passed = np.ones(len(cells.surface_of), dtype=bool)
         passed[mine] = False
         pairs = distinct_pairs(cells.cell_of_side[passed], cells.n_cell)
-        region = join_pairs(pairs, cells.n_cell + 1)
+        region = join_pairs(np.concatenate([pairs, within]), cells.n_cell + 1)
         seen = np.zeros((2, cells.n_cell + 1), dtype=bool)  # from its front, from its back
         for side in range(2):
             beside = sides[:, side]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.carve.check_merged import merged
 from geosurf.carve.check_names import named
 from geosurf.carve.check_partition import matched, numbered, partition
 from geosurf.carve.outside import box_of
@@ -38,9 +39,10 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     Certificate
         One check per property. Units are closed and oriented. Volumes add up to the box. Units
         and surfaces share their vertices. Each triangle inside the box has one unit on each side.
-        The zone, block and contact of each unit match its bounding surfaces. Surfaces meet only
-        in shared edges and vertices (exact, on the rounded mesh). Each triangle lies on its input
-        triangle and keeps its orientation (exact). Areas add up.
+        The zone, block and contact of each unit match its bounding surfaces. Merged slivers are
+        parts of their neighbours, and their volumes are in them. Surfaces meet only in shared edges
+        and vertices (exact, on the rounded mesh). Each triangle lies on its input triangle and
+        keeps its orientation (exact). Areas add up.
 
     Examples
     --------
@@ -59,7 +61,15 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
         checks += [_closed(units, anew), _adds_up(patches, units, anew)]
         checks.append(_shared_vertices(patches, units, x, number))
         checks.append(partition(patches, units, found))
-        checks.append(named(patches, units, found, checks[-1].passed))
+        divided = checks[-1].passed
+        checks.append(named(patches, units, found, divided))
+        if units.unmerged is not None:
+            before = numbered(patches, units.unmerged)[1]
+            parts = matched(patches, units.unmerged, before)
+            checks.append(merged(patches, units, found, parts))
+            full = partition(patches, units.unmerged, parts)
+            checks.append(named(patches, units.unmerged, parts, full.passed))
+            checks[-1] = replace(checks[-1], name="names before slivers were merged match")
 
     # then the mesh itself; copies of input triangles are set apart once for two checks
     new = _new_triangles(patches)

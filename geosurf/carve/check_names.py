@@ -19,17 +19,23 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.carve.shells import unit_name
 from geosurf.model import Check, Patches, Unit, Units
 
+NAME = "unit names match their bounding surfaces"
+
 
 def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
     """Zone, block and contact in each name match the bounding surfaces of the unit.
 
     Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
     are only checked if units fill the box (`divided`), see `partition`.
+
+    Merged slivers may be of other zones and contact intervals than their unit. So these are checked
+    on the units before, which are called that way, and blocks on those after.
     """
     parts = list(units.values())
     wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
-    upward = _upward(patches)
-    wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
+    upward, merged = _upward(patches), units.unmerged is not None
+    if not merged:
+        wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
 
     # rows (triangle of a shell, surface that it lies on, whether the unit is behind it)
     around = Around(patches, found, len(parts))
@@ -42,15 +48,17 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
         if patches.names[one] + ("+" if back else "-") in parts[u].fault_sides:
             wrong.append(parts[u].name)
     if divided:
-        wrong += [parts[u].name for u in _beyond_horizons(patches, parts, around, upward)]
+        if not merged:
+            wrong += [parts[u].name for u in _beyond_horizons(patches, parts, around, upward)]
         wrong += _in_other_blocks(patches, parts, around)
         wrong += _on_other_sides(patches, parts, around)
-    wrong += _contacts_apart(patches, parts, found, upward)
+    if not merged:
+        wrong += _contacts_apart(patches, parts, found, upward)
     wrong = list(dict.fromkeys(wrong))
     detail = f"zone, block and contact of {len(parts)} units recomputed from their surfaces"
     if wrong:
         detail = f"bounding surfaces give another zone, block or contact: {', '.join(wrong[:8])}"
-    return Check("unit names match their bounding surfaces", not wrong, float(len(wrong)), detail)
+    return Check(NAME, not wrong, float(len(wrong)), detail)
 
 
 def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:

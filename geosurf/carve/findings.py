@@ -27,9 +27,7 @@ def thin_units(shells: Shells, order: list[int], units: list[Unit]) -> tuple[Rem
     found = []
     for u, unit in zip(order, units, strict=True):
         if u in shells.thin:
-            low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
-            east, north, up = (0.5 * (low + high)).tolist()
-            found.append(Remnant(unit.name, unit.volume, (east, north, up)))
+            found.append(Remnant(unit.name, unit.volume, unit.middle))
     return tuple(found)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells, FullCells, same_turn
-from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER
+from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER, UPPER
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
 from geosurf.conventions import place
@@ -72,6 +72,11 @@ class Shells:
         """Western, southern and lower bound of a unit, local."""
         west, south, bottom = self.cells.extent[self._faces(u), LOWER].min(axis=0).tolist()
         return west, south, bottom
+
+    def bounds(self, u: int) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner of the bounds of a unit (3,), local."""
+        extent = self.cells.extent[self._faces(u)]
+        return extent[:, LOWER].min(axis=0), extent[:, UPPER].max(axis=0)
 
     @cached_property
     def _sorted(self) -> tuple[np.ndarray, ...]:
@@ -278,6 +283,17 @@ class _Carved(Unit):
             return float(Unit.map_area.func(self))
         shells, u = self._shell
         return shells.map_area(u)
+
+    @cached_property
+    def middle(self) -> tuple[float, float, float]:
+        """Easting, northing and elevation of the middle of its bounds [m]."""
+        if self._shell is None:  # a copy with other triangles
+            found: tuple[float, float, float] = Unit.middle.func(self)
+            return found
+        shells, u = self._shell
+        low, high = (corner + self.origin for corner in shells.bounds(u))
+        east, north, up = (0.5 * (low + high)).tolist()
+        return east, north, up
 
     @cached_property
     def local(self) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from geosurf.carve.fluids import (
     not_reached,
     split_by_contacts,
 )
+from geosurf.carve.measures import AREA
 from geosurf.carve.outside import (
     box_of,
     footprint_of,
@@ -28,13 +30,22 @@ from geosurf.carve.outside import (
     walls_are_a_box,
 )
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
+from geosurf.carve.slivers import (
+    faces_between_units,
+    homes_of_slivers,
+    refuse_all_slivers,
+    shared_area,
+    shared_faces,
+    surfaces_of,
+)
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.conventions import shared_name
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.model import FluidContact, Patches, Unit, Units, check_column
+from geosurf.model import FluidContact, Patches, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import expect
+from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -43,6 +54,7 @@ def carve_units(
     patches: Patches,
     column: Mapping[str, str] | None = None,
     contacts: Sequence[FluidContact] = (),
+    slivers: Any = None,
 ) -> Units:
     """
     Carve the model box into closed units, named by zone and fault block.
@@ -59,6 +71,10 @@ def carve_units(
         (both). Default: all horizons are conformable.
     contacts : sequence of FluidContact, optional
         Fluid contacts with their zones and blocks, from the top down; see `build_contacts`.
+    slivers : float, "merge" or mapping, optional
+        Units below this volume [m3] are slivers; default: units below 1/10 000 of their zone.
+        ``"merge"``, or ``{"min_volume": 5000.0, "merge": True}``, merges each into the neighbour
+        with the largest shared area.
 
     Returns
     -------
@@ -74,12 +90,15 @@ def carve_units(
         - ``report["outside"]`` lists faults outside of the model.
         - ``report["thin"]`` lists units thinner than the rounding error of their vertices, which
           lie between surfaces that almost coincide.
+        - `Units.slivers` lists slivers. Where they are merged, surfaces between the parts of a unit
+          are not on its shell, `Units.merged` lists the parts, and `Units.unmerged` has the units
+          before.
 
     Raises
     ------
     InputError
         For an unknown rule, horizon, zone or block, or if two surfaces (except walls) or two zones
-        have the same name.
+        have the same name; if all units are slivers and to be merged.
     GeometryError
         If there are no walls, a horizon lies outside the box, contacts cross, or a surface that
         crosses itself turns a unit inside out.
@@ -120,54 +139,83 @@ def carve_units(
     zone = zones_of(patches, cells, side, horizons)
 
     # a block is all cells of a zone that are connected without crossing a fault
-    # unit of each cell, int64 (n_cell + 1,), -1 for cell 0, which is the outside
-    whole = _merge(patches, cells, zone)
-    shells = shells_of(cells, whole)
-    zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
-    zone_of_unit[whole[1:]] = zone[1:]
-
-    # sides of faults that part the blocks of one zone: they name the blocks
-    words = fault_sides(patches, cells, whole, zone_of_unit, faults)
-    blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
-    sides_of_blocks = _FaultSides(cells, whole, faults, words)
-    rows = list(range(len(blocks)))
-
-    # rows of the whole units; `of` maps parts to them once contacts have split them
-    named = _Named(zone_of_unit, blocks, [""] * len(blocks), [()] * len(blocks), rows, rows)
+    blocks = _blocks_of(patches, cells, _merge(patches, cells, zone), zone, faults)
+    parts = _Parts.whole(blocks)
 
     # fluid contacts split blocks; an entry for some blocks or zones leaves others whole
-    uncovered: dict[str, tuple[str, ...]] = {}
+    left: dict[str, list[int]] = {}
     if levels:
+        zones = [zone_names[k] for k in blocks.zone.tolist()]
         names = [patches.names[i] for i in faults]
-        zones = [zone_names[k] for k in zone_of_unit.tolist()]
-        applied = contacts_of_units(contacts, zones, words, sides_of_blocks.found, names)
-        uncovered = _uncovered(named, not_reached(contacts, applied, zones), zone_names)
-        part, of, labels, beneath = split_by_contacts(
-            patches, cells, signature[len(horizons) :], contacts, applied, whole
+        applied = contacts_of_units(contacts, zones, blocks.words, blocks.sides.found, names)
+        left = not_reached(contacts, applied, zones)
+        split = split_by_contacts(
+            patches, cells, signature[len(horizons) :], contacts, applied, blocks.unit_of_cell
         )
-        shells = shells_of(cells, part)
-        named = _Named(
-            zone_of_unit[of], [blocks[u] for u in of], labels, beneath, list(range(len(of))), of,
-        )  # fmt: skip
+        parts = _Parts(shells_of(cells, split[0]), *split[1:])
 
     # first the zone, then the block's name, then the contact interval: a stable order whatever the
     # numbers of cells
-    order = _order(named)
-    units = _units(patches, shells, named, order, zone_names, sides_of_blocks)
+    named = _Named(patches, zone_names, blocks, parts)
     report = {
-        "slits": slits(patches, cells, shells, faults),
+        "slits": slits(patches, cells, parts.shells, faults),
         "clipped": clipped_by(patches, cells, turns, horizons),
         "cells": cells.n_cell,
-        "without_contact": uncovered,
+        "without_contact": _uncovered(named, left),
         "outside": outside_faults(patches, cells, faults),
-        "thin": thin_units(shells, order, units),
     }
+    settings = sliver_settings(slivers)
+    units = _units(named, report, settings)
+    if settings.merge and units.slivers:
+        units = _without_slivers(named, units, faults, left)
+    return units
 
-    # None stands for what follows from the box; other walls are measured
-    box, footprint, volume = _extent(patches, cells)
-    beside = partial(beside_triangles, shells, np.argsort(order))
-    found = Units(units, box, report, footprint, sides=beside, enclosed=volume)
-    return in_crs_of(found, [patches])
+
+def _without_slivers(
+    named: _Named, units: Units, faults: list[int], left: dict[str, list[int]]
+) -> Units:
+    """The units, with slivers as parts of their neighbours, named as if no sliver had been."""
+    refuse_all_slivers(units)
+    patches, blocks, parts = named.patches, named.blocks, named.parts
+    cells, names = parts.shells.cells, list(units)
+    number = dict(zip(names, named.order, strict=True))
+    faces = faces_between_units(parts.shells.sides)
+    small = [number[one.name] for one in units.slivers]
+    home = homes_of_slivers(faces, cells.extent[:, AREA], len(named.order), small, named.order)
+
+    # cells of a sliver take zone, block and contact interval of its new unit
+    unit = parts.shells.unit_of_cell
+    target = np.array(home)[unit[1:]]
+    stay, part = np.unique(target, return_inverse=True)
+    wholes, whole = np.unique(np.array(parts.of)[target], return_inverse=True)
+    zone = np.concatenate([[-1], blocks.zone[wholes[whole]]])
+    inside = np.concatenate([[-1], whole])
+    new_blocks = _blocks_of(patches, cells, inside, zone, faults)
+    new_parts = _Parts(
+        shells_of(cells, np.concatenate([[-1], part])),
+        np.searchsorted(wholes, np.array(parts.of)[stay]).tolist(),
+        [parts.contact[u] for u in stay],
+        [parts.beneath[u] for u in stay],
+    )
+    renamed = _Named(patches, named.zone_names, new_blocks, new_parts)
+
+    # the report: contacts by new names, and what became of each sliver
+    position = {u: k for k, u in enumerate(wholes.tolist())}
+    still = {name: [position[u] for u in of if u in position] for name, of in left.items()}
+    report = {**units.report, "without_contact": _uncovered(renamed, still)}
+    merged = []
+    for one in units.slivers:
+        u = number[one.name]
+        if home[u] != u:
+            shared = shared_faces(faces, home, u)
+            into = renamed.name(int(np.searchsorted(stay, home[u])))
+            merged.append(
+                MergedSliver(
+                    one.name, one.volume, into, surfaces_of(cells, shared),
+                    shared_area(cells, shared), one.place,
+                )
+            )  # fmt: skip
+    return _units(renamed, report, units.sliver_settings, merged, units)
 
 
 def _extent(patches: Patches, cells: Cells) -> tuple[Box, float | None, float | None]:
@@ -201,16 +249,67 @@ class _FaultSides:
         return self.found[u]
 
 
-@dataclass(frozen=True)
-class _Named:
-    """Zone, block, contact interval and rank of each unit, and the whole unit it is a part of."""
+@dataclass(frozen=True, eq=False)
+class _Blocks:
+    """Units of zone and block: of each cell, their zones, names, and sides of faults."""
 
+    unit_of_cell: np.ndarray
     zone: np.ndarray
-    block: list[str]
+    names: list[str]
+    words: list[tuple[str, ...]]
+    sides: _FaultSides
+    shells: Shells
+
+
+def _blocks_of(
+    patches: Patches, cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: list[int]
+) -> _Blocks:
+    """Name the blocks of units, given the unit and the zone of each cell."""
+    shells = shells_of(cells, unit_of_cell)
+    of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
+    of_unit[unit_of_cell[1:]] = zone[1:]
+    words = fault_sides(patches, cells, unit_of_cell, of_unit, faults)
+    names = name_blocks(words, of_unit, shells.volumes, shells.corner)
+    sides = _FaultSides(cells, unit_of_cell, faults, words)
+    return _Blocks(unit_of_cell, of_unit, names, words, sides, shells)
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Shells of the units that fluid contacts make of blocks, the block and interval of each."""
+
+    shells: Shells
+    of: list[int]
     contact: list[str]
     beneath: list[tuple[str, ...]]
-    rank: list[int]
-    whole: list[int]
+
+    @classmethod
+    def whole(cls, blocks: _Blocks) -> _Parts:
+        """Blocks that no contact splits."""
+        n = len(blocks.names)
+        return cls(blocks.shells, list(range(n)), [""] * n, [()] * n)
+
+
+@dataclass(frozen=True, eq=False)
+class _Named:
+    """Units with all that names them."""
+
+    patches: Patches
+    zone_names: list[str]
+    blocks: _Blocks
+    parts: _Parts
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Units zone by zone, block by block, from the top down."""
+        zone, names, of = self.blocks.zone, self.blocks.names, self.parts.of
+        return sorted(range(len(of)), key=lambda u: (zone[of[u]], block_order(names[of[u]]), u))
+
+    def name(self, u: int) -> str:
+        """Zone, block and contact interval of one unit."""
+        whole = self.parts.of[u]
+        zone = self.zone_names[self.blocks.zone[whole]]
+        return unit_name(zone, self.blocks.names[whole], self.parts.contact[u])
 
 
 def _with_role(patches: Patches, role: str) -> list[int]:
@@ -224,49 +323,54 @@ def _check_names(patches: Patches) -> None:
         raise InputError(fault)
 
 
-def _order(named: _Named) -> list[int]:
-    """Units zone by zone, block by block, from the top down."""
-    return sorted(
-        range(len(named.block)),
-        key=lambda u: (named.zone[u], block_order(named.block[u]), named.rank[u]),
-    )
-
-
-def _uncovered(
-    named: _Named, left: dict[str, list[int]], zone_names: list[str]
-) -> dict[str, tuple[str, ...]]:
-    """Names of the units that each contact does not cover, in order."""
+def _uncovered(named: _Named, left: dict[str, list[int]]) -> dict[str, tuple[str, ...]]:
+    """Names of the blocks in zones that each contact does not cover, in order."""
+    zone, blocks = named.blocks.zone, named.blocks.names
     found = {}
     for name, units in left.items():
-        rows = [u for u in _order(named) if u in set(units)]
-        found[name] = tuple(unit_name(zone_names[named.zone[u]], named.block[u]) for u in rows)
+        rows = sorted(units, key=lambda u: (zone[u], block_order(blocks[u]), u))
+        if rows:
+            found[name] = tuple(unit_name(named.zone_names[zone[u]], blocks[u]) for u in rows)
     return found
 
 
 def _units(
-    patches: Patches,
-    shells: Shells,
     named: _Named,
-    order: list[int],
-    zone_names: list[str],
-    fault_sides: _FaultSides,
-) -> list[Unit]:
+    report: dict[str, Any],
+    settings: SliverSettings,
+    merged: Sequence[MergedSliver] = (),
+    unmerged: Units | None = None,
+) -> Units:
     """All units in order."""
-    units = (
+    patches, blocks, parts, order = named.patches, named.blocks, named.parts, named.order
+    cells = parts.shells.cells
+    units = [
         build_unit(
             patches,
-            shells,
+            parts.shells,
             u,
-            zone=zone_names[named.zone[u]],
-            zone_index=int(named.zone[u]),
-            block=named.block[u],
-            contact=named.contact[u],
-            beneath=named.beneath[u],
-            sides=partial(fault_sides.of, named.whole[u]),
+            zone=named.zone_names[blocks.zone[parts.of[u]]],
+            zone_index=int(blocks.zone[parts.of[u]]),
+            block=blocks.names[parts.of[u]],
+            contact=parts.contact[u],
+            beneath=parts.beneath[u],
+            sides=partial(blocks.sides.of, parts.of[u]),
         )
         for u in order
+    ]
+    box, footprint, volume = _extent(patches, cells)
+    found = Units(
+        [in_crs_of(unit, [patches]) for unit in units],
+        box,
+        {**report, "thin": thin_units(parts.shells, order, units)},
+        footprint,
+        sides=partial(beside_triangles, parts.shells, np.argsort(order)),
+        enclosed=volume,
+        slivers=settings,
+        merged=merged,
+        unmerged=unmerged,
     )
-    return [in_crs_of(unit, [patches]) for unit in units]
+    return in_crs_of(found, [patches])
 
 
 def _outward_walls(cells: Cells) -> np.ndarray:

@@ -69,6 +69,12 @@ def build_parser() -> argparse.ArgumentParser:
         command.add_argument(
             "scenario", help="scenario file (TOML); its keys are in docs/scenario.md"
         )
+    for command in (run, check, report):
+        command.add_argument(
+            "--merge-slivers",
+            action="store_true",
+            help="merge units too small to count into neighbours, as [slivers] merge = true does",
+        )
     for command in (run, report):
         command.add_argument(
             "-o", "--out", required=True, help="output folder, created if it is missing"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,7 @@ def run_command(options: argparse.Namespace) -> int:
     # time counts from here: reading is part of the run
     report_progress = progress_printer(options.quiet)
     start = time.perf_counter()
-    scenario = read_scenario(options.scenario)
+    scenario = _merging(read_scenario(options.scenario), options)
     outcome = run(scenario, options.out, pictures=not options.no_pictures, progress=report_progress)
 
     # notes go to stderr, so that a script can read the table from stdout
@@ -38,16 +39,28 @@ def run_command(options: argparse.Namespace) -> int:
     if not options.quiet:
         table = volume_table(outcome.scene.units)
         print(f"\n{as_plain_text(table, 'Volumes [million m³]')}\n")
-        print(f"{len(outcome.scene.units)} units in {time.perf_counter() - start:.1f} s.")
+        units = outcome.scene.units
+        print(f"{len(units)} units in {time.perf_counter() - start:.1f} s.")
+        if units.slivers:
+            print(f"{units.slivers_in_words}. To merge them: --merge-slivers.")
+        elif units.merged:
+            print(f"{units.merged_in_words}; certificate.txt lists them.")
         print(f"Report: {outcome.out / 'report' / 'index.html'}; all other results: {outcome.out}")
     return exit_code_of(outcome.certificate)
+
+
+def _merging(scenario: Scenario, options: argparse.Namespace) -> Scenario:
+    """Return the scenario; with ``--merge-slivers`` it merges them."""
+    if not options.merge_slivers:
+        return scenario
+    return replace(scenario, slivers=replace(scenario.slivers, merge=True))
 
 
 def check_command(options: argparse.Namespace) -> int:
     """Print the certificate of a scenario."""
     from geosurf.scenario import build_scene, read_scenario
 
-    certificate = build_scene(read_scenario(options.scenario)).check()
+    certificate = build_scene(_merging(read_scenario(options.scenario), options)).check()
     print(certificate)
     return exit_code_of(certificate)
 
@@ -126,7 +139,7 @@ def report_command(options: argparse.Namespace) -> int:
     from geosurf.scenario import read_scenario
     from geosurf.scenario.execute import write_report
 
-    scenario = read_scenario(options.scenario)
+    scenario = _merging(read_scenario(options.scenario), options)
     certificate, path, notes = write_report(
         scenario,
         options.out,

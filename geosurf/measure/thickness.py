@@ -104,6 +104,7 @@ def thickness_map(
         (block, northing, easting) [m]. NaN where a block has none of the zone above or below the
         node. A node on the rim of a triangle takes the value next to it towards the middle of the
         box. On the middles of cells, the sum times ``attrs["cell_area"]`` converges to the volume.
+        The coordinate ``sliver`` marks blocks that are slivers in this zone.
 
     Raises
     ------
@@ -135,6 +136,7 @@ def thickness_map(
     for i, block in enumerate(blocks):
         mine = [unit for unit in chosen if unit.block == block]
         values[i] = _block(mine, nodes.feet, units.box, kind, horizons)
+    large = {unit.block for unit in units.without_slivers if unit.zone == zone}
     words, definition = _WORDS[kind]
     attrs: dict[str, Any] = {
         "units": "m",
@@ -148,7 +150,11 @@ def thickness_map(
     return xr.DataArray(
         values.reshape(len(blocks), *nodes.shape),
         dims=("block", *nodes.dims),
-        coords={"block": ("block", np.array(blocks, dtype=object)), **nodes.coords},
+        coords={
+            "block": ("block", np.array(blocks, dtype=object)),
+            "sliver": ("block", np.array([block not in large for block in blocks])),
+            **nodes.coords,
+        },
         name="thickness",
         attrs=attrs,
     )

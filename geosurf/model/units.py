@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
+from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -23,6 +24,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 MOST_ROWS = 40  # of units that are printed
 MOST_CLIPS = 6  # pairs of horizons that cross, listed below the table
+MOST_SLIVERS = 4  # of slivers that are listed there
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +83,13 @@ class Unit(Noun):
         return frozen(self.local + self.origin, np.float64)
 
     @cached_property
+    def middle(self) -> tuple[float, float, float]:
+        """Easting, northing and elevation of the middle of its bounds [m]."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        east, north, up = (0.5 * (low + high)).tolist()
+        return east, north, up
+
+    @cached_property
     def bounded_by(self) -> tuple[str, ...]:
         """Names of the surfaces that bound the unit."""
         return tuple(self.surface_names[i] for i in np.unique(self.surface_of_triangle))
@@ -128,6 +137,12 @@ class Units(Noun, Mapping[str, Unit]):
         () -> `sides`; asked when they are first needed.
     enclosed : float, optional
         Volume inside the walls [m3]; default: footprint times height.
+    slivers : SliverSettings, optional
+        Which units are slivers; default: units below 1/10 000 of their zone.
+    merged : sequence of MergedSliver
+        Slivers that are part of other units.
+    unmerged : Units, optional
+        The units before that.
 
     Raises
     ------
@@ -143,9 +158,14 @@ class Units(Noun, Mapping[str, Unit]):
         footprint: float | None = None,
         sides: Callable[[], np.ndarray] | None = None,
         enclosed: float | None = None,
+        slivers: SliverSettings | None = None,
+        merged: Sequence[MergedSliver] = (),
+        unmerged: Units | None = None,
     ) -> None:
         # sides are asked of carving when they are first needed; most users only want volumes
         self._sides = sides
+        self.sliver_settings = slivers or SliverSettings()
+        self.merged, self.unmerged = tuple(merged), unmerged
         self._enclosed = enclosed
         self._units: dict[str, Unit] = {}
         for unit in units:
@@ -188,14 +208,15 @@ class Units(Noun, Mapping[str, Unit]):
         return len(self._units)
 
     def __str__(self) -> str:
-        """A table: zone, block and contact of each unit, and its volume; then what is clipped."""
+        """A table: zone, block, contact and volume of each unit; slivers; what is clipped."""
         head = ("zone", "block", "contact")
+        listed = self.without_slivers
 
         # widths from all rows, volumes with their unit, as messages, report and pictures have them
-        rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
+        rows = [(u.zone, u.block, u.contact) for u in listed]
         shown = range(3 if any(row[2] for row in rows) else 2)
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-        volumes = [volume_text(unit.volume, 4) for unit in self._units.values()]
+        volumes = [volume_text(unit.volume, 4) for unit in listed]
         room = max(map(len, ["volume", *volumes[:MOST_ROWS]]))
         lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "volume".rjust(room)])]
 
@@ -204,7 +225,8 @@ class Units(Noun, Mapping[str, Unit]):
             words = [row[k].ljust(width[k]) for k in shown]
             lines.append("  ".join([*words, volume.rjust(room)]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
-        lines.append(f"{len(rows)} units{more}, {volume_text(self.volume)}")
+        lines.append(f"{len(self)} units{more}, {volume_text(self.volume)}")
+        lines += filter(None, [self.slivers_in_words, self.merged_in_words])
         clipped = self.report.get("clipped", ())
         lines += map(str, clipped[:MOST_CLIPS])
         if len(clipped) > MOST_CLIPS:
@@ -240,6 +262,61 @@ class Units(Noun, Mapping[str, Unit]):
         if self._enclosed is not None:
             return self._enclosed
         return self.footprint * (self.box[5] - self.box[4])
+
+    @cached_property
+    def slivers(self) -> tuple[Remnant, ...]:
+        """Units too small to count, the largest first; tables and legends have them apart.
+
+        By default units below 1/10 000 of their zone, and units thinner than the rounding error of
+        their vertices; or units below the volume that ``Scene(slivers=...)`` states.
+        """
+        found = [
+            Remnant(u.name, u.volume, u.middle) for u in self.values() if u.name in self._small
+        ]
+        return tuple(sorted(found, key=lambda remnant: -remnant.volume))
+
+    @cached_property
+    def _small(self) -> frozenset[str]:
+        """Names of the slivers: nothing but volumes is asked for."""
+        least = self.sliver_settings.min_volume
+        thin = {remnant.name for remnant in self.report.get("thin", ())}
+        of_zone: dict[str, list[float]] = {}
+        for unit in (self.unmerged or self).values():
+            of_zone.setdefault(unit.zone, []).append(unit.volume)
+
+        # default: a share of the zone, and units that rounding alone may have made
+        found = set()
+        for unit in self._units.values():
+            limit = SHARE * math.fsum(of_zone.get(unit.zone, ())) if least is None else least
+            if unit.volume < limit or (least is None and unit.name in thin):
+                found.add(unit.name)
+        return frozenset(found)
+
+    @cached_property
+    def without_slivers(self) -> tuple[Unit, ...]:
+        """All other units, in order."""
+        return tuple(unit for unit in self._units.values() if unit.name not in self._small)
+
+    @property
+    def slivers_in_words(self) -> str:
+        """How many slivers there are, the sum of their volumes, and the largest; '' for none."""
+        if not self.slivers:
+            return ""
+        n, total = len(self.slivers), math.fsum(one.volume for one in self.slivers)
+        listed = ", ".join(
+            f"{one.name} ({volume_text(one.volume)})" for one in self.slivers[:MOST_SLIVERS]
+        )
+        more = f" and {n - MOST_SLIVERS} more" if n > MOST_SLIVERS else ""
+        one = "1 of them is a sliver" if n == 1 else f"{n} of them are slivers"
+        return f"{one} ({self.sliver_settings.rule}), {volume_text(total)} in all: {listed}{more}"
+
+    @property
+    def merged_in_words(self) -> str:
+        """How many slivers were merged, and the sum of their volumes; '' for none."""
+        if not self.merged:
+            return ""
+        total = volume_text(math.fsum(one.volume for one in self.merged))
+        return f"{counted(len(self.merged), 'sliver')} merged into neighbours, {total} in all"
 
     def on(self, *sides: str) -> tuple[Unit, ...]:
         """
@@ -306,9 +383,7 @@ class Units(Noun, Mapping[str, Unit]):
             # pieces after the largest of a zone and block have a number; those below the limit come
             # in, too
             if " #" in unit.block or unit.volume < min_volume:
-                low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
-                east, north, up = (0.5 * (low + high)).tolist()
-                found.append(Remnant(unit.name, unit.volume, (east, north, up)))
+                found.append(Remnant(unit.name, unit.volume, unit.middle))
         return tuple(sorted(found, key=lambda remnant: -remnant.volume))
 
     @cached_property
@@ -326,7 +401,7 @@ class Units(Noun, Mapping[str, Unit]):
 
     @cached_property
     def table(self) -> xarray.Dataset:
-        """Volumes and areas of all units, with units in ``attrs``."""
+        """Volumes and areas of all units, with units in ``attrs``; ``sliver`` marks the slivers."""
         # computed when first asked for: areas take a pass over all shells, volumes are known
         units = list(self._units.values())
         columns = {
@@ -355,6 +430,7 @@ class Units(Noun, Mapping[str, Unit]):
         }
         if any(u.contact for u in units):
             labels["contact"] = ("unit", np.array([u.contact for u in units], dtype=object))
+        labels["sliver"] = ("unit", np.array([u.name in self._small for u in units], dtype=bool))
         return {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
 
 

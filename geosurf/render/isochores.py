@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, length_text
+from geosurf.conventions import HORIZON_DIMS, counted, length_text
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
@@ -116,8 +116,9 @@ def render_thickness(
     for rings, dashes in zip(polygons.values(), DASHES, strict=False):
         _outline(sheet, axes, rings, dashes, (extent[0], extent[2]), metres_per_pixel)
     kind, zone = str(thickness.attrs.get("kind", "thickness")), thickness.attrs.get("zone", "")
-    letters = _letter_blocks(sheet, axes, x - extent[0], y - extent[2], values)
-    legend = _legend(thickness, values, letters, tuple(polygons))
+    large = _large_blocks(thickness)
+    letters = _letter_blocks(sheet, axes, x - extent[0], y - extent[2], values[large])
+    legend = _legend(thickness, values[large], letters, tuple(polygons))
     furniture.draw_legend(sheet, legend, 290.0)
     where = _where_level(values, cut)
     draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0), where)
@@ -354,12 +355,25 @@ def _legend(
     for k, horizon in enumerate(horizons[:2]):
         look = ("line", "dashes")[k]
         legend.append(Entry("Fault polygons", palette.ACCENT, f"at {horizon}", look))
-    for name, letter, block in zip(thickness.block.values, letters, values, strict=True):
+    large = _large_blocks(thickness)
+    names = list(map(str, thickness.block.values[large]))
+    for name, letter, block in zip(names, letters, values, strict=True):
         words = "no values"
         if np.isfinite(block).any():
             words = f"mean {np.nanmean(block):.4g} m, max {np.nanmax(block):.4g} m"
 
         # a single block needs no letter on the map
-        label = f"{letter}: {name}" if len(values) > 1 else str(name)
+        label = f"{letter}: {name}" if len(values) > 1 else name
         legend.append(Entry(label, detail=words, kind="heading"))
+    small = len(large) - int(large.sum())
+    if small:
+        legend.append(Entry(counted(small, "sliver"), detail="too small to count", kind="heading"))
     return tuple(legend)
+
+
+def _large_blocks(thickness: xarray.DataArray) -> np.ndarray:
+    """Which blocks are more than slivers, bool (n_block,)."""
+    if "sliver" not in thickness.coords:
+        return np.ones(len(thickness), dtype=bool)
+    large: np.ndarray = ~thickness.sliver.values.astype(bool)
+    return large

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from geosurf.conventions import is_number, volume_text
+from geosurf.conventions import counted, is_number, volume_text
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
 from geosurf.render import palette
@@ -16,7 +16,7 @@ CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger ang
 
 
 def show_units(units: Units, explode: float = 0.0) -> Content:
-    """Return the shells of units, one colour per zone and one shade per block.
+    """Return the shells of units, one colour per zone and one shade per block; slivers are grey.
 
     Parameters
     ----------
@@ -25,15 +25,21 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
         Gap between units, as a fraction of the size of the model box. Zones move up and
         down, blocks move sideways from the centre.
     """
-    shades = _shades(list(units.values()))
+    shades = _shades(list(units.without_slivers))
     content = Content()
     for unit, shift in zip(units.values(), explosion(units, explode), strict=True):
-        colour = shades[unit.name]
+        colour = shades.get(unit.name, palette.FAINT)
         shell = Layer(unit.vertices, unit.triangles, colour=colour, sharp=True)
         rims = Layer(unit.vertices, lines=outline(unit), colour=palette.INK, width=0.9)
-        label, detail = _words_of(unit)
-        entry = Entry(label, colour, detail)
-        content += Content((shell, rims), (entry,)).moved(shift)
+        entries: tuple[Entry, ...] = ()
+        if unit.name in shades:
+            label, detail = _words_of(unit)
+            entries = (Entry(label, colour, detail),)
+        content += Content((shell, rims), entries).moved(shift)
+    if units.slivers:
+        total = volume_text(math.fsum(one.volume for one in units.slivers))
+        entry = Entry(counted(len(units.slivers), "sliver"), palette.FAINT, f"{total} in all")
+        content += Content((), (entry,))
     return content
 
 

@@ -41,7 +41,6 @@ def report_scene(
     title: str = "Reservoir model",
     made: str = "",
     certificate: Certificate | None = None,
-    min_volume: float = 0.0,
     regions: Mapping[str, tuple[float, str]] | None = None,
 ) -> Path:
     """Write ``index.html``: volumes, pictures, certificate, inputs and run log of a model.
@@ -62,8 +61,6 @@ def report_scene(
         the same scene gives the same page.
     certificate : Certificate, optional
         Result of an earlier ``scene.check()``. Default: the check is run.
-    min_volume : float
-        List units smaller than this among the slivers and detached pieces [m3].
     regions : mapping of str to (float, str), optional
         Volumes [m3] of the same model from another program, by region, each with the name of
         the unit at that location, or ''.
@@ -100,7 +97,6 @@ def report_scene(
             f"report_scene takes a Scene; {type(scene).__name__} has no attribute {needed!r}. "
             "Make a scene with geosurf.Scene(horizons, faults, box)."
         )
-    min_volume = number_of(min_volume, "min_volume", "give cubic metres")
     if certificate is not None:
         expect(certificate, Certificate, "certificate takes a Certificate", "scene.check() is one")
 
@@ -119,7 +115,6 @@ def report_scene(
         str(title),
         str("" if made is None else made),
         certificate,
-        min_volume,
         regions,
     )
     return _write(folder / "index.html", html)
@@ -143,13 +138,14 @@ def build_page(
     title: str,
     made: str,
     certificate: Certificate,
-    min_volume: float = 0.0,
     regions: Mapping[str, tuple[float, str]] | None = None,
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
+    slivers = counted(len(units.slivers), "sliver")
+    apart = f" ({slivers} among them)" if units.slivers else ""
     facts = (
-        f"{counted(len(units), 'unit')} from {counted(len(surfaces), 'surface')}; "
+        f"{counted(len(units), 'unit')} from {counted(len(surfaces), 'surface')}{apart}; "
         f"{number(curves.length / 1000.0, 1)} km of intersection lines."
     )
 
@@ -167,16 +163,13 @@ def build_page(
             page.verdict(certificate.ok, len(certificate.checks)),
         ]
     )
-    return page.fill_page(
-        title, header, _sections(scene, pictures, certificate, min_volume, regions or {})
-    )
+    return page.fill_page(title, header, _sections(scene, pictures, certificate, regions or {}))
 
 
 def _sections(
     scene: ReportedModel,
     pictures: Mapping[str, Path],
     certificate: Certificate,
-    min_volume: float,
     regions: Mapping[str, tuple[float, str]],
 ) -> list[tuple[str, str]]:
     """Headings and the HTML below each; empty sections are left out."""
@@ -185,7 +178,8 @@ def _sections(
     balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
     clipped, thin = (units.report.get(key, ()) for key in ("clipped", "thin"))
-    remnants = units.remnants(min_volume)
+    small = {sliver.name for sliver in units.slivers}
+    pieces = [piece for piece in units.remnants() if piece.name not in small]
 
     # these entries have sections of their own, or `explain` lists them
     elsewhere = ("clipped", "without_contact", "outside", "thin")
@@ -208,7 +202,11 @@ def _sections(
         *_listed("Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)),
         *_listed("Fluid contacts", tables.contact_table(scene)),
         *_listed("Units not covered by a fluid contact", tables.left_out_table(units)),
-        *_listed("Slivers and detached pieces", tables.remnant_table(remnants)),
+        *_listed(
+            f"Slivers: units {units.sliver_settings.rule}", tables.remnant_table(units.slivers)
+        ),
+        *_listed("Slivers merged into their neighbours", tables.merged_table(units.merged)),
+        *_listed("Detached pieces", tables.remnant_table(pieces)),
         *_listed("Units thinner than the rounding error", tables.thin_table(thin)),
         ("Well tops and the model", _wells(scene)),
         ("Pictures", page.html_pictures(pictures)),

@@ -9,7 +9,10 @@ import numpy as np
 
 from geosurf.model import Clipped, Curves, Remnant, TriSurface, Units
 from geosurf.model.protocols import ReportedModel
+from geosurf.model.slivers import MergedSliver
 from geosurf.report.table import NOTHING, Table, number
+
+SLIVERS = "slivers"  # the column that they share
 
 
 def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float]) -> Table:
@@ -38,7 +41,10 @@ def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float])
 
 
 def volume_table(units: Units) -> Table:
-    """Return volumes [million m3]: one row per zone and contact interval, one column per block."""
+    """Return volumes [million m3]: one row per zone and contact interval, one column per block.
+
+    All slivers share a column of their own.
+    """
     table = units.table
     names: Iterable[str] = table["zone"].values
     if "contact" in table.coords:
@@ -49,13 +55,15 @@ def volume_table(units: Units) -> Table:
 
     # `Units` goes zone by zone from the top down, so first appearance is the stratigraphic order
     zones = _in_order(names)
-    blocks = _in_order(table["block"].values)
+    columns = [
+        SLIVERS if small else str(block)
+        for block, small in zip(table["block"].values, table["sliver"].values, strict=True)
+    ]
+    blocks = sorted(_in_order(columns), key=lambda word: word == SLIVERS)
     # One cell per zone and block; several units may share it [million m³].
     volume = np.zeros((len(zones), len(blocks)))
     held = np.zeros(volume.shape, dtype=bool)
-    for zone, block, value in zip(
-        names, table["block"].values, table["volume"].values, strict=True
-    ):
+    for zone, block, value in zip(names, columns, table["volume"].values, strict=True):
         cell = zones.index(zone), blocks.index(block)
         volume[cell] += value / 1e6
         held[cell] = True
@@ -137,6 +145,17 @@ def remnant_table(remnants: Iterable[Remnant]) -> Table:
         for remnant in remnants
     )
     return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
+
+
+def merged_table(merged: Iterable[MergedSliver]) -> Table:
+    """Return slivers that are parts of other units now, with the surfaces between."""
+    rows = tuple(
+        (one.name, one.into, ", ".join(one.across), number(one.volume, 1), number(one.area, 1),
+         *(number(value, 1) for value in one.place))
+        for one in merged
+    )  # fmt: skip
+    head = ("Sliver", "Part of", "Across", "Volume [m³]", "Shared area [m²]")
+    return Table((*head, "Easting", "Northing", "Elevation"), rows, n_label=3)
 
 
 def thin_table(thin: Iterable[Remnant]) -> Table:

@@ -3,6 +3,7 @@
 ================  =============================================================
 keys.py           every key: type, unit, default, meaning
 output_keys.py    of these: [search] and [output]
+sliver_keys.py    of these: [slivers]
 declare.py        how a key is declared
 values.py         how values are checked, and what a check accepts
 validate.py       file -> `Scenario`: names and rules checked, no surface read

@@ -52,6 +52,7 @@ def build_scene(
         "aoi": aoi,
         "voxel_size": scenario.search.voxel_size_m,
         "tolerance": scenario.tolerance_m,
+        "slivers": scenario.slivers.settings,
         **_tops(scenario),
     }
     if scenario.model is not None:

@@ -155,7 +155,6 @@ def run(
             drawn,
             title=scenario.title,
             certificate=certificate,
-            min_volume=scenario.output.remnants_below_m3,
             regions=_regions(scenario, scene),
         )
         log.step("report", scenario.title)
@@ -199,7 +198,6 @@ def write_report(
             drawn,
             title=scenario.title,
             certificate=certificate,
-            min_volume=scenario.output.remnants_below_m3,
             regions=_regions(scenario, scene),
         )
     return certificate, path, tuple(notes)

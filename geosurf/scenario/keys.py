@@ -21,6 +21,7 @@ from geosurf.scenario import values
 from geosurf.scenario.area_keys import AreaOfInterest, BoxRanges
 from geosurf.scenario.declare import key
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
+from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.sheets.faults.dip_lines import DIRECTIONS
 
 FAULT_SIDES = ("strike", *SIDES)
@@ -333,6 +334,7 @@ class Scenario:
     contacts : tuple of ContactInput
         From the top down.
     tops : TopsInput or None
+    slivers : SliversInput
     aoi : AreaOfInterest or None
     box : BoxRanges or None
     search : SearchSettings
@@ -374,6 +376,9 @@ class Scenario:
         "From the top down.", values.tables(ContactInput), default=()
     )
     tops: TopsInput | None = key("Well tops.", values.table(TopsInput), default=None)
+    slivers: SliversInput = key(
+        "Units that are too small to count.", values.table(SliversInput), default=SliversInput()
+    )
     aoi: AreaOfInterest | None = key(
         "A polygon that the model fills.", values.table(AreaOfInterest), default=None
     )
@@ -398,6 +403,7 @@ __all__ = [
     "OutputSettings",
     "Scenario",
     "SearchSettings",
+    "SliversInput",
     "TearSettings",
     "ThrowInput",
     "TopsInput",

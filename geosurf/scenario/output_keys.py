@@ -68,14 +68,6 @@ class OutputSettings:
         default=None,
     )
 
-    # the report
-    remnants_below_m3: float = key(
-        "The report lists units smaller than this, and detached pieces. The model has all units.",
-        values.not_negative,
-        unit="m³",
-        default=0.0,
-    )
-
     # how pictures look
     exaggeration: float | None = key(
         "Vertical exaggeration of the pictures. Left out: a round number that reads well.",

@@ -37,6 +37,7 @@ from geosurf.carve import carve_units
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.carve.order import warnings_of_order
+from geosurf.carve.slivers import warnings_of_slivers
 from geosurf.carve.thin import warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean
 from geosurf.conventions.crs import warn_of_unclear_crs
@@ -424,7 +425,8 @@ class Graph:
         patches, contacts = self.patches, self.fluids[1]
         units = self.memory.get_or_compute(
             "carve", "the box" if self.aoi is None else "the area", self.units_key,
-            lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
+            lambda: carve_units(patches, self.column, contacts, self.inputs.slivers),
+            lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
         )  # fmt: skip
 
         # faults that bound no unit are named: their names may be missing in blocks
@@ -433,7 +435,9 @@ class Graph:
             words = f"does not reach the {where}, and parts nothing"
             self.memory.note("carve", fault, "skipped", words)
             self._warn_of_outside(fault)
-        self.memory.warn(*warnings_of_order(units), *warnings_of_thin_units(units))
+        self.memory.warn(
+            *warnings_of_order(units), *warnings_of_thin_units(units), *warnings_of_slivers(units)
+        )
         return units
 
     @cached_property
@@ -441,7 +445,8 @@ class Graph:
         """What units, and all that is measured of them, depend on."""
         # surfaces of contacts are in the key of the patches; names and places are not
         fluids = tuple((one.name, one.block, one.zones) for one in self.fluids[1])
-        return ("units", self._patches_key, tuple(self.column.values()), fluids)
+        rules = tuple(self.column.values())
+        return ("units", self._patches_key, rules, fluids, self.inputs.slivers)
 
     # ---- checks and warnings -------------------------------------------------------------
 

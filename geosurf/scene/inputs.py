@@ -19,6 +19,7 @@ from geosurf.faults.lengthen import read_lengthen
 from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
 from geosurf.model.expected import box_of_sides, flag_of
+from geosurf.model.slivers import sliver_settings
 from geosurf.model.tie import tie_settings
 
 Box = tuple[float, float, float, float, float, float]
@@ -45,7 +46,7 @@ class SceneInputs:
     ----------
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
-    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen
+    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers
         As for `Scene`.
 
     Attributes
@@ -83,6 +84,7 @@ class SceneInputs:
     tie: Any = None
     lengthen: Any = None
     tear: Any = None
+    slivers: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
 
@@ -148,6 +150,7 @@ class SceneInputs:
             truncations=truncations,
             tie=tie,
             tear=tear,
+            slivers=sliver_settings(self.slivers),
             rules=tuple(rule for rule in rules if rule.main not in horizons),
             horizon_rules=at_horizons,
             extend=read_extend(self.extend, tuple(faults)),

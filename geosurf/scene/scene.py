@@ -90,6 +90,10 @@ class Scene:
         those of smooth surfaces through all nodes, to this error: docs/how_it_works/tolerance.md.
     tops : xarray.Dataset, table or path, optional
         Well tops, as from `read_tops`: `misfit` compares them with the horizons.
+    slivers : float, "merge" or mapping, optional
+        Units below this volume [m3] are slivers, which tables and legends list apart. Default:
+        units below 1/10 000 of their zone. ``"merge"`` merges each into the neighbour with the
+        largest shared area; ``{"min_volume": 5000.0, "merge": True}`` does both.
     tie : bool or mapping, optional
         True corrects each horizon smoothly so that it meets its tops, within 1000 m of a well and
         on its side of every fault, to 0.1 m; ``{"range": 500.0, "tolerance": 0.05}`` sets both [m].
@@ -135,11 +139,12 @@ class Scene:
         tie: Any = None,
         lengthen: Any = None,
         tear: Any = None,
+        slivers: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
-            tops, tie, lengthen, tear,
+            tops, tie, lengthen, tear, slivers,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, Memory()))
 

@@ -11,6 +11,7 @@ from geosurf.model import Units
 
 # what spreadsheets take for the beginning of a formula, also in the wide letters of East Asia
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+LABELS = ("zone", "block", "contact", "zone_index", "sliver")
 GUARDED = (
     "Texts that begin with = + - or @ start with an apostrophe in the file, so that "
     "spreadsheets do not run them as formulas."
@@ -20,7 +21,7 @@ GUARDED = (
 def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
     """Return name, zone, block (contact) and all numbers of each unit, full precision."""
     table = units.table
-    labels = [key for key in ("zone", "block", "contact", "zone_index") if key in table.coords]
+    labels = [key for key in LABELS if key in table.coords]
     numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
 
     # the unit stands in the name of the column: csv has no other place for it

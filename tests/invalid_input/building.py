@@ -214,6 +214,10 @@ BUILDING = {
         lambda g, v: gs.carve_units(g.patches, None, v),
         lambda g: ["abc", 5, None, [5], {"OWC": -1.0}, [gs.FluidContact(-1.0, name="x")], object()],
     ),
+    "carve_units.slivers": (
+        lambda g, v: gs.carve_units(g.patches, slivers=v),
+        lambda g: [v for v in wrong.lengths() if v != {}],
+    ),
     "Scene": (lambda g, v: gs.Scene(v), lambda g: [*wrong.mappings()[:5], {}]),
     "Scene.horizon": (
         lambda g, v: gs.Scene({"Top": v}, {}, g.box).surfaces,
@@ -244,6 +248,10 @@ BUILDING = {
     ),
     "Scene.lengthen": (
         lambda g, v: model(g, lengthen=v), lambda g: [-1, "abc", {"F9": 1}, {"F1": None}, [5]],
+    ),
+    "Scene.slivers": (
+        lambda g, v: model(g, slivers=v),
+        lambda g: [-1, "abc", [5], True, {"x": 1}, {"merge": 5}, {"min_volume": "5"}],
     ),
     "Scene.extend": (
         lambda g, v: model(g, extend=v),

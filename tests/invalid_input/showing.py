@@ -107,10 +107,6 @@ SHOWING = {
     "report_scene.certificate": (
         lambda g, v: gs.report_scene(g.scene, "no", {}, certificate=v), lambda g: [5, "abc", []],
     ),
-    "report_scene.min_volume": (
-        lambda g, v: gs.report_scene(g.scene, "no", {}, min_volume=v),
-        lambda g: [*wrong.numbers(), None],
-    ),
     "report_scene.regions": (
         lambda g, v: gs.report_scene(g.scene, "no", {}, regions=v),
         lambda g: ["abc", 5, [], {"x": 5}, {"x": (1,)}, {"x": ("a", "b")}, {"x": (np.nan, "b")}],

@@ -43,7 +43,8 @@ def scenario(folder, more="", top="", **changes):
 
 def test_all_of_it_in_one_file(folder, tmp_path):
     more = """
-remnants_below_m3 = 1e9
+[slivers]
+min_volume_m3 = 1e9
 [[contacts]]
 name = "OWC"
 elevation_m = -2050.0
@@ -66,7 +67,7 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
     total = sum(float(row["volume_m3"]) for row in rows)
     assert total == pytest.approx(scene.units.footprint * 800, rel=1e-12)
     page = (tmp_path / "out" / "report" / "index.html").read_text()
-    assert "Slivers and detached pieces" in page
+    assert "Slivers: units below 1000 million m³" in page
     assert "above OWC" in page
 
 
@@ -92,7 +93,8 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         ("[aoi]", "aoi: give one of file, corners_m, rectangle"),
         ("[aoi]\nrectangle = true\ncorners_m = [[0, 1], [1, 1], [1, 2]]", "aoi: give one of file"),
         ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
-        ("remnants_below_m3 = -1", "it must be a number, 0 or above"),
+        ("[slivers]\nmin_volume_m3 = -1", "it must be a number, 0 or above"),
+        ("[slivers]\nmerge = 1", "it must be true or false"),
         ('[[contacts]]\nname = "OWC"\nelevation_m = "deep"', "it must be a number"),
     ],
 )

@@ -1,0 +1,166 @@
+"""Merge slivers into their neighbours: which unit each of them becomes a part of.
+
+Units are the nodes of a graph, and the area that two of them share is the weight of the edge. A
+sliver goes to the neighbour with the largest shared area among those that are not slivers. One that
+touches only slivers waits until some of these have gone, and follows them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from geosurf.carve.blocks import DIGITS, in_words
+from geosurf.carve.cells import Cells
+from geosurf.carve.measures import AREA
+from geosurf.conventions import volume_text
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.model import Units
+
+Faces = dict[tuple[int, int], list[int]]
+
+
+def faces_between_units(sides: np.ndarray) -> Faces:
+    """Rows of the faces between each pair of units, lower number first.
+
+    Parameters
+    ----------
+    sides : ndarray of int64, shape (n, 2)
+        Unit in front of and behind each face; -1 outside.
+
+    Examples
+    --------
+    >>> faces_between_units(np.array([[1, 0], [0, 0], [-1, 1], [0, 1]]))
+    {(0, 1): [0, 3]}
+    """
+    found: Faces = {}
+    inner = (sides >= 0).all(axis=1) & (sides[:, 0] != sides[:, 1])
+    for row in np.flatnonzero(inner).tolist():
+        one, two = sorted(sides[row].tolist())
+        found.setdefault((one, two), []).append(row)
+    return found
+
+
+def homes_of_slivers(
+    faces: Faces, area: np.ndarray, n_unit: int, small: Collection[int], order: Sequence[int]
+) -> list[int]:
+    """
+    Unit that each unit becomes a part of; others stay their own.
+
+    Parameters
+    ----------
+    faces : dict
+        See `faces_between_units`.
+    area : ndarray of float64, shape (n_face, k)
+        Area of each face, as numbers to be added [m2].
+    n_unit : int
+    small : collection of int
+        The slivers.
+    order : sequence of int
+        All units by name; of equal areas the first counts. Areas that agree to nine digits are
+        equal, so that rounding does not decide.
+
+    Returns
+    -------
+    list of int
+        A sliver that no way leads from to any other unit stays its own.
+
+    Examples
+    --------
+    Unit 1 touches 0 and 2; unit 2, a sliver as well, touches only 1:
+
+    >>> homes_of_slivers({(0, 1): [0], (1, 2): [1]}, np.array([[4.0], [9.0]]), 3, {1, 2}, range(3))
+    [0, 0, 0]
+    """
+    home = list(range(n_unit))
+    rank = {u: k for k, u in enumerate(order)}
+    left = set(small)
+    while left:
+        # faces of each sliver that is left with what is no sliver, or is a part of such a unit
+        around: dict[int, dict[int, list[int]]] = {u: {} for u in left}
+        for pair, rows in faces.items():
+            for u, v in (pair, pair[::-1]):
+                if u in left and home[v] not in left:
+                    around[u].setdefault(home[v], []).extend(rows)
+
+        # all at once: the order of slivers does not matter
+        moves = {}
+        for u, beside in around.items():
+            if beside:
+                shared = {v: _sum(area[rows]) for v, rows in beside.items()}
+                moves[u] = min(shared, key=lambda v: (-shared[v], rank[v]))
+        if not moves:
+            break
+        for u, v in moves.items():
+            home[u] = v
+        left -= set(moves)
+    return home
+
+
+def _sum(area: np.ndarray) -> float:
+    """A sum of areas, to nine digits."""
+    return float(f"{math.fsum(area.ravel().tolist()):.{DIGITS}g}")
+
+
+def shared_faces(faces: Faces, home: Sequence[int], u: int) -> list[int]:
+    """Rows of the faces between a sliver and the other parts of the unit that it is a part of."""
+    return [
+        row
+        for (one, two), rows in faces.items()
+        if u in (one, two) and home[one] == home[two]
+        for row in rows
+    ]
+
+
+def surfaces_of(cells: Cells, faces: Sequence[int]) -> tuple[str, ...]:
+    """Names of the surfaces that own some faces, sorted."""
+    found = {int(cells.surface_of[row]) for row in faces}
+    found |= {other for row in faces for other, _ in cells.also.get(row, ())}
+    return tuple(sorted((cells.patches.names[i] for i in found), key=in_words))
+
+
+def shared_area(cells: Cells, faces: Sequence[int]) -> float:
+    """Area of some faces [m2]."""
+    return math.fsum(cells.extent[np.array(faces, dtype=np.int64), AREA].ravel().tolist())
+
+
+def refuse_all_slivers(units: Units) -> None:
+    """Raise an error if every unit is a sliver, so that none can take them."""
+    if len(units) and len(units.slivers) == len(units):
+        largest = units.slivers[0]
+        raise InputError(
+            f"slivers: all {len(units)} units are {units.sliver_settings.rule}, so none can take "
+            f"the others. The largest, {largest.name!r}, has {volume_text(largest.volume)}; give a "
+            "smaller min_volume."
+        )
+
+
+def warnings_of_slivers(units: Units) -> tuple[GeosurfWarning, ...]:
+    """
+    Return a warning if slivers were to be merged, and no other unit touches them.
+
+    Parameters
+    ----------
+    units : Units
+
+    Returns
+    -------
+    tuple of GeosurfWarning
+        At most one, with the place of the largest sliver.
+    """
+    if not units.slivers or not units.sliver_settings.merge:
+        return ()
+    n, largest = len(units.slivers), units.slivers[0]
+    total = volume_text(math.fsum(one.volume for one in units.slivers))
+    what = f"{n} slivers are" if n > 1 else "One sliver is"
+    warning = GeosurfWarning(
+        "sliver",
+        largest.name,
+        f"{what} not merged, since only slivers touch {'them' if n > 1 else 'it'}: {total}, the "
+        f"largest {largest.name!r}.",
+        "Set a smaller limit in m³, as in slivers={'min_volume': 5000.0, 'merge': True}.",
+        largest.place,
+    )
+    return (warning,)
