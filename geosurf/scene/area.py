@@ -34,6 +34,9 @@ def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea |
     """
     # their overlap is a rectangle: the box alone says it
     if are_unrotated(horizons):
+        with memory.collecting():
+            for warning in warnings_of_overlap(horizons):
+                warn(warning)
         return None
 
     def found() -> SharedArea:
@@ -101,20 +104,37 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
         found.append(GeosurfWarning("area", "aoi", words, how))
 
     # a horizon that loses more than a tenth is named, with the size of the loss
-    for horizon in horizons:
-        share = area.area / horizon.area
-        if share < MUCH and not area.pieces:
-            words = (
-                f"The default area covers {percent(share)} of horizon {horizon.name!r} "
-                f"({area_text(area.area)} of {area_text(horizon.area)}), because other horizons "
-                "end there."
-            )
-            remedy = (
-                "Continue those with gs.extend_horizon(horizon, distance=...), or pass aoi= or "
-                "box= to choose another area."
-            )
-            found.append(GeosurfWarning("area", horizon.name, words, remedy))
+    if not area.pieces:
+        found += [_left_out(one.name, area.area, one.area) for one in horizons
+                  if area.area < MUCH * one.area]  # fmt: skip
     return found
+
+
+def warnings_of_overlap(horizons: Sequence[TriSurface]) -> list[GeosurfWarning]:
+    """Return warnings of what the rectangle in which unrotated grids overlap leaves out of them."""
+    # west, east, south, north of each
+    sides = np.array([horizon.bounds[:4] for horizon in horizons])
+    low, high = sides[:, ::2], sides[:, 1::2]
+    size = np.maximum(high.min(axis=0) - low.max(axis=0), 0.0).prod()
+    own = (high - low).prod(axis=1)
+    return [
+        _left_out(horizon.name, float(size), area)
+        for horizon, area in zip(horizons, own.tolist(), strict=True)
+        if 0.0 < size < MUCH * area  # without an overlap there is no box, which is an error
+    ]
+
+
+def _left_out(name: str, size: float, own: float) -> GeosurfWarning:
+    """The warning that an area of some size [m2] leaves out much of a horizon."""
+    words = (
+        f"The default area covers {percent(size / own)} of horizon {name!r} ({area_text(size)} of "
+        f"{area_text(own)}), because other horizons end there."
+    )
+    remedy = (
+        "Continue those with gs.extend_horizon(horizon, distance=...), or pass aoi= or box= to "
+        "choose another area."
+    )
+    return GeosurfWarning("area", name, words, remedy)
 
 
 def rectangle_in_words(sides: Box, horizons: Sequence[TriSurface]) -> str:

@@ -12,7 +12,7 @@ from geosurf import (
     synthetic,
     tear_horizon,
 )
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from tests import laws
 from tests.scene.small import level
 
@@ -21,7 +21,8 @@ def test_the_default_box_is_where_all_horizons_are():
     world = synthetic.tilted_planes(n=5)
     top, base = world.horizons["Top"], world.horizons["Base"].isel(easting=slice(1, None))
     scene = Scene({"Top": top, "Base": base}, world.faults)
-    west, east, south, north, bottom, high = scene.box
+    with pytest.warns(GeosurfWarning, match="covers 75 % of horizon 'Top'"):
+        west, east, south, north, bottom, high = scene.box
     assert (west, east, south, north) == (1000.0, 4000.0, 0.0, 3000.0)
     assert bottom < float(base.min()) < float(top.max()) < high
     assert "default: where all horizons are" in scene.explain()

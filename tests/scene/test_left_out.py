@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import SurfaceError
+from geosurf.errors import GeosurfWarning, SurfaceError
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 
 BOX = (0.0, 5000.0, 0.0, 4000.0, -2600.0, -1800.0)
@@ -50,6 +50,16 @@ def test_who_chooses_the_area_is_not_warned(given):
     assert gs.Scene({"T": turned(40)}, **given).warnings == ()
 
 
+def test_an_upright_grid_that_loses_much_is_named_with_the_share():
+    world = gs.synthetic.tilted_planes(n=5)
+    base = world.horizons["Base"].isel(easting=slice(1, None))
+    scene = gs.Scene({**world.horizons, "Base": base})
+    with pytest.warns(GeosurfWarning, match=r"covers 75 % of horizon 'Top' \(9 km² of 12 km²\)"):
+        assert len(scene.units) == 3
+    assert [warning.subject for warning in scene.warnings] == ["Top"]
+    assert gs.Scene({**world.horizons, "Base": base}, box=scene.box).warnings == ()
+
+
 def test_upright_grids_are_covered():
     assert gs.Scene({"T": turned(0)}).warnings == ()
     straight = gs.synthetic.graben(n=21)
@@ -76,14 +86,14 @@ def wall(name, x, low=-3000.0, high=-1000.0):
 def test_a_fault_beside_the_box_is_named(fault, where):
     top = gs.synthetic.graben(n=21).horizons["Top"]
     scene = gs.Scene({"Top": top}, {"In": wall("In", 2500), "Out": fault}, BOX)
-    with pytest.warns(gs.GeosurfWarning, match=rf"Fault 'Out' lies {where}") as issued:
+    with pytest.warns(GeosurfWarning, match=rf"Fault 'Out' lies {where}") as issued:
         (found,) = scene.warnings
     assert len(issued) == 1
     assert (found.kind, found.subject) == ("outside", "Out")
     assert len(scene.units) == 4
     assert scene.warnings == (found,)
     late = gs.Scene({"Top": top}, {"In": wall("In", 2500), "Out": fault}, BOX)
-    with pytest.warns(gs.GeosurfWarning):
+    with pytest.warns(GeosurfWarning):
         assert len(late.units) == 4
     assert late.warnings == (found,)
     box = eval(re.search(r"box=(\([^)]*\))", found.remedy)[1])
@@ -98,7 +108,7 @@ def test_a_fault_in_the_box_but_beside_the_area_is_named_by_the_units():
     assert scene.replace(faults={"F": wall("F", 1000)}).warnings == ()
     far = [(3500, 3500, -2600), (3900, 3900, -2600), (3900, 3900, -1000)]
     scene = scene.replace(faults={"F": gs.TriSurface("F", "fault", far, [[0, 1, 2]])})
-    with pytest.warns(gs.GeosurfWarning, match=r"about \d+ m away from the area of interest"):
+    with pytest.warns(GeosurfWarning, match=r"about \d+ m away from the area of interest"):
         assert len(scene.units) == 2
     (found,) = scene.warnings
     assert found.kind == "outside"
@@ -151,7 +161,7 @@ def test_a_closed_body_is_refused_as_a_horizon(variant):
 def test_a_fold_is_told_with_its_share():
     vertices, faces = ball()
     open_ball = gs.TriSurface("Salt", "horizon", vertices, faces[1:])
-    with pytest.warns(gs.GeosurfWarning, match=r"'Salt' folds over itself on 50 % of its map"):
+    with pytest.warns(GeosurfWarning, match=r"'Salt' folds over itself on 50 % of its map"):
         check_horizon_mesh(open_ball)
 
 
