@@ -2,6 +2,7 @@
 
 ==================  ================================================================
 rules.py            truncations and extensions as users give them; their order
+halves.py           older faults that end at a younger one on both sides: two halves
 area.py             what of the faults lies inside an area of interest
 rim.py              the open rim of a fault: start, end, up and down
 lines.py            which way a fault goes on beyond its rim

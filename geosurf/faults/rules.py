@@ -55,6 +55,8 @@ def part_in_words(rule: Rule) -> str:
     """
     if rule.keep in LEVELS:
         return f"{rule.keep} {rule.main!r}"
+    if rule.keep in ("+", "-"):
+        return f"on the {rule.keep} side of {rule.main!r}"
     return f"in the {rule.keep} of {rule.main!r}"
 
 

@@ -113,7 +113,11 @@ class Truncation:
             f", {area_text(self.coinciding_area)} of it coincident" if self.coinciding_area else ""
         )
         apart = f", {area_text(self.apart_area)} of it detached" if self.apart_area else ""
-        part = f"{self.keep} it" if self.keep in ("above", "below") else f"in its {self.keep}"
+        part = f"in its {self.keep}"
+        if self.keep in ("above", "below"):
+            part = f"{self.keep} it"
+        elif self.keep in ("+", "-"):
+            part = f"on its {self.keep} side"
         return (
             f"{self.fault} ends at {self.main} along {length_text(self.length)}: "
             f"{area_text(self.dropped_area)} removed{more}; {area_text(self.kept_area)} "

@@ -13,7 +13,8 @@ from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.validate import faults_reaching, is_torn_as_picked, truncations_of
+from geosurf.scenario.truncations import truncations_of
+from geosurf.scenario.validate import faults_reaching, is_torn_as_picked
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points
 from geosurf.scene.surfaces import opened_outline

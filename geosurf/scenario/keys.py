@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import METRES_PER_UNIT
+from geosurf.faults.halves import BOTH
 from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
 from geosurf.model.faults import SIDES
@@ -131,8 +132,9 @@ class TruncationInput:
     keep: str = key(
         "The part that stays: in the hanging wall or footwall of the main fault, right or left of "
         "the strike of a vertical one, or by its normal (`+` is where it points). At a horizon: "
-        "below or above it.",
-        values.one_of(*KEEP),
+        "below or above it. `both` splits an older fault at a younger one into two faults, such as "
+        "`F2 (1)` on the side of the normal and `F2 (2)`.",
+        values.one_of(*KEEP, BOTH),
     )
     extend: bool = key(
         "Whether the fault is first continued to the main one.", values.switch, default=False

@@ -17,6 +17,7 @@ from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.truncations import truncations_of, with_halves
 from geosurf.scenario.values import KeyPath, read_table
 
 ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
@@ -55,6 +56,10 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     # two passes: each value by itself (`read_table`), then values against each other
     path = path_of(path, "a scenario")
     scenario: Scenario = read_table(Scenario, KeyPath(path), _load(path), path=path)
+    try:
+        scenario = with_halves(scenario)
+    except InputError as error:
+        KeyPath(path).refuse(str(error))
     _check_names(scenario)
     return scenario
 
@@ -288,19 +293,9 @@ def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
     return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
 
 
-def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
-    """Return the truncations of a scenario as `Scene` takes them."""
-    found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
-    for entry in scenario.truncations:
-        rule = (entry.main, entry.keep, entry.extend)
-        found[entry.fault] = (*found.get(entry.fault, ()), rule)
-    return found
-
-
 __all__ = [
     "faults_reaching",
     "horizon_rules_of",
     "is_torn_as_picked",
     "read_scenario",
-    "truncations_of",
 ]

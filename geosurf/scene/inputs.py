@@ -15,6 +15,7 @@ from geosurf.conventions import (
     shared_name,
 )
 from geosurf.errors import InputError
+from geosurf.faults.halves import Halves, halves_of
 from geosurf.faults.lengthen import read_lengthen
 from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
@@ -55,6 +56,8 @@ class SceneInputs:
         `truncations` by faults, checked, main faults first.
     horizon_rules : tuple of Rule
         `truncations` by horizons.
+    halves : Halves
+        Faults that younger ones split; `faults` has the halves.
 
     Raises
     ------
@@ -87,6 +90,8 @@ class SceneInputs:
     slivers: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
+    halves: Halves = field(init=False, repr=False)
+    given_faults: dict[str, Any] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check every input, alone and against the others."""
@@ -118,14 +123,21 @@ class SceneInputs:
         tolerance = check_scene_tolerance(self.tolerance, horizons)
         truncations = as_mapping("truncations", self.truncations)
 
+        # from here on, halves stand for the faults that younger ones split
+        halves, given = halves_of(truncations, tuple(faults)), faults
+        faults = halves.spread(faults)
+        faults = {name: faults[name] for name in halves.names(tuple(given))}
+        if halves.parts:
+            refuse_namesakes(horizon=horizons, fault=faults, contact=contacts)
+
         # settings that exclude each other are refused here, before a file is read
-        tear = tear_setting(self.tear, tuple(faults))
+        tear = tear_setting(halves.spread(self.tear), tuple(faults))
         if tear is not None and tolerance is not None:
             raise InputError(
                 f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
                 "their nodes. Leave one of them out."
             )
-        rules = read_truncations(truncations, tuple(faults), tuple(horizons))
+        rules = read_truncations(halves.truncations, tuple(faults), tuple(horizons))
         at_horizons = tuple(rule for rule in rules if rule.main in horizons)
         if at_horizons and tolerance is not None:
             raise InputError(
@@ -153,8 +165,10 @@ class SceneInputs:
             slivers=sliver_settings(self.slivers),
             rules=tuple(rule for rule in rules if rule.main not in horizons),
             horizon_rules=at_horizons,
-            extend=read_extend(self.extend, tuple(faults)),
-            lengthen=read_lengthen(self.lengthen, tuple(faults)),
+            halves=halves,
+            given_faults=given,
+            extend=read_extend(halves.spread(self.extend), tuple(faults)),
+            lengthen=read_lengthen(halves.spread(self.lengthen), tuple(faults)),
         )
         self._refuse_torn_beyond()
 
@@ -215,22 +229,48 @@ class SceneInputs:
 
         # merged by name: replace(horizons={'Top': new}) leaves the others as they are
         horizons = exchanged("horizons", self.horizons, changes.get("horizons"))
-        faults = exchanged("faults", self.faults, changes.get("faults"))
+        faults = exchanged("faults", self.given_faults, changes.get("faults"))
 
         # rules about surfaces that were removed go with them, unless new ones are given
         merged = {
             **({"aoi": None} if self.takes_rectangle and changes.get("box") else {}),
             "column": only_of(self.column, horizons),
-            "extend": only_of(self.extend, faults),
-            "lengthen": only_of(self.lengthen, faults),
-            "truncations": only_of(self.truncations, faults),
-            "tear": only_of(self.tear, faults) if isinstance(self.tear, dict) else self.tear,
+            "truncations": self._of_faults(self.truncations, faults),
+            **self._by_fault(faults, changes.get("truncations", self.truncations)),
             **changes,
             "horizons": horizons,
             "faults": faults,
         }
         merged.update((key, or_empty(merged[key])) for key in OPTIONAL if key in merged)
         return replace(self, **merged)
+
+    def _of_faults(self, entries: Mapping[str, Any], faults: Mapping[str, Any]) -> dict[str, Any]:
+        """Entries about some faults as given, or about halves of them."""
+        return {
+            name: value
+            for name, value in entries.items()
+            if name in faults or self.halves.whole_of(name) in faults
+        }
+
+    def _by_fault(self, faults: Mapping[str, Any], truncations: Any) -> dict[str, Any]:
+        """Settings by fault that stay valid for other faults and truncations."""
+        entries = self._of_faults(or_empty(truncations), faults) if self.halves.parts else {}
+        names = halves_of(entries, tuple(faults)).names(tuple(faults))
+
+        def valid(setting: Any) -> Any:
+            """A setting of faults that are left; of whole ones where halves are gone."""
+            if not isinstance(setting, dict):
+                return setting
+            left = self._of_faults(setting, faults)
+            return {
+                name if name in names else self.halves.whole_of(name): value
+                for name, value in left.items()
+            }
+
+        kept = {key: valid(getattr(self, key)) for key in ("extend", "lengthen", "tear")}
+        if kept["tear"] == {}:  # trims of faults that are gone; horizons are torn all the same
+            kept["tear"] = "auto"
+        return kept
 
 
 # as `Scene` and `Scene.replace` call them

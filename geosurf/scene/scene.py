@@ -83,7 +83,8 @@ class Scene:
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others, ``{"F2": ("F1", "hanging wall")}``, or at horizons:
         ``("Unconformity", "below")`` keeps what lies below. A third word True first continues F2 to
-        F1, or up or down to the horizon. See docs/guides/faults.md.
+        F1, or up or down to the horizon. ``("F1", "both")`` keeps both parts of an older fault, as
+        faults ``F2 (1)`` and ``F2 (2)``. See docs/guides/fault_ends.md.
     tolerance : float, optional
         [m], for pictures and quick volumes: gridded horizons get as few triangles as stay this
         near, above and below, and `volume_error_bound` bounds the effect on volumes. `curves` are

@@ -1,0 +1,63 @@
+"""Truncations of a scenario; older faults that a younger one splits become two faults."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from geosurf.faults.halves import halves_of
+from geosurf.scenario.keys import Scenario, TruncationInput
+
+
+def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
+    """Return the truncations of a scenario as `Scene` takes them."""
+    found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
+    for entry in scenario.truncations:
+        rule = (entry.main, entry.keep, entry.extend)
+        found[entry.fault] = (*found.get(entry.fault, ()), rule)
+    return found
+
+
+def with_halves(scenario: Scenario) -> Scenario:
+    """
+    Return the scenario with two halves for each fault that ends at another one on both sides.
+
+    Parameters
+    ----------
+    scenario : Scenario
+
+    Returns
+    -------
+    Scenario
+        Halves have the file, extension, throws and trim of the fault. The same one where no
+        fault is split.
+
+    Raises
+    ------
+    InputError
+        As `geosurf.faults.halves.halves_of`.
+    """
+    halves = halves_of(truncations_of(scenario), [entry.name for entry in scenario.faults])
+    if not halves.parts:
+        return scenario
+    faults = tuple(
+        replace(entry, name=part)
+        for entry in scenario.faults
+        for part in halves.names([entry.name])
+    )
+    truncations = tuple(
+        TruncationInput(fault=fault, main=main, keep=keep, extend=extend)
+        for fault, rules in halves.truncations.items()
+        for main, keep, extend in rules
+    )
+    throws = tuple(
+        replace(entry, fault=part)
+        for entry in scenario.throws
+        for part in halves.names([entry.fault])
+    )
+    tear = scenario.tear
+    if tear is not None:
+        tear = replace(tear, trim_cells=halves.spread(tear.trim_cells))
+    return replace(scenario, faults=faults, truncations=truncations, throws=throws, tear=tear)
+
+
+__all__ = ["truncations_of", "with_halves"]
