@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.threads import map_threads
 from geosurf.carve.check_merged import merged
 from geosurf.carve.check_names import named
 from geosurf.carve.check_partition import matched, numbered, partition
@@ -22,6 +25,7 @@ from geosurf.model import Certificate, Check, Patches, Units
 
 VOLUME_TOLERANCE = 1e-12
 EPS = 2.0**-53
+MANY = 100_000  # triangles, from which units and mesh are checked in two threads
 
 
 def certify(patches: Patches, units: Units | None = None) -> Certificate:
@@ -52,34 +56,48 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     >>> certify(rebuild_surfaces([flat, wall])).ok
     True
     """
-    # units first: these checks read shells, not the cells that carving used
-    checks = []
+    # both halves use these arrays: they are listed once, before threads start
+    _ = patches.local, patches.triangles, patches.surface_of_triangle, patches.parent_of_triangle
+    halves: list[tuple[Callable[[], list[Check]]]] = [(partial(_checks_of_mesh, patches),)]
     if units is not None:
-        x, number = numbered(patches, units)
-        found = matched(patches, units, number)
-        anew = _sizes(patches, units)
-        checks += [_closed(units, anew), _adds_up(patches, units, anew)]
-        checks.append(_shared_vertices(patches, units, x, number))
-        checks.append(partition(patches, units, found))
-        divided = checks[-1].passed
-        checks.append(named(patches, units, found, divided))
-        if units.unmerged is not None:
-            before = numbered(patches, units.unmerged)[1]
-            parts = matched(patches, units.unmerged, before)
-            checks.append(merged(patches, units, found, parts))
-            full = partition(patches, units.unmerged, parts)
-            checks.append(named(patches, units.unmerged, parts, full.passed))
-            checks[-1] = replace(checks[-1], name="names before slivers were merged match")
+        halves.insert(0, (partial(_checks_of_units, patches, units),))
+    worth = patches.n_triangle > MANY
+    found = map_threads(lambda half: half(), halves, worth=worth)
+    return Certificate(tuple(itertools.chain.from_iterable(found)))
 
-    # then the mesh itself; copies of input triangles are set apart once for two checks
+
+def _checks_of_units(patches: Patches, units: Units) -> list[Check]:
+    """Checks that read shells, not the cells that carving used."""
+    x, number = numbered(patches, units)
+    found = matched(patches, units, number)
+    anew = _sizes(patches, units)
+    divided = partition(patches, units, found)
+    checks = [
+        _closed(units, anew),
+        _adds_up(patches, units, anew),
+        _shared_vertices(patches, units, x, number),
+        divided,
+        named(patches, units, found, divided.passed),
+    ]
+    if units.unmerged is not None:
+        before = numbered(patches, units.unmerged)[1]
+        parts = matched(patches, units.unmerged, before)
+        checks.append(merged(patches, units, found, parts))
+        full = partition(patches, units.unmerged, parts)
+        checks.append(named(patches, units.unmerged, parts, full.passed))
+        checks[-1] = replace(checks[-1], name="names before slivers were merged match")
+    return checks
+
+
+def _checks_of_mesh(patches: Patches) -> list[Check]:
+    """Checks of the rebuilt mesh; copies of input triangles are set apart once for three."""
     new = _new_triangles(patches)
-    checks += [
+    return [
         _nothing_crosses(patches, new[0]),
         _on_parents(patches, *new),
         _oriented(patches, *new),
+        _areas(patches),
     ]
-    checks.append(_areas(patches))
-    return Certificate(tuple(checks))
 
 
 def open_edges(triangles: np.ndarray) -> tuple[int, int]:
