@@ -12,6 +12,7 @@ The pipeline, stage by stage::
     measure      units and patches -> thickness maps, juxtaposition, cut-offs, throw, dips
     render       anything -> PNG, off-screen
     report       a scene -> one HTML page;  write: anything -> files
+    ensemble     many realisations of a scene -> quantiles of volumes, maps of probability
 
 Names are imported when first used, so that ``import geosurf`` costs nothing. Editors find them
 below ``TYPE_CHECKING``; a test keeps both lists equal.
@@ -76,6 +77,7 @@ _HOME = {
     # the whole way
     "Scene": "geosurf.scene",
     "run_scenario": "geosurf.scenario",
+    "run_ensemble": "geosurf.ensemble",
     "render_scene": "geosurf.render",
     "render_place": "geosurf.render",
     "render_thickness": "geosurf.render",
@@ -86,15 +88,17 @@ _HOME = {
     # what geosurf assumed
     "GeosurfWarning": "geosurf.errors",
 }
-_ROOMS = ("synthetic", "errors", "conventions")
+_ROOMS = ("synthetic", "ensemble", "errors", "conventions")
 
 # isort: off
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf import conventions as conventions
+    from geosurf import ensemble as ensemble
     from geosurf import errors as errors
     from geosurf import synthetic as synthetic
     from geosurf.carve import carve_units as carve_units
     from geosurf.arrangement import intersect_triangles as intersect_triangles
+    from geosurf.ensemble import run_ensemble as run_ensemble
     from geosurf.errors import GeosurfWarning as GeosurfWarning
     from geosurf.faults import (
         extend_fault as extend_fault,

@@ -24,6 +24,7 @@ __all__ = [
     "RoundingError",
     "ScenarioError",
     "SurfaceError",
+    "WorkerError",
 ]
 
 
@@ -76,6 +77,10 @@ class DependencyError(InputError):
 
 class OutputError(InputError):
     """A file or folder cannot be written."""
+
+
+class WorkerError(InputError):
+    """A worker of an ensemble was lost; what is finished is stored."""
 
 
 class GeometryError(GeosurfError):

@@ -18,6 +18,7 @@ from geosurf.errors import GeosurfWarning
 
 _PACKAGE = str(Path(__file__).parent)
 _collector: ContextVar[list[GeosurfWarning] | None] = ContextVar("collector", default=None)
+_silent: ContextVar[bool] = ContextVar("silent", default=False)
 
 
 def warn(warning: GeosurfWarning) -> None:
@@ -42,6 +43,8 @@ def warn(warning: GeosurfWarning) -> None:
 
 def issue(warning: GeosurfWarning) -> None:
     """Issue a warning by Python's `warnings`, as the line of the user's own code."""
+    if _silent.get():
+        return
     warnings.warn(warning, stacklevel=_depth_of_user())
 
 
@@ -68,6 +71,23 @@ def collected() -> Iterator[list[GeosurfWarning]]:
         yield found
     finally:
         _collector.reset(token)
+
+
+@contextmanager
+def silenced() -> Iterator[list[GeosurfWarning]]:
+    """Collect what is warned of inside the ``with`` block; scenes inside do not issue it either.
+
+    Yields
+    ------
+    list of GeosurfWarning
+        Grows while the block runs.
+    """
+    token = _silent.set(True)
+    try:
+        with collected() as found:
+            yield found
+    finally:
+        _silent.reset(token)
 
 
 def _depth_of_user() -> int:

@@ -1,26 +1,58 @@
-"""Many models of one scene: volumes under uncertainty, with their quantiles and maps.
+"""Many realisations of one model: volumes under uncertainty, with their quantiles and maps.
 
-================  =============================================================
-streams.py        one stream of random numbers for each realisation and parameter
-covariance.py     how errors at two places are related
-field_grid.py     the lattice that a random field is simulated on
-fields.py         Gaussian random fields, conditioned to known values
-================  =============================================================
+=================  ============================================================
+run.py             `run_ensemble`: all of it
+plan.py            one ensemble, prepared: what a worker needs for realisation k
+models.py          what realisations are made of: a scene, a function
+change.py          what one realisation changes of a model
+draws.py           where its numbers come from; streams.py: one stream for each
+depths.py          uncertain horizons: shifts, and errors correlated in the map
+contact_levels.py  uncertain fluid contacts
+throws.py          uncertain throw; fault_moves.py: position and dip
+horizon_data.py    the data of a horizon, as places and elevations
+covariance.py      how errors at two places are related
+field_grid.py      the lattice that a random field is simulated on
+fields.py          Gaussian random fields, conditioned to known values
+record.py          the result of one realisation; maps.py: its maps
+on_dask.py         realisations on Dask: threads, processes, clusters
+store.py           the Zarr store; sums.py: its maps
+progress.py        progress with the time left
+results.py         quantiles, convergence, tornado
+=================  ============================================================
 """
 
 from __future__ import annotations
 
+from geosurf.ensemble.contact_levels import ContactLevel
 from geosurf.ensemble.covariance import Covariance
+from geosurf.ensemble.depths import DepthError, DepthShift
+from geosurf.ensemble.fault_moves import FaultDip, FaultShift
 from geosurf.ensemble.field_grid import FieldGrid
 from geosurf.ensemble.fields import GaussianField
+from geosurf.ensemble.results import convergence, open_ensemble, quantiles, tornado, volumes_by
+from geosurf.ensemble.run import realize, run_ensemble
+from geosurf.ensemble.throws import Throw
 from geosurf.model.distributions import Discrete, Normal, Triangular, Uniform
 
 __all__ = [
+    "ContactLevel",
     "Covariance",
+    "DepthError",
+    "DepthShift",
     "Discrete",
+    "FaultDip",
+    "FaultShift",
     "FieldGrid",
     "GaussianField",
     "Normal",
+    "Throw",
     "Triangular",
     "Uniform",
+    "convergence",
+    "open_ensemble",
+    "quantiles",
+    "realize",
+    "run_ensemble",
+    "tornado",
+    "volumes_by",
 ]

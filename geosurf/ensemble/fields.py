@@ -180,6 +180,10 @@ class GaussianField:
             field = field + self._kriged(self.values - self.known @ field.ravel())
         return field
 
+    def mean(self) -> np.ndarray:
+        """Return the mean of all realisations [m]: 0, or what known values make of it."""
+        return np.zeros(self.grid.shape) if self.known is None else self._kriged(self.values)
+
 
 def torus_of(grid: FieldGrid, covariance: Covariance) -> tuple[int, int]:
     """Return how many nodes a torus needs so that opposite ends of the lattice are independent.

@@ -35,7 +35,7 @@ FIXED = {
     "write",
 }
 NAMES = [name for name in geosurf.__all__ if name != "__version__"]
-ROOMS = [name for name in NAMES if name in ("synthetic", "errors", "conventions")]
+ROOMS = [name for name in NAMES if name in ("synthetic", "ensemble", "errors", "conventions")]
 THINGS = [name for name in NAMES if name not in ROOMS]
 # nouns that stages hand out: users read them and rarely make them
 GIVEN = {

@@ -1,0 +1,218 @@
+"""What realisations are made of: a scene whose inputs change, or a function that builds a scene."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, is_dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from geosurf.ensemble.change import Change
+from geosurf.ensemble.horizon_data import HorizonData
+from geosurf.ensemble.streams import stream_of
+from geosurf.ensemble.throws import Factor
+from geosurf.errors import InputError
+from geosurf.model import Sheet, TriSurface
+from geosurf.model.tops import Tops
+from geosurf.scene import Scene
+from geosurf.scene.given import given_contacts, given_fault, given_horizon, given_settings
+from geosurf.sheets import throw_horizon
+
+OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
+
+
+class Model(Protocol):
+    """A model that realisations change."""
+
+    def build(self, change: Change) -> Scene:
+        """Return the scene of one realisation."""
+
+    def framed(self, base: Scene, reach: float) -> None:
+        """Keep area and box of the base case for all, taller by a reach [m]."""
+
+    def identity(self) -> str:
+        """Return a hash of all inputs: the same in every process."""
+
+
+class SceneModel:
+    """
+    A scene whose horizons, faults and contacts change.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Examples
+    --------
+    >>> from geosurf.ensemble.draws import Draws
+    >>> from geosurf.synthetic import tilted_planes
+    >>> world = tilted_planes(n=5)
+    >>> model = SceneModel(Scene(world.horizons, world.faults, world.box))
+    >>> change = Change(model, Draws(0, None))
+    >>> change.lift("Top", 10.0)
+    >>> scene = model.build(change)
+    >>> scene.surface("Top").bounds[4] - model.scene.surface("Top").bounds[4]
+    10.0
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.horizon_names, self.fault_names = scene.horizon_names, scene.fault_names
+        self._data: dict[str, HorizonData] = {}
+        self._frame: dict[str, Any] = {}
+
+    # ---- what is given -------------------------------------------------------------------
+
+    def horizon(self, name: str) -> HorizonData:
+        """Return the data of a horizon, before it is torn or thrown."""
+        if name not in self._data:
+            self._data[name] = HorizonData.of(name, *given_horizon(self.scene, name))
+        return self._data[name]
+
+    def fault(self, name: str) -> TriSurface:
+        """Return a fault, before it is extended and truncated."""
+        return given_fault(self.scene, name)
+
+    @cached_property
+    def contacts(self) -> dict[str, Any]:
+        """Fluid contacts by name, as a scene takes them."""
+        return given_contacts(self.scene)
+
+    @property
+    def tops(self) -> Tops | None:
+        """Well tops of the scene."""
+        return self.scene.tops
+
+    # ---- realisations --------------------------------------------------------------------
+
+    def build(self, change: Change) -> Scene:
+        """Return the scene of one realisation; it shares with the others what does not change."""
+        contacts = {**self.contacts, **change.contacts}
+        changes = {"contacts": contacts} if change.contacts else {}
+        scene = self.scene.replace(
+            horizons=change.horizons(), faults=change.faults, **changes, **self._frame
+        )
+        return self._thrown(scene, change) if change.throws else scene
+
+    def _thrown(self, scene: Scene, change: Change) -> Scene:
+        """A scene with all horizons torn by the throws of a realisation."""
+        faults = [scene.surface(name) for name in change.throws]
+        throws = {
+            name: throw.of(None) if isinstance(throw, Factor) else throw
+            for name, throw in change.throws.items()
+        }
+        moved = change.horizons()
+        sheets = {
+            name: throw_horizon(
+                moved.get(name) or self.horizon(name).surface, faults, throws, name=name
+            )
+            for name in self.horizon_names
+        }
+        return scene.replace(horizons=sheets)
+
+    def framed(self, base: Scene, reach: float) -> None:
+        """Keep area and box of the base case for all, taller by a reach [m]."""
+        given = given_settings(self.scene)
+        if given["box"] is not None:
+            return
+        west, east, south, north, bottom, top = base.box
+        self._frame = {"box": (west, east, south, north, bottom - reach, top + reach)}
+        if not isinstance(given["aoi"], str):
+            self._frame["aoi"] = base.aoi
+
+    def identity(self) -> str:
+        """Return a hash of all inputs: the same in every process."""
+        digest = hashlib.sha256()
+        for name in self.horizon_names:
+            value, words = given_horizon(self.scene, name)
+            surface = value.surface if isinstance(value, Sheet) else None
+            points = surface.vertices if surface else HorizonData.of(name, value, words).points
+            add_to(digest, (name, points))
+        for name in self.fault_names:
+            fault = self.fault(name)
+            add_to(digest, (name, fault.vertices, fault.triangles))
+        add_to(digest, (self.contacts, given_settings(self.scene)))
+        return digest.hexdigest()
+
+
+class BuiltModel:
+    """A function of a random number generator that returns a scene."""
+
+    horizon_names: tuple[str, ...] = ()
+    fault_names: tuple[str, ...] = ()
+    tops: Tops | None = None
+
+    def __init__(self, function: Callable[[np.random.Generator], Scene], seed: int) -> None:
+        self.function, self.seed = function, seed
+        self.contacts: dict[str, Any] = {}
+
+    def horizon(self, name: str) -> HorizonData:
+        """Refuse: a function has no inputs to change."""
+        raise InputError(OWN_NUMBERS)
+
+    def fault(self, name: str) -> TriSurface:
+        """Refuse: a function has no inputs to change."""
+        raise InputError(OWN_NUMBERS)
+
+    def build(self, change: Change) -> Scene:
+        """Return the scene of one realisation."""
+        scene = self.function(stream_of(self.seed, change.draws.realization or 0, "build"))
+        if not isinstance(scene, Scene):
+            raise InputError(
+                f"the function that builds a realisation returned {type(scene).__name__}. Return "
+                "a geosurf.Scene."
+            )
+        return scene
+
+    def framed(self, base: Scene, reach: float) -> None:
+        """Nothing: the function chooses the box."""
+
+    def identity(self) -> str:
+        """Return the name of the function: what it does cannot be compared."""
+        return f"{self.function.__module__}.{getattr(self.function, '__qualname__', '')}"
+
+
+def add_to(digest: Any, value: Any) -> None:
+    """Add a value to a hash, by its content: the same in every process.
+
+    Examples
+    --------
+    >>> one, two = hashlib.sha256(), hashlib.sha256()
+    >>> add_to(one, {"a": [1.0, np.arange(3)]})
+    >>> add_to(two, {"a": [1.0, np.arange(3)]})
+    >>> one.hexdigest() == two.hexdigest()
+    True
+    """
+    if isinstance(value, TriSurface):
+        add_to(digest, (value.name, value.vertices, value.triangles))
+    elif hasattr(value, "to_dict") and hasattr(value, "coords"):
+        add_to(digest, value.to_dict())
+    elif is_dataclass(value) and not isinstance(value, type):
+        digest.update(type(value).__name__.encode())
+        try:
+            add_to(digest, asdict(value))
+        except TypeError:  # holds something that cannot be copied
+            digest.update(repr(value).encode())
+    elif isinstance(value, Mapping):
+        for key in value:
+            digest.update(f"{key}:".encode())
+            add_to(digest, value[key])
+    elif isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype} {value.shape}".encode())
+        digest.update(np.ascontiguousarray(value))
+    elif isinstance(value, tuple | list):
+        digest.update(f"{len(value)}".encode())
+        for part in value:
+            add_to(digest, part)
+    elif callable(value):
+        name = getattr(value, "__qualname__", type(value).__name__)
+        args = getattr(value, "args", ())
+        add_to(digest, (name, tuple(args) if isinstance(args, tuple) else ()))
+    else:
+        digest.update(f"{type(value).__name__} {value!r}".encode())
+
+
+__all__ = ["BuiltModel", "Model", "SceneModel", "add_to"]

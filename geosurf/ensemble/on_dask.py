@@ -1,0 +1,191 @@
+"""Realisations on Dask: local threads or processes, or any cluster that has a client.
+
+Results come back one by one, in any order, and are handed on at once: nothing waits for the end.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import tempfile
+from collections.abc import Callable, Iterable
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from geosurf.arrangement.threads import n_threads
+from geosurf.ensemble.plan import Plan
+from geosurf.ensemble.record import Record
+from geosurf.errors import DependencyError, InputError, WorkerError
+
+OnRecord = Callable[[Record], None]
+_PLANS: dict[str, Plan] = {}  # of a worker process: the one that it works on
+
+
+def require_extra() -> None:
+    """Raise an error that names the extra, if a package of it is missing."""
+    missing = [name for name in ("dask", "zarr") if find_spec(name) is None]
+    if missing:
+        raise DependencyError(
+            f"ensembles need {' and '.join(missing)}, which cannot be imported. Install the extra: "
+            'pip install "geosurf[ensemble]"'
+        )
+
+
+def check_workers(workers: Any) -> int:
+    """Return how many realisations run at once; None: the number of threads of geosurf.
+
+    Examples
+    --------
+    >>> check_workers(3)
+    3
+    """
+    if workers is None:
+        return n_threads()
+    if type(workers) is not int or workers < 1:
+        raise InputError(f"workers is {workers!r}; give a whole number above 0.")
+    return workers
+
+
+def run_on_dask(
+    plan: Plan,
+    numbers: Iterable[int],
+    on_record: OnRecord,
+    *,
+    client: Any = None,
+    workers: int = 1,
+    processes: bool = False,
+) -> None:
+    """
+    Run realisations and hand on the record of each as soon as it is there.
+
+    Parameters
+    ----------
+    plan : Plan
+        Started.
+    numbers : iterable of int
+        Of the realisations.
+    on_record : callable
+        Is called in the calling thread, in any order of the realisations.
+    client : distributed.Client, optional
+        Runs them; the others count without it.
+    workers : int
+        Realisations at once.
+    processes : bool
+        Whether workers are processes, not threads.
+
+    Raises
+    ------
+    WorkerError
+        If a worker is lost for good.
+    """
+    wanted = list(numbers)
+    if not wanted:
+        return
+    if client is not None:
+        _on_cluster(plan, wanted, on_record, client)
+    elif processes:
+        _in_processes(plan, wanted, on_record, workers)
+    else:
+        from dask.threaded import get
+
+        _streamed(get, _graph(plan.run, wanted), on_record, num_workers=workers)
+
+
+def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **options: Any) -> None:
+    """Compute a graph of Dask; hand on each result when it is there, and forget it."""
+    from dask.callbacks import Callback
+
+    def done(key: Any, record: Record, _: Any, state: dict[str, Any], __: Any) -> None:
+        """Take one result from the scheduler."""
+        state["cache"][key] = None
+        on_record(record)
+
+    with Callback(posttask=done):  # type: ignore[no-untyped-call]
+        get(graph, list(graph), **options)
+
+
+def _in_processes(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> None:
+    """Worker processes read the plan once each, from a file."""
+    from concurrent.futures.process import BrokenProcessPool
+
+    from dask.multiprocessing import get
+
+    with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as folder:
+        file = Path(folder) / "plan"
+        file.write_bytes(dumps(plan))
+        graph = _graph(partial(run_from_file, str(file)), wanted)
+        try:
+            _streamed(get, graph, on_record, num_workers=workers, chunksize=1, optimize_graph=False)
+        except BrokenProcessPool as error:
+            raise WorkerError(_lost(f"{workers} worker processes")) from error
+
+
+def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any) -> None:
+    """A cluster: it repeats the realisations of a lost worker by itself, a few times."""
+    from distributed import as_completed
+    from distributed.client import FutureCancelledError
+    from distributed.comm.core import CommClosedError
+    from distributed.scheduler import KilledWorker
+
+    remote = client.scatter(dumps(plan), broadcast=True, hash=False)
+    token = plan.identity
+    futures = client.map(
+        lambda k, data: run_from_bytes(token, data, k), wanted, data=remote, pure=False,
+        key=[f"geosurf-realization-{os.urandom(4).hex()}-{k}" for k in wanted],
+    )  # fmt: skip
+    try:
+        finished: Any = as_completed
+        for _, record in finished(futures, with_results=True):
+            on_record(record)
+    except (KilledWorker, FutureCancelledError, CommClosedError) as error:
+        raise WorkerError(_lost("the Dask cluster")) from error
+    finally:
+        client.cancel(futures)
+
+
+def _graph(run: Callable[[int], Record], wanted: list[int]) -> dict[str, Any]:
+    """Tasks of Dask, named so that it runs the realisations in their order."""
+    from dask.order import order
+
+    names = [f"realization-{row:09d}" for row in range(len(wanted))]
+    rank = order(dict.fromkeys(names, (int,)))
+    names.sort(key=rank.__getitem__)
+    return {name: (partial(run, k),) for name, k in zip(names, wanted, strict=True)}
+
+
+def _lost(where: str) -> str:
+    return (
+        f"a worker of {where} was lost (killed, or out of memory). Run the same call again: it "
+        "continues with what is stored; fewer workers need less memory."
+    )
+
+
+def dumps(plan: Plan) -> bytes:
+    """Return a plan as bytes for another process; functions of a script go along."""
+    import cloudpickle
+
+    return bytes(cloudpickle.dumps(plan))
+
+
+def run_from_file(path: str, realization: int) -> Record:
+    """Run a realisation in a worker process."""
+    if path not in _PLANS:
+        os.environ.setdefault("GEOSURF_THREADS", "1")  # workers share the cores
+        _PLANS.clear()
+        _PLANS[path] = pickle.loads(Path(path).read_bytes())
+    return _PLANS[path].run(realization)
+
+
+def run_from_bytes(token: str, data: bytes, realization: int) -> Record:
+    """Run a realisation on a worker of a cluster; its plan is opened once."""
+    plan = _PLANS.get(token)
+    if plan is None:
+        plan = pickle.loads(data)
+        _PLANS.clear()
+        _PLANS[token] = plan
+    return plan.run(realization)
+
+
+__all__ = ["check_workers", "require_extra", "run_on_dask"]

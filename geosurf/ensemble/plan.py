@@ -1,0 +1,152 @@
+"""One ensemble, prepared: everything that a worker needs to build and measure realisation k."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+import geosurf
+from geosurf.conventions import counted
+from geosurf.ensemble.change import Change, Prepared, Uncertainty
+from geosurf.ensemble.draws import Draws
+from geosurf.ensemble.maps import Layers
+from geosurf.ensemble.models import Model, add_to
+from geosurf.ensemble.record import Record, UnitKey
+from geosurf.errors import GeosurfError, InputError
+from geosurf.scene import Scene
+from geosurf.warning import silenced
+
+KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"
+
+
+@dataclass(eq=False)
+class Plan:
+    """
+    A model, its uncertainties, and what is measured of each realisation.
+
+    Attributes
+    ----------
+    model : Model
+    uncertain : tuple of Uncertainty
+        In the order in which they change the inputs.
+    seed : int
+    grid : float, xarray object or None
+        Nodes of maps; None: no maps.
+    """
+
+    model: Any
+    uncertain: tuple[Uncertainty, ...]
+    seed: int
+    grid: Any = None
+
+    def __post_init__(self) -> None:
+        self.layers: Layers | None = None
+        names = [one.parameter for one in self.uncertain]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(
+                    f"two uncertainties are called {name!r}. Give one of them another name="
+                )
+        self.prepared: tuple[Prepared, ...] = tuple(
+            one.prepare(self.model) for one in self.uncertain
+        )
+
+    @property
+    def parameters(self) -> list[str]:
+        """Names of the numbers that are drawn."""
+        return [one.parameter for one in self.uncertain]
+
+    @property
+    def units(self) -> list[str]:
+        """Unit of each of them."""
+        return [one.unit for one in self.uncertain]
+
+    @cached_property
+    def identity(self) -> str:
+        """A hash of everything that results depend on."""
+        digest = hashlib.sha256(f"{geosurf.__version__} {self.seed}".encode())
+        digest.update(self.model.identity().encode())
+        add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
+        return digest.hexdigest()
+
+    # ---- scenes --------------------------------------------------------------------------
+
+    def start(self) -> Record:
+        """Build the base case, keep its area for all realisations, and measure it."""
+        base = self.scene(None)
+        self.model.framed(base, sum(one.reach() for one in self.prepared))
+        base = self.scene(None)
+        if self.grid is not None:
+            self.layers = Layers.of(base, self.grid)
+        return self.measure(base, {})
+
+    def scene(self, realization: int | None) -> Scene:
+        """Return the scene of a realisation; None: the base case."""
+        return self._drawn(realization)[0]
+
+    def _drawn(self, realization: int | None) -> tuple[Scene, dict[str, float]]:
+        """The scene of a realisation, and the numbers that were drawn for it."""
+        change = Change(self.model, Draws(self.seed, realization))
+        for one in self.prepared:
+            one.apply(change)
+        return self.model.build(change), change.numbers
+
+    # ---- results -------------------------------------------------------------------------
+
+    def run(self, realization: int) -> Record:
+        """
+        Build and measure a realisation; one that fails has its reason in place of volumes.
+
+        Warnings are counted, not issued: those of the base case are issued once.
+        """
+        change = Change(self.model, Draws(self.seed, realization))
+        with silenced() as warnings:
+            try:
+                for one in self.prepared:
+                    one.apply(change)
+                record = self.measure(self.model.build(change), change.numbers)
+            except GeosurfError as error:
+                record = Record.failed(change.numbers, str(error))
+            except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
+                record = Record.failed(change.numbers, f"{type(error).__name__}: {error}")
+        return record.numbered(realization, len(set(warnings)))
+
+    def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
+        """Return volumes of all units, and maps if they are requested."""
+        units = scene.units.values()
+        volumes = {
+            UnitKey(unit.name, unit.zone, unit.block, unit.contact): float(unit.volume)
+            for unit in units
+        }
+        maps = None if self.layers is None else self.layers.thickness(scene)
+        return Record(volumes, numbers, maps)
+
+
+def uncertainties(given: Any) -> tuple[Uncertainty, ...]:
+    """Return uncertainties as a tuple, or raise an error that names their kinds."""
+    if hasattr(given, "prepare"):
+        given = (given,)
+    if not isinstance(given, Sequence) or isinstance(given, str):
+        raise InputError(f"uncertain is {given!r}; give a list of {KINDS}.")
+    for one in given:
+        if not (hasattr(one, "prepare") and hasattr(one, "parameter")):
+            raise InputError(f"uncertain has {one!r}; give a list of {KINDS}.")
+    return tuple(given)
+
+
+def vector(numbers: dict[str, float], parameters: list[str]) -> np.ndarray:
+    """Return drawn numbers in the order of the parameters; NaN where none was drawn."""
+    return np.array([numbers.get(name, np.nan) for name in parameters])
+
+
+def words_of(plan: Plan) -> str:
+    """Return what is uncertain, in words."""
+    return f"{counted(len(plan.uncertain), 'parameter')}: {', '.join(plan.parameters)}"
+
+
+__all__ = ["Model", "Plan", "uncertainties", "vector", "words_of"]

@@ -1,0 +1,99 @@
+"""The result of one realisation, and the bytes that it is stored as until its region is full."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class UnitKey(NamedTuple):
+    """The name of a unit, and what it is a part of."""
+
+    name: str
+    zone: str
+    block: str
+    contact: str
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """
+    Volumes, drawn numbers and maps of one realisation.
+
+    Attributes
+    ----------
+    volumes : dict of UnitKey to float
+        [m3]; empty if the realisation failed.
+    numbers : dict of str to float
+        Drawn value of each parameter.
+    maps : ndarray of float32, shape (n_layer, n_row, n_col), or None
+        Thickness of each layer [m], 0 where it is absent.
+    reason : str
+        Why it failed; empty if it did not.
+    realization : int
+    n_warning : int
+        How many different warnings there were.
+
+    Examples
+    --------
+    >>> record = Record({UnitKey("above Top", "above Top", "whole", ""): 5.0}, {"throw F1": 31.5})
+    >>> twin = Record.from_bytes(record.to_bytes())
+    >>> twin.volumes == record.volumes, twin.numbers
+    (True, {'throw F1': 31.5})
+    """
+
+    volumes: dict[UnitKey, float]
+    numbers: dict[str, float] = field(default_factory=dict)
+    maps: np.ndarray | None = None
+    reason: str = ""
+    realization: int = -1
+    n_warning: int = 0
+
+    @classmethod
+    def failed(cls, numbers: dict[str, float], reason: str) -> Record:
+        """Return the record of a realisation that could not be built."""
+        return cls({}, numbers, None, " ".join(reason.split()) or "no reason is given")
+
+    def numbered(self, realization: int, n_warning: int) -> Record:
+        """Return the same with its number and warnings."""
+        return replace(self, realization=realization, n_warning=n_warning)
+
+    def to_bytes(self) -> bytes:
+        """Return the record as the content of a file."""
+        head = {
+            "units": [list(key) for key in self.volumes],
+            "parameters": list(self.numbers),
+            "reason": self.reason,
+            "realization": self.realization,
+            "n_warning": self.n_warning,
+        }
+        arrays: dict[str, Any] = {
+            "head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8),
+            "volumes": np.array([*self.volumes.values()], dtype=np.float64),
+            "numbers": np.array([*self.numbers.values()], dtype=np.float64),
+        }
+        if self.maps is not None:
+            arrays["maps"] = self.maps
+        file = io.BytesIO()
+        np.savez(file, allow_pickle=False, **arrays)
+        return file.getvalue()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Record:
+        """Return the record that a file holds."""
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            head = json.loads(arrays["head"].tobytes())
+            keys = [UnitKey(*key) for key in head["units"]]
+            return cls(
+                dict(zip(keys, arrays["volumes"].tolist(), strict=True)),
+                dict(zip(head["parameters"], arrays["numbers"].tolist(), strict=True)),
+                arrays.get("maps", None),
+                head["reason"], head["realization"], head["n_warning"],
+            )  # fmt: skip
+
+
+__all__ = ["Record", "UnitKey"]

@@ -1,0 +1,301 @@
+"""The results of an ensemble: quantiles, convergence with the number of realisations, tornado."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean, is_number
+from geosurf.errors import InputError
+from geosurf.model.expected import path_of
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+BY = ("unit", "zone", "block", "contact")
+EXCEEDED = (90, 50, 10)  # %: P90 is exceeded by 90 % of the realisations
+TAIL = 0.2  # of the realisations: those with a low or high value of a parameter
+
+
+def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
+    """
+    Return the results in the store of an ensemble; also while it is running.
+
+    Parameters
+    ----------
+    store : path-like
+        As for `run_ensemble`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As from `run_ensemble`, in memory. Realisations that have not run have status 0.
+
+    Raises
+    ------
+    InputError
+        If there is no ensemble.
+    """
+    import xarray as xr
+
+    from geosurf.ensemble.on_dask import require_extra
+
+    require_extra()
+    path = path_of(store, "open_ensemble")
+    if not (path / ".zgroup").is_file():
+        raise InputError(f"{path} is not an ensemble. Give the store= of run_ensemble.")
+    opened = xr.open_zarr(path, consolidated=False, chunks=None, mask_and_scale=False)
+    hidden = [name for name in opened.data_vars if str(name).startswith("region_")]
+    result: xarray.Dataset = opened.drop_vars(hidden).load()
+    opened.close()
+    for name in [*result.variables]:
+        if result[name].dtype.kind == "T":  # texts of Zarr: as other results have them
+            values = result[name].values.astype(object)
+            result = (
+                result.assign_coords({name: (result[name].dims, values)})
+                if name in result.coords
+                else result.assign({name: (result[name].dims, values)})
+            )
+    result = result.set_coords(["zone", "block", "contact", "parameter_unit"])
+    unfinished = result.status.values == 0
+    result["volume"] = result.volume.where(~unfinished[:, None])
+    return result
+
+
+def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
+    """
+    Return the volumes of realisations that were built, unit by unit or summed.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `run_ensemble`.
+    by : {"unit", "zone", "block", "contact"}
+        Over what units are summed. ``"contact"``: zone and contact interval.
+
+    Returns
+    -------
+    xarray.DataArray
+        (realization, by) [m3].
+
+    Raises
+    ------
+    InputError
+        For another word, or if no realisation was built.
+    """
+    import xarray as xr
+
+    if by not in BY:
+        raise InputError(
+            f"by is {by!r}; it must be one of {', '.join(BY)}.{did_you_mean(str(by), BY)}"
+        )
+    rows = np.flatnonzero(result.status.values == 1)
+    if not len(rows):
+        raise InputError("no realisation of this ensemble has been built, so it has no volumes.")
+    volume: xarray.DataArray = result.volume.isel(realization=rows)
+    if by == "unit":
+        return volume
+    labels = result[by].values.tolist()
+    if by == "contact":
+        labels = [
+            f"{zone} {part}".strip()
+            for zone, part in zip(result.zone.values.tolist(), labels, strict=True)
+        ]
+    names = list(dict.fromkeys(labels))
+    sums = np.stack(
+        [volume.values[:, [k for k, one in enumerate(labels) if one == name]].sum(axis=1)
+         for name in names], axis=1,
+    )  # fmt: skip
+    return xr.DataArray(
+        sums, dims=("realization", by), attrs={"units": "m3"}, name="volume",
+        coords={"realization": volume.realization.values, by: np.array(names, dtype=object)},
+    )  # fmt: skip
+
+
+def quantiles(
+    result: xarray.Dataset, by: str = "unit", exceeded: tuple[float, ...] = EXCEEDED
+) -> xarray.Dataset:
+    """
+    Return P90, P50 and P10 of volumes, their mean and the base case.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `run_ensemble`.
+    by : {"unit", "zone", "block", "contact"}
+        As for `volumes_by`.
+    exceeded : tuple of float
+        Percentages: P90 is the volume that 90 % of the realisations exceed.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `by`: ``P90``, ``P50``, ``P10``, ``mean``, ``sd`` [m3], ``present``: share of the
+        realisations in which the volume is above 0. ``attrs["n"]`` counts realisations that were
+        built, ``attrs["failed"]`` the others.
+
+    Raises
+    ------
+    InputError
+        For percentages outside of 0 to 100.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Uniform(-10.0, 10.0))
+    >>> found = gs.ensemble.quantiles(gs.run_ensemble(scene, 20, uncertain=[shift]), by="zone")
+    >>> bool((found.P90 <= found.P50).all() and (found.P50 <= found.P10).all()), found.attrs["n"]
+    (True, 20)
+    """
+    import xarray as xr
+
+    for one in exceeded:
+        if not (is_number(one) and 0 <= one <= 100):
+            raise InputError(f"exceeded has {one!r}; give percentages from 0 to 100.")
+    volume = volumes_by(result, by)
+    values = volume.values
+    metric = {"units": "m3"}
+    data: dict[str, Any] = {
+        f"P{one:g}": (by, np.quantile(values, 1.0 - one / 100.0, axis=0), metric)
+        for one in exceeded
+    }
+    data["mean"] = (by, values.mean(axis=0), metric)
+    data["sd"] = (by, values.std(axis=0, ddof=1 if len(values) > 1 else 0), metric)
+    data["present"] = (by, (values > 0).mean(axis=0), {"units": "1"})
+    coords: dict[str, Any] = {by: volume[by].values}
+    if by == "unit":
+        data["base"] = (by, result.base_volume.values, metric)
+        coords |= {k: (by, result[k].values) for k in BY[1:]}
+    attrs = {"n": len(values), "failed": int((result.status.values == 2).sum())}
+    return xr.Dataset(data, coords=coords, attrs=attrs)
+
+
+def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Dataset:
+    """
+    Return how P90, P50, P10 and the mean of one volume settle with the number of realisations.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `run_ensemble`.
+    name : str
+        Of a unit, or of what `by` sums over.
+    by : {"unit", "zone", "block", "contact"}
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``n``, from 2 to all that were built: ``P90``, ``P50``, ``P10``, ``mean`` and
+        ``standard_error`` of the mean [m3].
+
+    Raises
+    ------
+    InputError
+        For an unknown name, or an ensemble of less than two realisations.
+    """
+    import xarray as xr
+
+    values = _one(result, name, by)
+    if len(values) < 2:
+        raise InputError("convergence needs at least two realisations. Give a larger n.")
+    counts = np.arange(2, len(values) + 1)
+    metric = {"units": "m3"}
+    data: dict[str, Any] = {
+        f"P{one}": ("n", np.array([np.quantile(values[:n], 1 - one / 100) for n in counts]), metric)
+        for one in EXCEEDED
+    }
+    data["mean"] = ("n", np.array([values[:n].mean() for n in counts]), metric)
+    errors = np.array([values[:n].std(ddof=1) / np.sqrt(n) for n in counts])
+    data["standard_error"] = ("n", errors, metric)
+    return xr.Dataset(data, coords={"n": counts}, attrs={"name": name})
+
+
+def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Dataset:
+    """
+    Return how strongly each parameter moves one volume, the strongest first.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `run_ensemble`.
+    name : str
+        Of a unit, or of what `by` sums over.
+    by : {"unit", "zone", "block", "contact"}
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``parameter``: ``rank_correlation`` (Spearman, -1 to 1), and ``low`` and ``high``: the
+        mean volume of the fifth of the realisations with its lowest and highest values [m3].
+        ``attrs["noise"]``: smaller rank correlations may be chance.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, or an ensemble of less than ten realisations.
+
+    Notes
+    -----
+    It takes the realisations as they are: no model is built for it, parameters interact as they do
+    in the ensemble, and a field counts by its mean. See docs/guides/ensembles.md.
+    """
+    import xarray as xr
+
+    values = _one(result, name, by)
+    if len(values) < 10:
+        raise InputError("a tornado needs at least ten realisations. Give a larger n.")
+    drawn = result.drawn.values[result.status.values == 1]
+    n_tail = max(1, round(TAIL * len(values)))
+    rows = []
+    for column in drawn.T:
+        order = np.argsort(column, kind="stable")
+        low, high = values[order[:n_tail]].mean(), values[order[-n_tail:]].mean()
+        rows.append((_rank_correlation(column, values), low, high))
+    table = np.array(rows).reshape(-1, 3)
+    order = np.argsort(-np.abs(table[:, 2] - table[:, 1]), kind="stable")
+    metric = {"units": "m3"}
+    return xr.Dataset(
+        {
+            "rank_correlation": ("parameter", table[order, 0], {"units": "1"}),
+            "low": ("parameter", table[order, 1], metric),
+            "high": ("parameter", table[order, 2], metric),
+        },
+        coords={"parameter": result.parameter.values[order]},
+        attrs={"name": name, "mean": float(values.mean()), "noise": 2.0 / np.sqrt(len(values))},
+    )
+
+
+def _one(result: xarray.Dataset, name: str, by: str) -> np.ndarray:
+    """Volumes of one unit, or of one sum of them."""
+    volume = volumes_by(result, by)
+    known = volume[by].values.tolist()
+    if name not in known:
+        raise InputError(
+            f"no {by} is called {name!r}; there are {', '.join(map(str, known))}."
+            f"{did_you_mean(str(name), known)}"
+        )
+    values: np.ndarray = volume.values[:, known.index(name)]
+    return values
+
+
+def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Spearman's rank correlation; 0 where one of them does not vary."""
+    a, b = (_ranks(values) for values in (one, other))
+    a, b = a - a.mean(), b - b.mean()
+    size = float(np.sqrt((a * a).sum() * (b * b).sum()))
+    return float((a * b).sum()) / size if size > 0 else 0.0
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Ranks from 0, equal values sharing their mean rank."""
+    _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    ranks: np.ndarray = (last - 0.5 * (count + 1.0))[inverse]
+    return ranks
+
+
+__all__ = ["convergence", "open_ensemble", "quantiles", "tornado", "volumes_by"]

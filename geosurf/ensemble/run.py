@@ -1,0 +1,254 @@
+"""`run_ensemble`: many realisations of a model, measured, stored, and continued after a kill."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import is_whole
+from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel
+from geosurf.ensemble.on_dask import check_workers, require_extra, run_on_dask
+from geosurf.ensemble.plan import Plan, uncertainties
+from geosurf.ensemble.progress import Progress
+from geosurf.ensemble.record import Record
+from geosurf.ensemble.results import open_ensemble
+from geosurf.ensemble.store import REGION, EnsembleStore
+from geosurf.ensemble.streams import check_seed
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.model.expected import flag_of, path_of
+from geosurf.scene import Scene
+from geosurf.warning import warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+
+def run_ensemble(
+    model: Any,
+    n: int | None = None,
+    *,
+    uncertain: Any = (),
+    seed: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    maps: Any = None,
+    client: Any = None,
+    workers: int | None = None,
+    processes: bool = False,
+    progress: bool | Callable[[str], object] = True,
+) -> xarray.Dataset:
+    """
+    Build many realisations of a model, and return the volumes of all units in each.
+
+    Realisation k depends on the seed and on k only: it is the same on any number of workers, and in
+    a longer ensemble. One that cannot be built is recorded with the reason.
+
+    Parameters
+    ----------
+    model : Scene, path of a scenario, or callable
+        A scenario has its uncertainties in ``[ensemble]``. A callable takes a
+        `numpy.random.Generator` and returns a Scene; worker processes need it to be picklable.
+    n : int, optional
+        Number of realisations. Default: that of the scenario, or 100.
+    uncertain : sequence of uncertainties
+        `DepthShift`, `DepthError`, `ContactLevel`, `Throw`, `FaultShift` and `FaultDip` of
+        ``geosurf.ensemble``, for a Scene.
+    seed : int, optional
+        Default: that of the scenario, or 0.
+    store : path-like, optional
+        A folder for the results (Zarr). Call again with the same inputs to continue after a kill,
+        or with a larger `n` for more realisations. Default: results are in memory only.
+    maps : bool, float or xarray object, optional
+        Also map thickness, mean and standard deviation, and the probability of each zone: the width
+        of a cell [m], a grid, or True for 100 cells along the longer side.
+    client : distributed.Client, optional
+        A Dask cluster that runs the realisations.
+    workers : int, optional
+        Realisations at once, without a client. Default: the cores that the process may use.
+    processes : bool
+        Whether workers are processes instead of threads. A script then needs
+        ``if __name__ == "__main__":``.
+    progress : bool or callable
+        True shows progress and the time left, where stderr is a console; a callable gets each line.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``volume`` (realization, unit) [m3], NaN where a realisation failed and 0 where a unit does
+        not exist; ``base_volume`` of the base case, in which each parameter has its median;
+        ``drawn`` (realization, parameter); ``status`` (1: done, 2: failed) and ``reason``.
+        With maps ``thickness_mean``, ``thickness_sd`` and ``probability`` (layer, northing,
+        easting). See `quantiles`, `convergence` and `tornado` of ``geosurf.ensemble``.
+
+    Raises
+    ------
+    DependencyError
+        If dask or zarr is not installed: ``pip install "geosurf[ensemble]"``.
+    InputError
+        If an argument cannot be used, or the base case cannot be built.
+    GeometryError
+        If the base case, or each of the first 20 realisations, cannot be built.
+    OutputError
+        If the store cannot be written: what is finished stays.
+    WorkerError
+        If a worker is lost for good: what is finished stays.
+
+    Warns
+    -----
+    GeosurfWarning
+        If some realisations failed: kind ``"ensemble"``.
+
+    Notes
+    -----
+    A box that is not given is that of the base case, higher and deeper by what the parameters may
+    move horizons. See docs/guides/ensembles.md.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 10.0))
+    >>> result = gs.run_ensemble(scene, 8, uncertain=[shift])
+    >>> result.volume.sizes["realization"], int((result.status == 1).sum())
+    (8, 8)
+    """
+    require_extra()
+    workers, processes = check_workers(workers), flag_of(processes, "processes")
+    plan, n = planned(model, n, uncertain, seed, maps)
+    base = plan.start()
+    with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch:
+        path = Path(scratch) / "ensemble.zarr" if store is None else path_of(store, "store")
+        target = EnsembleStore(path, plan, base, n)
+        try:
+            _run(target, client, workers, processes, progress)
+        finally:
+            target.close()
+        result = open_ensemble(path)
+    _warn_of_failed(result)
+    return result
+
+
+def planned(
+    model: Any, n: int | None, uncertain: Any, seed: int | None, maps: Any
+) -> tuple[Plan, int]:
+    """Return the plan of an ensemble and its number of realisations, all arguments checked."""
+    if isinstance(model, str | os.PathLike):
+        raise InputError("scenario")
+    count = 100 if n is None else n
+    if not (is_whole(count) and count > 0):
+        raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
+    chosen = check_seed(0 if seed is None else seed)
+    listed = uncertainties(uncertain)
+    grid = None if maps is None or maps is False else maps
+    if isinstance(model, Scene):
+        if not listed:
+            raise InputError(
+                "nothing is uncertain, so that all realisations would be the same. Give uncertain="
+                "[geosurf.ensemble.DepthShift(...), ...]."
+            )
+        return Plan(SceneModel(model), listed, chosen, grid), int(count)
+    if callable(model):
+        if listed:
+            raise InputError(OWN_NUMBERS)
+        return Plan(BuiltModel(model, chosen), listed, chosen, grid), int(count)
+    raise InputError(
+        f"run_ensemble takes a Scene, the path of a scenario or a function, not "
+        f"{type(model).__name__}."
+    )
+
+
+def _run(
+    target: EnsembleStore,
+    client: Any,
+    workers: int,
+    processes: bool,
+    progress: bool | Callable[[str], object],
+) -> None:
+    """Run what is missing, and store each realisation when it is finished."""
+    missing = target.missing()
+    show: Any = progress if callable(progress) else None if progress else lambda _: None
+    counter = Progress(target.n, target.n - len(missing), show)
+
+    def finished(record: Record) -> None:
+        """Store one realisation; stop if all of the first ones fail."""
+        target.add(record)
+        counter.add(bool(record.reason))
+        _refuse_if_all_fail(target)
+
+    _refuse_if_all_fail(target)
+    run_on_dask(target.plan, missing, finished, client=client, workers=workers, processes=processes)
+    target.finish()
+
+
+def _refuse_if_all_fail(target: EnsembleStore) -> None:
+    """Stop if no realisation of the first region could be built."""
+    if target.next_region >= 1 and (target.status[: target.rows(0).stop] == 2).all():
+        reasons = target.group["reason"][: target.rows(0).stop].tolist()
+        raise GeometryError(
+            f"none of the first {len(reasons)} realisations can be built. The first one: "
+            f"{reasons[0]} Give narrower distributions, or see "
+            f"geosurf.ensemble.realize(model, 0, uncertain=...)."
+        )
+
+
+def realize(
+    model: Any, realization: int | None, *, uncertain: Any = (), seed: int | None = None
+) -> Scene:
+    """
+    Return the scene of one realisation, as `run_ensemble` builds it: to look at it.
+
+    Parameters
+    ----------
+    model, uncertain, seed
+        As for `run_ensemble`.
+    realization : int or None
+        Its number; None: the base case, in which each parameter has its median.
+
+    Returns
+    -------
+    Scene
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 10.0))
+    >>> one = gs.ensemble.realize(scene, 3, uncertain=[shift])
+    >>> round(float(one.surface("Top").bounds[4] - scene.surface("Top").bounds[4]), 2)
+    -7.06
+    """
+    if realization is not None and not (is_whole(realization) and realization >= 0):
+        raise InputError(f"realization is {realization!r}; give its number, 0 or above, or None.")
+    plan, _ = planned(model, None, uncertain, seed, None)
+    base = plan.scene(None)
+    plan.model.framed(base, sum(one.reach() for one in plan.prepared))
+    return plan.scene(realization)
+
+
+def _warn_of_failed(result: xarray.Dataset) -> None:
+    """Warn of realisations that failed, with the reason that is most frequent."""
+    failed = np.flatnonzero(result.status.values == 2)
+    if not len(failed):
+        return
+    reasons = result.reason.values[failed].tolist()
+    most = max(dict.fromkeys(reasons), key=reasons.count)
+    first = int(failed[reasons.index(most)])
+    total = result.sizes["realization"]
+    warn(
+        GeosurfWarning(
+            "ensemble",
+            "realizations",
+            f"{len(failed)} of {total} realisations could not be built; quantiles are of the other "
+            f"{total - len(failed)}. {reasons.count(most)} failed like realisation {first}: {most}",
+            f"See geosurf.ensemble.realize(model, {first}, ...) and result.reason.",
+        )
+    )
+
+
+__all__ = ["REGION", "realize", "run_ensemble"]

@@ -1,0 +1,307 @@
+"""The Zarr store of an ensemble: written region by region, in order, and continued after a kill.
+
+A region is `REGION` realisations in a row. Each finished realisation is first a file of its own in
+``.records``, so that a kill at any moment loses none. When all of a region are there, and all
+regions before it are written, the region goes into the arrays, its status last. So names of units
+are found in the order of the realisations, and the bytes of the store do not depend on workers,
+on their order, or on how often a run was interrupted.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from geosurf.ensemble.plan import Plan, vector
+from geosurf.ensemble.record import Record, UnitKey
+from geosurf.ensemble.sums import MapSums
+from geosurf.errors import InputError, OutputError
+from geosurf.files.atomic import write_whole
+from geosurf.files.locks import Lock
+
+REGION = 20  # realisations
+UNITS = 64  # units of one chunk
+DONE, FAILED = 1, 2
+STATUSES = {0: "not run", DONE: "done", FAILED: "failed"}
+RECORDS = ".records"
+
+
+class EnsembleStore:
+    """
+    The store of one ensemble.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        A folder, new or of the same ensemble.
+    plan : Plan
+        Started.
+    base : Record
+        Of the base case.
+    n : int
+        Number of realisations.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, an ensemble of other inputs, or a longer one, or
+        another process writes to it.
+    OutputError
+        If it cannot be written.
+    """
+
+    def __init__(self, path: Path, plan: Plan, base: Record, n: int) -> None:
+        self.path, self.plan, self.base, self.n = path, plan, base, n
+        self.pending: dict[int, Record] = {}
+        self.lock = Lock(path / ".lock")
+        self._keys: list[UnitKey] = []
+        try:
+            self._open()
+        except BaseException as error:
+            self.lock.release()
+            if isinstance(error, OSError):
+                raise self._unwritable(error) from error
+            raise
+
+    # ---- open and create -----------------------------------------------------------------
+
+    def _open(self) -> None:
+        """Open the store, or create it; another length is the same ensemble."""
+        import zarr
+
+        stranger = self.path.exists() and (
+            not self.path.is_dir()
+            or (any(self.path.iterdir()) and not (self.path / ".zgroup").is_file())
+        )
+        if stranger:
+            raise InputError(
+                f"{self.path} exists and is not an ensemble. Give the path of a new folder, as in "
+                'store="ensemble.zarr".'
+            )
+        self.path.mkdir(parents=True, exist_ok=True)
+        if not self.lock.take():
+            raise InputError(
+                f"{self.path}: another process writes to this ensemble. Wait for it, or give "
+                "another store."
+            )
+        for left in self.path.rglob("*.partial"):  # of a write that was killed
+            left.unlink(missing_ok=True)
+        self.group: Any = zarr.open_group(self.path, mode="a", zarr_format=2)
+        known = self.group.attrs.get("identity")
+        if known is None:
+            self._create()
+        elif known != self.plan.identity:
+            raise InputError(
+                f"{self.path} holds an ensemble of other inputs, uncertainties, maps or seed. Give "
+                "another store, or delete this folder."
+            )
+        self._resize()
+        self._keys = self._stored_keys()
+        self._add_columns(self.base.volumes)
+        self.sums = None if self.plan.layers is None else MapSums(self)
+        (self.path / RECORDS).mkdir(exist_ok=True)
+
+    def _create(self) -> None:
+        """Create all arrays, empty; the identity comes last, so that this can be repeated."""
+        n_parameter = len(self.plan.parameters)
+        self.array("volume", "f8", ("realization", "unit"), (REGION, UNITS), units="m3")
+        meanings = {"flag_values": [*STATUSES], "flag_meanings": ", ".join(STATUSES.values())}
+        self.array("status", "u1", ("realization",), (REGION,), **meanings)
+        self.array("reason", str, ("realization",), (REGION,), long_name="why it failed")
+        self.array("warnings", "i4", ("realization",), (REGION,), long_name="number of warnings")
+        self.array("drawn", "f8", ("realization", "parameter"), (REGION, max(1, n_parameter)))
+        self.array("realization", "i8", ("realization",), (REGION,))
+        self.array("region_units", "i4", ("region",), (1,))
+        self.array("base_volume", "f8", ("unit",), (UNITS,), units="m3", long_name="base case")
+        for name in UnitKey._fields:
+            self.array("unit" if name == "name" else name, str, ("unit",), (UNITS,))
+        for name, values in (
+            ("parameter", self.plan.parameters), ("parameter_unit", self.plan.units)
+        ):  # fmt: skip
+            made = self.array(name, str, ("parameter",), (max(1, n_parameter),))
+            if values:
+                made.resize((n_parameter,))
+                made[:] = np.array(values, dtype=object)
+        if self.plan.layers is not None:
+            MapSums.create(self)
+        self.group.attrs.update(
+            {"title": "geosurf ensemble", "seed": str(self.plan.seed),
+             "identity": self.plan.identity}
+        )  # fmt: skip
+
+    def array(
+        self, name: str, dtype: Any, dims: tuple[str, ...], chunks: tuple[int, ...], **attrs: Any
+    ) -> Any:
+        """Create an empty array without compression: compressors may differ between machines."""
+        fill = "" if dtype is str else 0
+        return self.group.create_array(
+            name, shape=(0,) * len(dims), chunks=chunks, dtype=dtype, fill_value=fill,
+            compressors=None, overwrite=True,
+            attributes={"_ARRAY_DIMENSIONS": list(dims), **attrs},
+        )  # fmt: skip
+
+    def _resize(self) -> None:
+        """Make the arrays as long as the ensemble."""
+        known = self.group["realization"].shape[0]
+        if known > self.n:
+            raise InputError(
+                f"{self.path} holds {known} realisations, more than n={self.n}. Give n={known} or "
+                "more, or another store."
+            )
+        for name in ("volume", "status", "reason", "warnings", "drawn"):
+            one = self.group[name]
+            one.resize((self.n, *one.shape[1:]))
+        drawn = self.group["drawn"]
+        drawn.resize((self.n, len(self.plan.parameters)))
+        self.group["region_units"].resize((self.n_region,))
+        self.group["realization"].resize((self.n,))
+        self.group["realization"][:] = np.arange(self.n)
+
+    def _stored_keys(self) -> list[UnitKey]:
+        """Units that have a column, those of the base case first, as far as regions are whole."""
+        columns = [self.group[name][:].tolist() for name in ("unit", *UnitKey._fields[1:])]
+        whole = self._whole_regions()
+        n = int(self.group["region_units"][whole - 1]) if whole else 0
+        return [UnitKey(*row) for row in zip(*(c[:n] for c in columns), strict=True)]
+
+    def _whole_regions(self) -> int:
+        """Number of regions that are whole, from the first."""
+        status = self.group["status"][:]
+        whole = [bool(status[r.start : r.stop].all()) for r in map(self.rows, range(self.n_region))]
+        return whole.index(False) if False in whole else self.n_region
+
+    # ---- what is there -------------------------------------------------------------------
+
+    @property
+    def n_region(self) -> int:
+        """Number of regions."""
+        return -(-self.n // REGION)
+
+    def rows(self, region: int) -> range:
+        """Realisations of a region."""
+        return range(region * REGION, min((region + 1) * REGION, self.n))
+
+    def missing(self) -> list[int]:
+        """Load finished records that are in no region yet; return the realisations to run."""
+        self.status = self.group["status"][:]
+        self.next_region = self._whole_regions()
+        self.status[self.next_region * REGION :] = 0
+        for file in sorted((self.path / RECORDS).glob("*.npz")):
+            try:
+                record = Record.from_bytes(file.read_bytes())
+            except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+                continue  # damaged by a crash of the machine: it is run again
+            if self.next_region * REGION <= record.realization < self.n:
+                self.pending[record.realization] = record
+        self._write_regions()
+        first = self.next_region * REGION
+        return [k for k in range(first, self.n) if k not in self.pending]
+
+    @property
+    def n_finished(self) -> int:
+        """Realisations that are stored, failed ones too."""
+        return (
+            self.next_region * REGION + len(self.pending)
+            if self.next_region < self.n_region
+            else self.n
+        )
+
+    # ---- write ---------------------------------------------------------------------------
+
+    def add(self, record: Record) -> None:
+        """Store a finished realisation.
+
+        Raises
+        ------
+        OutputError
+            If the disk is full, or the folder cannot be written.
+        """
+        try:
+            file = self.path / RECORDS / f"{record.realization:09d}.npz"
+            write_whole(file, record.to_bytes())
+            self.pending[record.realization] = record
+            self._write_regions()
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _write_regions(self) -> None:
+        """Write all regions whose turn it is."""
+        while self.next_region < self.n_region:
+            rows = self.rows(self.next_region)
+            if not all(k in self.pending for k in rows):
+                return
+            self._write_region(rows, [self.pending[k] for k in rows])
+            for k in rows:
+                del self.pending[k]
+                (self.path / RECORDS / f"{k:09d}.npz").unlink(missing_ok=True)
+            self.next_region += 1
+
+    def _write_region(self, rows: range, records: list[Record]) -> None:
+        """Write the results of a region; its status last, so that it counts only when whole."""
+        for record in records:
+            self._add_columns(record.volumes)
+        at = slice(rows.start, rows.stop)
+        volumes = np.array(
+            [
+                [np.nan if r.reason else r.volumes.get(key, 0.0) for key in self._keys]
+                for r in records
+            ]
+        ).reshape(len(records), len(self._keys))
+        drawn = np.array([vector(r.numbers, self.plan.parameters) for r in records])
+        self.group["volume"][at, : len(self._keys)] = volumes
+        if drawn.size:
+            self.group["drawn"][at] = drawn
+        self.group["reason"][at] = np.array([r.reason for r in records], dtype=object)
+        self.group["warnings"][at] = np.array([r.n_warning for r in records], dtype=np.int32)
+        self.group["region_units"][rows.start // REGION] = len(self._keys)
+        if self.sums is not None:
+            self.sums.write(rows.start // REGION, records)
+        status = np.array([FAILED if r.reason else DONE for r in records], dtype=np.uint8)
+        self.group["status"][at] = status
+        self.status[at] = status
+
+    def _add_columns(self, keys: Iterable[UnitKey]) -> None:
+        """Give new units a column; they have no volume in realisations before."""
+        known = set(self._keys)
+        self._keys = [*self._keys, *(key for key in keys if key not in known)]
+        n = len(self._keys)
+        if n == len(known) == self.group["base_volume"].shape[0]:
+            return
+
+        # names as a whole: those of a region that was not finished are written again
+        for i, name in enumerate(("unit", *UnitKey._fields[1:])):
+            self.group[name].resize((n,))
+            self.group[name][:] = np.array([key[i] for key in self._keys], dtype=object)
+        self.group["base_volume"].resize((n,))
+        base = [self.base.volumes.get(key, 0.0) for key in self._keys]
+        self.group["base_volume"][:] = np.array(base)
+        if self.group["volume"].shape[1] < n:
+            self.group["volume"].resize((self.n, n))
+
+    def finish(self) -> None:
+        """Write what follows from all realisations: maps."""
+        try:
+            if self.sums is not None:
+                self.sums.finish(self.n_region)
+            shutil.rmtree(self.path / RECORDS, ignore_errors=True)
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def close(self) -> None:
+        """Give back the claim on the folder."""
+        self.lock.release()
+
+    def _unwritable(self, error: OSError) -> OutputError:
+        reason = error.strerror or type(error).__name__
+        return OutputError(
+            f"{self.path}: cannot be written ({reason}). What is stored stays. "
+            "When there is space, run the same call again: it continues."
+        )
+
+
+__all__ = ["DONE", "FAILED", "REGION", "EnsembleStore"]

@@ -1,0 +1,92 @@
+"""Maps of an ensemble, from sums over its regions.
+
+Each region has its own sums, of differences from the base case; so regions can be written again
+after a kill, and the sum over all of them is the same in any run.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.ensemble.record import Record
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.ensemble.store import EnsembleStore
+
+_PARTS = {"region_difference": "f8", "region_square": "f8", "region_present": "i4"}
+_MAPS = {
+    "thickness_mean": ("m", "mean vertical thickness, 0 where the layer is absent"),
+    "thickness_sd": ("m", "standard deviation of the vertical thickness"),
+    "probability": ("1", "share of the realisations in which the layer is present"),
+}
+
+
+class MapSums:
+    """Sums of maps over the realisations of each region."""
+
+    def __init__(self, store: EnsembleStore) -> None:
+        assert store.base.maps is not None
+        self.group: Any = store.group
+        self.base = store.base.maps.astype(np.float64)
+
+    @staticmethod
+    def create(store: EnsembleStore) -> None:
+        """Create the arrays of maps."""
+        layers = store.plan.layers
+        assert layers is not None
+        n_layer, n_row, n_col = layers.shape
+        dims = ("layer", "northing", "easting")
+        for name, dtype in _PARTS.items():
+            made = store.array(name, dtype, ("region", *dims), (1, n_layer, n_row, n_col))
+            made.resize((0, n_layer, n_row, n_col))
+        for name, (unit, words) in _MAPS.items():
+            made = store.array(name, "f8", dims, layers.shape, units=unit, long_name=words)
+            made.resize(layers.shape)
+        made = store.array("base_thickness", "f8", dims, layers.shape, units="m")
+        made.resize(layers.shape)
+        assert store.base.maps is not None
+        made[:] = store.base.maps
+        for name, values in (
+            ("layer", np.array(layers.names, dtype=object)),
+            ("easting", layers.easting),
+            ("northing", layers.northing),
+        ):
+            kind: Any = str if name == "layer" else "f8"
+            axis = store.array(name, kind, (name,), (len(values),))
+            axis.resize((len(values),))
+            axis[:] = values
+
+    def write(self, region: int, records: list[Record]) -> None:
+        """Write the sums of a region."""
+        maps = [record.maps for record in records if record.maps is not None]
+        off = np.zeros((2, *self.base.shape))
+        present = np.zeros(self.base.shape, dtype=np.int32)
+        for one in maps:
+            difference = one.astype(np.float64) - self.base
+            off[0] += difference
+            off[1] += difference * difference
+            present += one > 0
+        for name, values in zip(_PARTS, (*off, present), strict=True):
+            array = self.group[name]
+            if array.shape[0] <= region:
+                array.resize((region + 1, *self.base.shape))
+            array[region] = values
+
+    def finish(self, n_region: int) -> None:
+        """Write mean, standard deviation and probability over all realisations."""
+        n = int((self.group["status"][:] == 1).sum())
+        total = [np.zeros(self.base.shape) for _ in _PARTS]
+        for region in range(n_region):
+            for sum_, name in zip(total, _PARTS, strict=True):
+                sum_ += self.group[name][region]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = total[0] / n
+            variance = (total[1] - n * mean * mean) / max(n - 1, 1)
+            found = (self.base + mean, np.sqrt(np.maximum(variance, 0.0)), total[2] / n)
+        for name, values in zip(_MAPS, found, strict=True):
+            self.group[name][:] = values
+
+
+__all__ = ["MapSums"]

@@ -1,0 +1,55 @@
+"""The inputs of a scene as they were given, opened: what an ensemble varies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geosurf.model import Sheet, TriSurface
+from geosurf.scene.footprint import opened_horizon
+from geosurf.scene.inputs import INPUTS
+from geosurf.scene.scene import Scene
+from geosurf.scene.surfaces import opened_contacts, undeclared
+
+
+def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
+    """
+    Return a horizon before it is torn and tied, and what its data do not declare.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+
+    Returns
+    -------
+    (TriSurface, Sheet or data, dict)
+        A surface, or the data of a horizon that is to be torn, with the keywords ``positive`` and
+        ``length_unit`` that count for them.
+    """
+    inputs = scene._inputs
+    value = inputs.horizons[name]
+    if isinstance(value, Sheet):
+        return value, {}
+    if inputs.tear is None:
+        return scene._plain.untied(name), {}
+    data = opened_horizon(value, inputs.options)
+    return data, undeclared(data, inputs.options)
+
+
+def given_fault(scene: Scene, name: str) -> TriSurface:
+    """Return a fault as given: neither extended nor truncated."""
+    return scene._plain.read.fault(name)
+
+
+def given_contacts(scene: Scene) -> dict[str, Any]:
+    """Return fluid contacts by name, with files and grids as surfaces."""
+    return opened_contacts(scene._inputs.contacts, scene._inputs.options)
+
+
+def given_settings(scene: Scene) -> dict[str, Any]:
+    """Return all other inputs of a scene, by name."""
+    surfaces = ("horizons", "faults", "contacts")
+    return {key: getattr(scene._inputs, key) for key in INPUTS if key not in surfaces}
+
+
+__all__ = ["given_contacts", "given_fault", "given_horizon", "given_settings"]

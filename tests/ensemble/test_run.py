@@ -1,0 +1,363 @@
+"""An ensemble is the same on any workers, survives kills and full disks, and loses no failure."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform
+from geosurf.ensemble import store as store_room
+from geosurf.ensemble.on_dask import check_workers
+from geosurf.ensemble.progress import Progress, console_line
+from geosurf.ensemble.record import Record
+from geosurf.ensemble.run import planned
+from geosurf.ensemble.store import EnsembleStore
+from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
+from tests.ensemble.worlds import AREA, bytes_of, layer_cake
+
+N = 25  # more than one region
+POINTS = (2, 70, 130, 138, 186, 10_000)  # writes that fail
+UNCERTAIN = [
+    DepthShift("Top", Normal(0.0, 10.0)),
+    DepthError("Base", sd=5.0, range=900.0),
+    ContactLevel("OWC", elevation=Uniform(-1120.0, -1000.0)),
+]
+
+
+def scene():
+    return layer_cake(contacts={"OWC": -1050.0})
+
+
+def run(n=N, **more):
+    return gs.run_ensemble(scene(), n, **{"uncertain": UNCERTAIN, "maps": 500.0, **more})
+
+
+@pytest.fixture(scope="module")
+def made():
+    """A plan that has started, its base case, and all of its realisations."""
+    plan, n = planned(scene(), N, UNCERTAIN, None, 500.0)
+    return plan, plan.start(), [plan.run(k) for k in range(n)]
+
+
+def fill(store, made, order=None):
+    """Write what is missing of a store from realisations that are made already."""
+    plan, base, records = made
+    target = EnsembleStore(store, plan, base, N)
+    try:
+        missing = target.missing()
+        for k in missing if order is None else order:
+            target.add(records[k])
+        target.finish()
+    finally:
+        target.close()
+    return missing
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory, made):
+    """The bytes of the store, realisation after realisation."""
+    store = tmp_path_factory.mktemp("truth") / "e.zarr"
+    fill(store, made)
+    return bytes_of(store)
+
+
+# ---- the same bytes ----------------------------------------------------------------------
+
+
+def test_threads_give_the_same_bytes(tmp_path, truth):
+    lines = []
+    run(store=tmp_path / "e.zarr", workers=3, progress=lines.append)
+    assert bytes_of(tmp_path / "e.zarr") == truth
+    assert lines[-1] == f"{N} of {N} realisations"
+    assert any(line.endswith(" left") for line in lines)
+
+
+def test_worker_processes_give_the_same_bytes(tmp_path, truth):
+    run(store=tmp_path / "e.zarr", workers=1, processes=True)
+    assert bytes_of(tmp_path / "e.zarr") == truth
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_cluster_gives_the_same_bytes(tmp_path, truth):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            2, processes=False, threads_per_worker=1, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        run(store=tmp_path / "e.zarr", client=client)
+    assert bytes_of(tmp_path / "e.zarr") == truth
+
+
+def test_records_in_any_order_give_the_same_bytes(tmp_path, truth, made):
+    for seed in range(3):
+        order = np.random.default_rng(seed).permutation(N).tolist()
+        fill(tmp_path / f"{seed}.zarr", made, order)
+        assert bytes_of(tmp_path / f"{seed}.zarr") == truth
+
+
+def test_a_longer_ensemble_continues_a_shorter_one(tmp_path, truth):
+    first = run(n=7, store=tmp_path / "e.zarr")
+    second = run(store=tmp_path / "e.zarr")
+    assert bytes_of(tmp_path / "e.zarr") == truth
+    columns = second.volume.sel(unit=first.unit)[:7]
+    np.testing.assert_array_equal(columns, first.volume)
+    again = run(store=tmp_path / "e.zarr", progress=lambda line: pytest.fail(line))
+    assert again.identical(second)
+    with pytest.raises(InputError, match=f"holds {N} realisations, more than n=7"):
+        run(n=7, store=tmp_path / "e.zarr")
+
+
+def test_seeds_differ(tmp_path):
+    one, two = (run(n=3, seed=seed, maps=None) for seed in (0, 1))
+    assert not np.isclose(one.drawn, two.drawn).any()
+    assert one.attrs["seed"] == "0"
+    assert "thickness_mean" not in one
+
+
+# ---- kills, full disks, lost workers -----------------------------------------------------
+
+
+def test_a_killed_ensemble_continues_to_the_same_bytes(tmp_path, truth):
+    store, root = tmp_path / "e.zarr", Path(__file__).resolve().parents[2]
+    code = f"""
+    from tests.ensemble.test_run import run
+    run(store={str(store)!r}, workers=1)
+    """
+    child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], cwd=root)
+    records = store / store_room.RECORDS
+    while child.poll() is None and len(list(records.glob("*.npz"))) < 4:
+        time.sleep(0.005)
+    child.send_signal(signal.SIGKILL)
+    assert child.wait() == -signal.SIGKILL
+    done = len(list(records.glob("*.npz")))
+    lines = []
+    run(store=store, progress=lines.append)
+    assert int(lines[0].split()[0]) > done >= 4  # these did not run again
+    assert bytes_of(store) == truth
+
+
+def test_a_write_that_fails_costs_nothing(tmp_path, truth, made, monkeypatch):
+    """The disk is full at one write after another: records, regions, maps."""
+    from zarr.storage import LocalStore
+
+    left, plain, whole = [0], LocalStore.set, store_room.write_whole
+
+    def full():
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    async def set_(self, key, value):
+        full()
+        await plain(self, key, value)
+
+    def write(path, data):
+        full()
+        whole(path, data)
+
+    n_failed = 0
+    for point in POINTS:
+        store, left[0] = tmp_path / f"{point}.zarr", point
+        with monkeypatch.context() as patch:
+            patch.setattr(LocalStore, "set", set_)
+            patch.setattr(store_room, "write_whole", write)
+            try:
+                fill(store, made)
+            except OutputError as error:
+                assert "No space left on device" in str(error)  # noqa: PT017 - many points
+                assert "it continues" in str(error)  # noqa: PT017
+                n_failed += 1
+            else:
+                break
+        fill(store, made)
+        assert bytes_of(store) == truth
+    assert n_failed == len(POINTS) - 1  # beyond the last point nothing fails
+
+
+def test_a_damaged_record_is_run_again(tmp_path, truth, made):
+    plan, base, records = made
+    target = EnsembleStore(tmp_path / "e.zarr", plan, base, N)
+    target.missing()
+    for k in (3, 5):
+        target.add(records[k])
+    target.close()
+    file = tmp_path / "e.zarr" / store_room.RECORDS / "000000003.npz"
+    file.write_bytes(file.read_bytes()[:-9])
+    assert fill(tmp_path / "e.zarr", made) == [k for k in range(N) if k != 5]
+    assert bytes_of(tmp_path / "e.zarr") == truth
+
+
+class Deadly:
+    """Builds one scene, and then ends its process."""
+
+    def __init__(self, pid):
+        self.pid = pid
+
+    def __call__(self, stream):
+        if os.getpid() != self.pid:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return layer_cake()
+
+    __module__, __qualname__ = __name__, "deadly"
+
+
+def test_a_lost_worker_is_one_clear_message(tmp_path):
+    with pytest.raises(WorkerError, match=r"was lost .killed, or out of memory.*it continues"):
+        gs.run_ensemble(Deadly(os.getpid()), 2, workers=1, processes=True)
+
+
+# ---- failures ----------------------------------------------------------------------------
+
+
+def sometimes(stream):
+    """A function that builds scenes, and cannot in a third of the cases."""
+    number = stream.random()
+    if number < 0.3:
+        raise GeometryError(f"drew {number:.3f}, which cannot be built.")
+    if number < 0.4:
+        raise ValueError("a mistake of the function")
+    shift = DepthShift("Top", 100.0 * number)
+    return gs.ensemble.realize(layer_cake(), 0, uncertain=[shift])
+
+
+def test_failed_realizations_are_recorded_with_their_reason():
+    with pytest.warns(gs.GeosurfWarning, match=r"of 24 realisations could not be built") as found:
+        result = gs.run_ensemble(sometimes, 24)
+    failed = result.status.values == 2
+    assert 4 < failed.sum() < 20
+    assert found[0].message.kind == "ensemble"
+    reasons = result.reason.values
+    assert ((reasons != "") == failed).all()
+    assert {word.split()[0] for word in reasons[failed]} == {"drew", "ValueError:"}
+    assert np.isnan(result.volume.values[failed]).all()
+    assert np.isfinite(result.volume.values[~failed]).all()
+    found = gs.ensemble.quantiles(result, by="zone")
+    assert (found.attrs["n"], found.attrs["failed"]) == ((~failed).sum(), failed.sum())
+
+
+def test_an_ensemble_that_always_fails_stops_early():
+    calls = []
+
+    def never(stream):
+        calls.append(1)
+        if len(calls) > 2:  # two base cases
+            raise GeometryError("it folds.")
+        return layer_cake()
+
+    with pytest.raises(GeometryError, match=r"none of the first 20 .* can be built.*folds"):
+        gs.run_ensemble(never, 500, workers=1)
+    assert len(calls) < 30
+    with pytest.raises(GeometryError, match="it folds"):  # the base case
+        gs.run_ensemble(never, 5)
+
+
+# ---- arguments ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        ({"n": 0}, "n is 0; give the number of realisations"),
+        ({"n": 2.5}, "n is 2.5; give the number"),
+        ({"seed": -1}, "seed is -1; give a whole number"),
+        ({"workers": 0}, "workers is 0; give a whole number above 0"),
+        ({"processes": "yes"}, "processes must be True or False"),
+        ({"maps": -5.0}, "the width must be above 0"),
+        ({"store": 7}, "store: 7 is not a path"),
+    ],
+)
+def test_impossible_arguments_are_refused(words, match):
+    with pytest.raises(InputError, match=match):
+        run(**{"n": 2, **words})
+
+
+def test_other_models_are_refused():
+    with pytest.raises(InputError, match="run_ensemble takes a Scene, the path of a scenario or"):
+        gs.run_ensemble(5)
+    with pytest.raises(InputError, match=r"Leave out uncertain="):
+        gs.run_ensemble(sometimes, 2, uncertain=[DepthShift("Top", 1.0)])
+    with pytest.raises(InputError, match=r"returned int. Return a geosurf.Scene"):
+        gs.run_ensemble(lambda stream: 5, 2)
+    assert check_workers(None) >= 1
+
+
+def test_a_store_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "letter.txt").write_text("dear")
+    with pytest.raises(InputError, match=r"exists and is not an ensemble. Give the path of a new"):
+        run(n=1, store=tmp_path / "other")
+    run(n=1, store=tmp_path / "e.zarr", maps=None)
+    with pytest.raises(InputError, match="an ensemble of other inputs"):
+        run(n=1, store=tmp_path / "e.zarr", maps=None, seed=5)
+    with pytest.raises(InputError, match="is not an ensemble"):
+        gs.ensemble.open_ensemble(tmp_path / "other")
+
+
+def test_two_writers_exclude_each_other(tmp_path, made):
+    plan, base, _ = made
+    target = EnsembleStore(tmp_path / "e.zarr", plan, base, 3)
+    with pytest.raises(InputError, match="another process writes to this ensemble"):
+        EnsembleStore(tmp_path / "e.zarr", plan, base, 3)
+    target.close()
+
+
+def test_a_missing_package_is_named(monkeypatch):
+    from geosurf.ensemble import on_dask
+
+    monkeypatch.setattr(on_dask, "find_spec", lambda name: None if name == "zarr" else 1)
+    with pytest.raises(DependencyError, match=r'need zarr.*pip install "geosurf\[ensemble\]"'):
+        run(n=1)
+
+
+# ---- maps, progress, records -------------------------------------------------------------
+
+
+def test_maps_are_those_of_the_volumes(tmp_path, made):
+    fill(tmp_path / "e.zarr", made)
+    result = gs.ensemble.open_ensemble(tmp_path / "e.zarr")
+    cell = 500.0 * 500.0
+    zone = result.volume.isel(unit=np.flatnonzero(result.zone == "Top/Base")).sum("unit")
+    mean = result.thickness_mean.sel(layer="Top/Base").sum() * cell
+    assert float(mean) == pytest.approx(float(zone.mean()), rel=2e-3)
+
+    # everywhere alike: the contact decides where the lower part is present
+    part = result.probability.sel(layer="Top/Base below OWC")
+    assert 0.0 < float(part.min()) <= float(part.max()) < 1.0
+    whole = result.probability.sel(layer="Top/Base")
+    assert (whole == 1.0).all()
+    spread = result.thickness_sd.sel(layer="Top/Base").mean()
+    assert float(spread) == pytest.approx(np.hypot(10.0, 5.0), rel=0.35)
+
+
+def test_time_left_follows_the_last_realizations():
+    progress = Progress(100, 0, lambda line: None)
+    assert progress.seconds_left() is None
+    progress._times = [float(2 * k) for k in range(11)]
+    progress.done = 10
+    assert progress.seconds_left() == pytest.approx(180.0)
+    assert progress.line() == "10 of 100 realisations, 3 min 0 s left"
+
+
+def test_progress_is_silent_where_there_is_no_console(capsys):
+    console_line("5 of 9 realisations, 3 s left")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_records_survive_their_file(made):
+    record = made[2][4]
+    twin = Record.from_bytes(record.to_bytes())
+    assert (twin.volumes, twin.numbers, twin.realization) == (record.volumes, record.numbers, 4)
+    assert np.array_equal(twin.maps, record.maps)
+    assert sum(record.volumes.values()) == pytest.approx(500.0 * AREA)
