@@ -63,7 +63,7 @@ class HorizonData:
     def moved(self, up: np.ndarray) -> Any:
         """Return the horizon with each node moved up [m], as a scene takes it."""
         if self.surface is None:
-            return self.points + np.stack([np.zeros_like(up), np.zeros_like(up), up], axis=1)
+            return self._points_at(self.points[:, 2] + up)
         lattice = self.surface.lattice
         elevation = self.points[:, 2] + up
         if lattice is None:
@@ -76,6 +76,18 @@ class HorizonData:
             ))  # fmt: skip
         made.crs = self.surface.crs
         return made
+
+    def _points_at(self, elevation: np.ndarray) -> Any:
+        """The points at other elevations, as `read_points` returns them."""
+        import xarray as xr
+
+        metre = {"units": "m"}
+        columns = {
+            "easting": ("point", self.points[:, 0].copy(), metre),
+            "northing": ("point", self.points[:, 1].copy(), metre),
+            "elevation": ("point", elevation, metre | {"positive": "up"}),
+        }
+        return xr.Dataset(columns)
 
     @cached_property
     def there(self) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-import geosurf
+from geosurf import __version__
 from geosurf.conventions import counted
 from geosurf.ensemble.change import Change, Prepared, Uncertainty
 from geosurf.ensemble.draws import Draws
@@ -69,7 +69,7 @@ class Plan:
     @cached_property
     def identity(self) -> str:
         """A hash of everything that results depend on."""
-        digest = hashlib.sha256(f"{geosurf.__version__} {self.seed}".encode())
+        digest = hashlib.sha256(f"{__version__} {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
         return digest.hexdigest()

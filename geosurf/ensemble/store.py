@@ -62,10 +62,11 @@ class EnsembleStore:
         self._keys: list[UnitKey] = []
         try:
             self._open()
-        except BaseException as error:
+        except OSError as error:
             self.lock.release()
-            if isinstance(error, OSError):
-                raise self._unwritable(error) from error
+            raise self._unwritable(error) from error
+        except InputError:
+            self.lock.release()
             raise
 
     # ---- open and create -----------------------------------------------------------------
@@ -103,7 +104,7 @@ class EnsembleStore:
         self._resize()
         self._keys = self._stored_keys()
         self._add_columns(self.base.volumes)
-        self.sums = None if self.plan.layers is None else MapSums(self)
+        self.sums = None if self.plan.layers is None else MapSums(self.group, self.base.maps)
         (self.path / RECORDS).mkdir(exist_ok=True)
 
     def _create(self) -> None:
@@ -128,7 +129,7 @@ class EnsembleStore:
                 made.resize((n_parameter,))
                 made[:] = np.array(values, dtype=object)
         if self.plan.layers is not None:
-            MapSums.create(self)
+            MapSums.create(self.array, self.plan.layers, self.base.maps)
         self.group.attrs.update(
             {"title": "geosurf ensemble", "seed": str(self.plan.seed),
              "identity": self.plan.identity}

@@ -6,14 +6,13 @@ after a kill, and the sum over all of them is the same in any run.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.record import Record
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.ensemble.store import EnsembleStore
 
 _PARTS = {"region_difference": "f8", "region_square": "f8", "region_present": "i4"}
 _MAPS = {
@@ -24,37 +23,40 @@ _MAPS = {
 
 
 class MapSums:
-    """Sums of maps over the realisations of each region."""
+    """Sums of maps over the realisations of each region.
 
-    def __init__(self, store: EnsembleStore) -> None:
-        assert store.base.maps is not None
-        self.group: Any = store.group
-        self.base = store.base.maps.astype(np.float64)
+    Parameters
+    ----------
+    group : zarr.Group
+        Of the ensemble.
+    base : ndarray
+        Maps of the base case.
+    """
+
+    def __init__(self, group: Any, base: Any) -> None:
+        self.group, self.base = group, np.asarray(base, dtype=np.float64)
 
     @staticmethod
-    def create(store: EnsembleStore) -> None:
-        """Create the arrays of maps."""
-        layers = store.plan.layers
-        assert layers is not None
+    def create(new: Callable[..., Any], layers: Layers, base: Any) -> None:
+        """Create the arrays of maps; `new` creates one of the store."""
         n_layer, n_row, n_col = layers.shape
         dims = ("layer", "northing", "easting")
         for name, dtype in _PARTS.items():
-            made = store.array(name, dtype, ("region", *dims), (1, n_layer, n_row, n_col))
+            made = new(name, dtype, ("region", *dims), (1, n_layer, n_row, n_col))
             made.resize((0, n_layer, n_row, n_col))
         for name, (unit, words) in _MAPS.items():
-            made = store.array(name, "f8", dims, layers.shape, units=unit, long_name=words)
+            made = new(name, "f8", dims, layers.shape, units=unit, long_name=words)
             made.resize(layers.shape)
-        made = store.array("base_thickness", "f8", dims, layers.shape, units="m")
+        made = new("base_thickness", "f8", dims, layers.shape, units="m")
         made.resize(layers.shape)
-        assert store.base.maps is not None
-        made[:] = store.base.maps
+        made[:] = base
         for name, values in (
             ("layer", np.array(layers.names, dtype=object)),
             ("easting", layers.easting),
             ("northing", layers.northing),
         ):
             kind: Any = str if name == "layer" else "f8"
-            axis = store.array(name, kind, (name,), (len(values),))
+            axis = new(name, kind, (name,), (len(values),))
             axis.resize((len(values),))
             axis[:] = values
 
