@@ -42,6 +42,7 @@ _HOME = {
     # faults
     "extend_fault": "geosurf.faults",
     "lengthen_fault": "geosurf.faults",
+    "split_fault": "geosurf.faults",
     "truncate_faults": "geosurf.faults",
     "propose_network": "geosurf.faults",
     # sheets
@@ -104,6 +105,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         extend_fault as extend_fault,
         lengthen_fault as lengthen_fault,
         propose_network as propose_network,
+        split_fault as split_fault,
         truncate_faults as truncate_faults,
     )
     from geosurf.intersect import intersect_surfaces as intersect_surfaces

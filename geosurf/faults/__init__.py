@@ -2,6 +2,7 @@
 
 ==================  ================================================================
 rules.py            truncations and extensions as users give them; their order
+split.py            each piece of a mesh as a fault of its own
 halves.py           older faults that end at a younger one on both sides: two halves
 area.py             what of the faults lies inside an area of interest
 rim.py              the open rim of a fault: start, end, up and down
@@ -25,6 +26,7 @@ dangling.py         ends in the model box that are left once a network is as pro
 from geosurf.faults.extend import extend_fault
 from geosurf.faults.lengthen import lengthen_fault
 from geosurf.faults.propose import propose_network
+from geosurf.faults.split import split_fault
 from geosurf.faults.truncate import truncate_faults
 
-__all__ = ["extend_fault", "lengthen_fault", "propose_network", "truncate_faults"]
+__all__ = ["extend_fault", "lengthen_fault", "propose_network", "split_fault", "truncate_faults"]

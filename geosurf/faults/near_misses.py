@@ -55,7 +55,10 @@ def near_miss(
     proposal, keep = "extend then truncate", side_word(main, front)
     if len(fault.rims) > 1:  # the continuations of pieces would cross each other
         proposal, keep = "leave", ""
-        reason += f"; {fault.name} is in {len(fault.rims)} pieces, of which none can be extended"
+        reason += (
+            f"; {fault.name} is in {len(fault.rims)} pieces, of which none can be extended: "
+            "split_fault makes a fault of each"
+        )
     return NetworkRow(
         "near miss", fault.name, main.name, side, 0.0, distance, tuple(gap.at.tolist()),
         proposal, keep, reason,

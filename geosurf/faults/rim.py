@@ -138,7 +138,7 @@ def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
         raise SurfaceError(
             f"fault {surface.name!r} is in {len(rims)} pieces, one of them at "
             f"{place(surface.vertices[rims[1].loop[0]])}: its rim is not one line. Give each "
-            "piece as a fault of its own."
+            "piece as a fault of its own: gs.split_fault(fault) returns them by name."
         )
     return rims[0]
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
+from geosurf.errors import InputError, SurfaceError
 from geosurf.scenario import build_scene, read_scenario
-from tests.faults.worlds import BOX, turned
+from tests.faults.worlds import BOX, across, bytes_of, turned, upright, volumes
 from tests.strategies import sheet
 
 ROOT2 = np.sqrt(2.0)
@@ -125,3 +125,27 @@ def test_a_scenario_lengthens_by_a_distance(tmp_path):
     (tmp_path / "model.toml").write_text(text)
     scene = build_scene(read_scenario(tmp_path / "model.toml"))
     assert scene.surface("F1").bounds[2:4] == (0.25, 7.75)
+
+
+def test_a_mesh_in_pieces_becomes_a_fault_of_each():
+    one, two = upright(3, n=(2, 2)), across(4)
+    # pieces that meet in a place, but not along an edge; vertices at one place are given twice
+    moved = two.vertices + np.array([4, 5, 0])
+    x = np.concatenate([one.vertices, moved])
+    t = np.concatenate([two.triangles + one.n_vertex, one.triangles])
+    mesh = gs.TriSurface("F1", "fault", x, t)
+    with pytest.raises(SurfaceError, match=r"is in 2 pieces.*gs.split_fault"):
+        gs.lengthen_fault(mesh, 5)
+    parts = gs.split_fault(mesh)
+    assert list(parts) == ["F1 (1)", "F1 (2)"]
+    assert {bytes_of(part) for part in parts.values()} == {
+        bytes_of(one),
+        bytes_of(gs.TriSurface("F3", "fault", moved, two.triangles)),
+    }
+    for name, part in parts.items():
+        assert part.name == name
+        assert gs.lengthen_fault(part, 5).surface.n_triangle > part.n_triangle
+    assert gs.split_fault(one) == {one.name: one}
+    box = (-20, 20, -20, 20, 0, 8)
+    whole, apart = (gs.Scene({}, faults, box) for faults in ({"F1": mesh}, parts))
+    assert volumes(whole.units) == pytest.approx(volumes(apart.units), rel=1e-14)

@@ -88,6 +88,7 @@ BUILDING = {
         lambda g: ["abc", -1, {}, [1]],
     ),
     "lengthen_fault": (lambda g, v: gs.lengthen_fault(v, 5.0), lambda g: wrong.things(g.scene)),
+    "split_fault": (lambda g, v: gs.split_fault(v), lambda g: wrong.things(g.scene)),
     "lengthen_fault.distance": (
         lambda g, v: gs.lengthen_fault(g.f1, v), lambda g: [*wrong.lengths(), 0, None],
     ),
