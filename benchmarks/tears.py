@@ -13,6 +13,7 @@ import argparse
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 
 from benchmarks.torn_fields import FIELDS, PREPARATIONS, TRIMS, fields_table, run_fields
 from benchmarks.torn_networks import networks_table, run_networks
@@ -40,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             text = networks_table(found)
             crashed = any(one.crashed for one in found)
         else:
-            rows = run_fields(options.field, options.sticks, options.trim)
+            rows = run_fields(options.field, options.sticks, options.trim, options.results)
             text = fields_table(rows)
             crashed = any(row.crashed for row in rows)
     sys.stdout.write(f"{text}\n")
@@ -59,6 +60,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--field", nargs="+", choices=FIELDS, default=list(FIELDS))
     add("--sticks", nargs="+", choices=PREPARATIONS, default=list(PREPARATIONS))
     add("--trim", nargs="+", type=_trim, default=list(TRIMS), help='"auto" or cells')
+    add("--results", type=Path, metavar="FILE", help="append rows here, and run only new ones")
     return parser
 
 

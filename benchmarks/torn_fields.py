@@ -6,13 +6,18 @@ extended to the box, and with several trims.
 
 from __future__ import annotations
 
+import json
+import multiprocessing
+import resource
 import sys
 import tempfile
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +48,18 @@ class Row:
     trim: float | str
     horizon: str
     seconds: float = 0.0
+    megabytes: float = 0.0  # peak of the process so far
     refused: str = ""
     crashed: str = ""
     remedies: Counter[str] = field(default_factory=Counter)
+    said: list[str] = field(default_factory=list)  # the remedies in words
     misfit: tuple[float, float] = (np.nan, np.nan)  # median and 95 % of held-out data [m]
     throws: dict[str, float] = field(default_factory=dict)  # largest, by fault [m]
+
+    @property
+    def cell(self) -> tuple[str, str, float | str]:
+        """Field, preparation and trim."""
+        return self.field, self.sticks, self.trim
 
     @property
     def is_built(self) -> bool:
@@ -133,9 +145,10 @@ def run_fields(
     fields: Sequence[str] = tuple(FIELDS),
     sticks: Sequence[str] = PREPARATIONS,
     trims: Sequence[float | str] = TRIMS,
+    results: Path | None = None,
 ) -> list[Row]:
     """
-    Tear all horizons of some fields.
+    Tear all horizons of some fields, each field, preparation and trim in a process of its own.
 
     Parameters
     ----------
@@ -144,30 +157,62 @@ def run_fields(
     sticks : sequence of str
         Some of `PREPARATIONS`.
     trims : sequence of float or "auto"
+    results : Path, optional
+        A file to which rows are appended. What it has already is not run again.
 
     Returns
     -------
     list of Row
         None for fields whose files are absent: a line on stderr gives the reason.
     """
-    rows = []
-    for name in fields:
-        try:
-            horizons, faults, box = FIELDS[name](drogon_folder())
-        except (gs.errors.GeosurfError, FileNotFoundError) as error:
-            sys.stderr.write(f"{name} is left out: {error}. Set GEOSURF_SHARED.\n")
+    path = Path(tempfile.mkdtemp()) / "rows.jsonl" if results is None else results
+    wanted = list(product(fields, sticks, trims))
+    for cell in wanted:
+        if any(row.cell == cell for row in read_rows(path)):
             continue
-        for how in sticks:
-            ready = prepared(faults, box, how)
-            for trim in trims:
-                for horizon, data in horizons.items():
-                    row = _torn(Row(name, how, trim, horizon), data, ready)
-                    rows.append(row)
-                    sys.stderr.write(
-                        f"{name:15}{how:20}{trim!s:6}{horizon:18}{row.seconds:6.1f} s "
-                        f"{row.outcome}\n"
-                    )
-                    sys.stderr.flush()
+        process = multiprocessing.get_context("spawn").Process(target=run_cell, args=(*cell, path))
+        process.start()
+        process.join()
+        if process.exitcode:  # killed, or a crash outside of Python
+            _append(path, Row(*cell, "all", crashed=f"exit code {process.exitcode}"))
+    return [row for row in read_rows(path) if row.cell in wanted]
+
+
+def run_cell(name: str, how: str, trim: float | str, path: Path) -> None:
+    """Tear all horizons of one field, and append their rows to a file when all are done."""
+    try:
+        horizons, faults, box = FIELDS[name](drogon_folder())
+    except (gs.errors.GeosurfError, FileNotFoundError) as error:
+        sys.stderr.write(f"{name} is left out: {error}. Set GEOSURF_SHARED.\n")
+        return
+    ready, rows = prepared(faults, box, how), []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # each sheet's report has them
+        for horizon, data in horizons.items():
+            row = _torn(Row(name, how, trim, horizon), data, ready)
+            rows.append(row)
+            sys.stderr.write(
+                f"{name:15}{how:20}{trim!s:6}{horizon:18}{row.seconds:6.1f} s {row.outcome}\n"
+            )
+            sys.stderr.flush()
+    _append(path, *rows)
+
+
+def _append(path: Path, *rows: Row) -> None:
+    """Append rows to a file, one line of JSON for each."""
+    with path.open("a", encoding="utf-8") as file:
+        for row in rows:
+            file.write(json.dumps({**vars(row), "remedies": dict(row.remedies)}) + "\n")
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Rows of a file; none if there is no such file."""
+    if not path.exists():
+        return []
+    lines = path.read_text(encoding="utf-8").splitlines()
+    rows = [Row(**json.loads(line)) for line in lines]
+    for row in rows:
+        row.remedies, row.misfit = Counter(row.remedies), tuple(row.misfit)
     return rows
 
 
@@ -181,8 +226,10 @@ def _torn(row: Row, data: Any, faults: dict[str, Any]) -> Row:
     except CRASHES as error:  # a result here
         row.crashed = f"{type(error).__name__}: {error}"
     row.seconds = time.perf_counter() - start
+    row.megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     if row.is_built:
         row.remedies = Counter(warning.kind for warning in sheet.report.remedies)
+        row.said = [warning.effect for warning in sheet.report.remedies]
         misfit = sheet.report.holdout_misfit
         row.misfit = misfit.get("median", np.nan), misfit.get("p95", np.nan)
         row.throws = {
@@ -209,18 +256,22 @@ def fields_table(rows: Sequence[Row]) -> str:
 
 def _summary(rows: Sequence[Row]) -> Iterator[str]:
     """One line for each field and preparation."""
-    yield "| field | sticks | built | with remedies | refused | crashed | s per horizon |"
-    yield "|---|---|---|---|---|---|---|"
+    yield (
+        "| field | sticks | built | with remedies | refused | crashed | s per horizon | most s "
+        "| peak MB |"
+    )
+    yield "|---|---|---|---|---|---|---|---|---|"
     keys = list(dict.fromkeys((row.field, row.sticks) for row in rows))
     groups = [[row for row in rows if (row.field, row.sticks) == key] for key in keys]
     for (name, how), mine in [*zip(keys, groups, strict=True), (("**all**", ""), list(rows))]:
         built = [row for row in mine if row.is_built]
         helped = sum(bool(row.remedies) for row in built)
         refused, crashed = sum(bool(r.refused) for r in mine), sum(bool(r.crashed) for r in mine)
-        seconds = np.mean([row.seconds for row in mine]) if mine else 0.0
+        seconds = [row.seconds for row in mine] or [0.0]
+        peak = max((row.megabytes for row in mine), default=0.0)
         yield (
             f"| {name} | {how} | {len(built)} of {len(mine)} | {helped} | {refused} | {crashed} "
-            f"| {seconds:.1f} |"
+            f"| {np.mean(seconds):.1f} | {max(seconds):.1f} | {peak:.0f} |"
         )
 
 

@@ -22,7 +22,7 @@ from geosurf.sheets import tear_horizon
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
 
-ROUNDS = 8  # each makes a fault longer, which a horizon does at most four times
+ROUNDS = 16  # each makes a fault longer, which a horizon does at most four times at each side
 
 Faults = dict[str, TriSurface]
 
@@ -122,14 +122,17 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
         up = fault.bounds[5] - given[name].bounds[5]
         down = given[name].bounds[4] - fault.bounds[4]
         ways = [f"{far:.0f} m {way}" for far, way in ((up, "up"), (down, "down")) if far > 0]
+        if not ways and not np.array_equal(fault.vertices, given[name].vertices):
+            ways = ["some cells along strike"]
         if ways:
             found.append(
                 GeosurfWarning(
                     "fault extended",
                     name,
-                    f"Fault {name!r} ends above or below the cut-offs of a horizon that is torn at "
-                    f"it. It was extended along its dip: {' and '.join(ways)}.",
-                    f"Lengthen it yourself: lengthen={{{name!r}: ...}}, or pick longer sticks.",
+                    f"Fault {name!r} ends before the cut-offs of a horizon that is torn at it. It "
+                    f"was extended: {' and '.join(ways)}.",
+                    f"Lengthen it yourself: lengthen={{{name!r}: ...}} (in a scenario, lengthen_m "
+                    "of the fault), or pick longer sticks.",
                     tuple(fault.vertices.mean(axis=0)),
                 )
             )
@@ -170,22 +173,23 @@ def _sheet(plain: Graph, name: str, faults: Faults) -> Sheet:
 
 
 def _longer(faults: Faults, sheets: Mapping[str, Sheet]) -> Faults:
-    """Faults that a sheet needed longer than they are; of several, the tallest."""
+    """Faults that a sheet needed longer than they are; of several, the largest."""
     found: Faults = {}
     for sheet in sheets.values():
         for fault in sheet.faults:
             known = faults.get(fault.name)
             if known is None or np.array_equal(fault.vertices, known.vertices):
                 continue
-            tallest = found.get(fault.name)
-            if tallest is None or _height(fault) > _height(tallest):
+            largest = found.get(fault.name)
+            if largest is None or _size(fault) > _size(largest):
                 found[fault.name] = fault
     return found
 
 
-def _height(fault: TriSurface) -> float:
-    """Vertical extent of a fault [m]."""
-    return float(fault.bounds[5] - fault.bounds[4])
+def _size(fault: TriSurface) -> float:
+    """Area of a fault [m2]."""
+    a, b, c = fault.vertices[fault.triangles].transpose(1, 0, 2)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
 
 
 def _as_key(tear: Any) -> Hashable:

@@ -10,32 +10,18 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.model import FaultCut, Sheet, TriSurface
+from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.attempts import torn_sheet
 from geosurf.sheets.lattice.data import picks_or_points
-from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.build import MANY
-from geosurf.sheets.mesh.close import Closed, close
-from geosurf.sheets.mesh.finish import (
-    crs_among,
-    fault_surfaces,
-    lost_cutoffs,
-    open_faults,
-    refuse_leaks,
-    refuse_lost_cutoffs,
-    sheet_of,
-)
-from geosurf.sheets.report.describe import fault_cuts, make_report
+from geosurf.sheets.mesh.finish import crs_among, fault_surfaces, sheet_of
+from geosurf.sheets.report.describe import make_report
 from geosurf.sheets.report.propose_trim import trims_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.warning import warn
 
 __all__ = ["tear_horizon"]
-
-TRIM_CHANGES = (0.0, 1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 
 
 def tear_horizon(
@@ -68,7 +54,7 @@ def tear_horizon(
     trim : "auto", float or mapping of str to float
         Ignore data closer to a fault than this, measured at their own height [cells of the grid].
         ``"auto"`` estimates it for each fault from data that are held out (`propose_trim`), 1.5 to
-        4 cells; it is 2 cells where the data do not show it. A mapping sets it by fault, and the
+        8 cells; it is 2 cells where the data do not show it. A mapping sets it by fault, and the
         others are estimated.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
@@ -134,7 +120,8 @@ def tear_horizon(
     crs = crs_among(picks.name, data, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
-    closed, cuts = _torn(picks, surfaces, trims_of(trim, picks, surfaces), noise, fill)
+    torn = torn_sheet(picks, surfaces, trims_of(trim, picks, surfaces), noise, fill)
+    closed, cuts = torn.closed, torn.cuts
     report = make_report(closed, cuts)
     for warning in report.warnings:
         warn(warning)
@@ -153,50 +140,6 @@ def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:
     found = np.zeros(shape, dtype=bool)
     found[lattice.present] = mark
     return found
-
-
-def _torn(
-    picks: Picks | Scattered,
-    faults: Sequence[TriSurface],
-    trims: Trims,
-    noise: float | None,
-    fill_empty_blocks: bool,
-) -> tuple[Closed, dict[str, FaultCut]]:
-    """A closed mesh with cut-offs on all faults, with other trims where those given do not do.
-
-    Raises
-    ------
-    GeometryError
-        If none of them does: of the trims that were given.
-    """
-    tried: list[tuple[Closed, dict[str, FaultCut]]] = []
-    bad: set[int] = set()
-
-    # trims as given first; then others, at the faults where the sheet stayed open or lost a wall
-    for change in TRIM_CHANGES:
-        used = trims.changed(bad, change)
-        closed = close(picks, faults, used, noise, fill_empty_blocks, trims)
-        cuts = fault_cuts(picks.frame, closed.built, closed.faults)
-        lost = lost_cutoffs(closed.built, cuts)
-        if lost and not closed.built.is_open:  # a wall is above or below its fault all along
-            closed = close(picks, faults, used, noise, fill_empty_blocks, trims, lost)
-            cuts = fault_cuts(picks.frame, closed.built, closed.faults)
-            lost = lost_cutoffs(closed.built, cuts)
-        found = open_faults(closed.built) | lost
-        if not found:
-            return closed, cuts
-        tried.append((closed, cuts))
-
-        # the next change is for all faults that were bad so far
-        bad |= found
-        if len(closed.built.cut.holes) > MANY:  # other trims close a hole or two, not so many
-            break
-
-    # the error is that of the trims as given, which the user can act on
-    closed, cuts = tried[0]
-    refuse_leaks(closed.picks, closed.built, closed.faults, closed.trims.widest)
-    refuse_lost_cutoffs(closed.picks, closed.built, cuts)
-    raise AssertionError("an open sheet has neither leaks nor lost cut-offs")
 
 
 def _check_trim(trim: Any, faults: Sequence[TriSurface]) -> None:

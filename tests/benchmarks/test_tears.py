@@ -50,6 +50,6 @@ def test_rows_of_fields_are_counted():
         Row("a", "as picked", 2.0, "Base", refused="no"),
     ]
     table = fields_table(rows)
-    assert "| a | as picked | 1 of 2 | 1 | 1 | 0 | 0.0 |" in table
+    assert "| a | as picked | 1 of 2 | 1 | 1 | 0 | 0.0 | 0.0 | 0 |" in table
     assert "fault extended 2" in table
     assert "F 9" in table

@@ -71,7 +71,9 @@ def clipped(fault, lowest):
 
 def test_remedies_are_warned_of_and_listed(low):
     world, fault, deepest = low
-    with pytest.warns(gs.GeosurfWarning, match=r"leaves fault .* extended up and down by"):
+    with pytest.warns(
+        gs.GeosurfWarning, match=r"leaves fault .* extended up its dip by .* and down its dip by"
+    ):
         sheet = gs.tear_horizon(
             world.horizons["Top"], [clipped(fault, deepest + 6.0)], name="Top", trim=2
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets import tear
+from geosurf.sheets import attempts
 from geosurf.sheets.mesh import build
 from tests.sheets.junctions import KINDS, junction, misses
 
@@ -59,9 +59,11 @@ def test_a_refusal_names_its_fault_and_the_place_is_drawn(tmp_path, monkeypatch)
         gs.write(fault, tmp_path / f"{name}.ts")
         text += f'[[faults]]\nname = "{name}"\nfile = "{name}.ts"\n'
     (tmp_path / "scenario.toml").write_text(text)
-    monkeypatch.setattr(tear, "TRIM_CHANGES", (0.0,))
-    words = r"'Top' could not be cut at fault 'F3': \d+ edges .*truncate_faults.* were tried"
+    monkeypatch.setattr(attempts, "TRIM_CHANGES", ())
+    words = (
+        r"could not be cut at faults 'F1', 'F3': 1 hole .*trims than 1.5 .* were tried\. Without"
+    )
     with pytest.raises(gs.errors.GeometryError, match=words) as caught:
         gs.run_scenario(tmp_path / "scenario.toml", tmp_path / "out")
-    assert caught.value.surfaces == ("Top", "F3")
+    assert caught.value.surfaces == ("Top", "F1", "F3")
     assert (tmp_path / "out" / "failure.png").stat().st_size > 10_000

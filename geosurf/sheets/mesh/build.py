@@ -20,6 +20,7 @@ from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.carry_on import CarryOn
 from geosurf.sheets.mesh.cut import Cut, band_of, cut_band
+from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs, repaired
 from geosurf.sheets.mesh.rings import grown_at, grown_over, levelled
 from geosurf.sheets.mesh.tear_ends import End, torn_limits
@@ -28,9 +29,12 @@ from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, tear
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 MANY = 20  # holes
 HOPELESS = 8  # attempts in a row that leave as many
+STUCK = 3  # attempts after which a hole of the same size at the same place is stuck
+SAME_PLACE, SAME_SIZE = 1.0, 0.1  # cells, and share of its length, by which it may differ
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 
 SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
+NeedsMore = Callable[[Sequence[Hole]], object]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,11 @@ class Built:
         """Whether the sheet ends anywhere but on its faults."""
         return bool(self.cut.leaks or self.cut.dead_ends)
 
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether there are so many holes that the data contradict the faults."""
+        return len(self.cut.holes) > MANY
+
 
 @dataclass(frozen=True, eq=False)
 class Setting:
@@ -104,6 +113,7 @@ def build(
     solve_again: SolveAgain,
     at_any_cost: bool = False,
     start: Repairs = NO_REPAIRS,
+    needs_more: NeedsMore | None = None,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
@@ -121,6 +131,8 @@ def build(
         Whether cut-offs may change where nothing else closes the sheet: see `repaired`.
     start : Repairs
         What earlier attempts have found to be necessary.
+    needs_more : callable, optional
+        Whether holes that attempts have not changed need a longer fault: then the attempts end.
 
     Returns
     -------
@@ -139,6 +151,7 @@ def build(
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     fewest, since = len(triangles.present), 0
+    before: list[Sequence[Hole]] = []
     for _ in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
@@ -151,13 +164,32 @@ def build(
         # many holes that do not become fewer: the data contradict the faults
         n_hole = len(built.cut.holes)
         fewest, since = (n_hole, 0) if n_hole < fewest else (fewest, since + 1)
-        if n_hole > MANY and since > HOPELESS:
+        if built.is_hopeless and since > HOPELESS:
             break
-        more = repaired(repairs, state, built.torn, built.cut, picks.frame, rising, at_any_cost)
+        before.append(built.cut.holes)
+        stuck = _stuck(before, picks.frame.cell)
+        if needs_more is not None and needs_more(stuck):
+            break
+        more = repaired(repairs, state, built.torn, built.cut, stuck, rising, at_any_cost)
         if more is None:
             break
         repairs = more
     return built
+
+
+def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
+    """The last holes that were the same some attempts ago; `holes` has those of each attempt."""
+    if len(holes) <= STUCK:
+        return []
+    return [
+        hole
+        for hole in holes[-1]
+        if any(
+            np.linalg.norm(hole.place - old.place) <= SAME_PLACE * cell
+            and abs(hole.length - old.length) <= SAME_SIZE * max(hole.length, cell)
+            for old in holes[-1 - STUCK]
+        )
+    ]
 
 
 def _die_at_tips(

@@ -1,14 +1,15 @@
 """Data of one horizon and its faults -> a torn mesh that ends on them, by the smallest remedy.
 
-First the faults are taken as they are. If a hole is next to the upper or lower rim of a fault, the
-fault is extended there, each time by twice as much, and the horizon is torn again. What is still
-open after that is closed at any cost (`geosurf.sheets.mesh.repairs`).
+First the faults are taken as they are. If a hole is next to the upper or lower rim of a fault, or
+to the end of a branch, the fault is extended there, each time by twice as much, and the horizon is
+torn again. What is still open after that can be closed at any cost (`geosurf.sheets.mesh.repairs`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -21,17 +22,22 @@ from geosurf.sheets.heights.grid_solver import GridSolver
 from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.missing import continued, missing_blocks, refuse_missing
 from geosurf.sheets.heights.passes import Rebuilt, rebuild, solver_of
+from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.build import Built, build
+from geosurf.sheets.mesh.build import Built, NeedsMore, build
 from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
+from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.overlap_points import ghosts_by_points
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs
 from geosurf.sheets.mesh.too_short import VERTICAL, Short, extended, too_short
 
-REACH = 4.0  # cells from the upper or lower rim of a fault within which a hole is a matter of that
+REACH = 4.0  # cells from the rim of a fault within which a hole is a matter of that
 LEAST = 0.5  # of its height by which a fault is extended along its dip at first
 MOST = 4.0  # and at most
+LEAST_ALONG, MOST_ALONG = 3.0, 6.0  # cells by which a branch is extended along strike
+
+Longer = dict[int, tuple["Extended", TriSurface]]  # by fault: the list entry and the surface
 
 
 @dataclass(frozen=True)
@@ -41,16 +47,14 @@ class Extended:
     Attributes
     ----------
     fault : str
-    sides : frozenset of {"up", "down"}
-    distance : float
-        Along its dip [m].
+    lengths : dict of {"up", "down", "start", "end"} to float
+        Along its dip or strike [m].
     place : ndarray (3,)
         Where the sheet left it [m].
     """
 
     fault: str
-    sides: frozenset[str]
-    distance: float
+    lengths: Mapping[str, float]
     place: np.ndarray
 
 
@@ -93,7 +97,7 @@ def close(
     given_trims: Trims,
     known_short: Collection[int] = (),
 ) -> Closed:
-    """Rebuild heights, tear the mesh, and close it.
+    """Rebuild heights, tear the mesh, and close it without any loss of throw; it may stay open.
 
     `known_short` are numbers of faults that are extended up and down from the start.
 
@@ -106,47 +110,106 @@ def close(
     given, found = tuple(faults), dict[int, Extended]()
     surfaces = given
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
-    more = _longer(given, short, found)
+    more = _lengthened(given, short, found, picks.frame.cell)
     while True:
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
         filled_picks, rebuilt, filled = _rebuilt(picks, surfaces, trims, noise, fill_empty_blocks)
+        narrower = _narrower(trims, rebuilt.state)
+        if narrower is not None:
+            trims, more = narrower, {}
+            continue
         refuse_empty_blocks(filled_picks, rebuilt.state, [surface.name for surface in surfaces])
-        built = _built(filled_picks, rebuilt, surfaces, False)
-        short = too_short(built.cut.holes, surfaces, REACH * picks.frame.cell)
-        more = _longer(given, short, found) if built.is_open else {}
+        ends = _branch_ends(rebuilt.state)
+        asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell)
+        built = _built(filled_picks, rebuilt, surfaces, needs_more=asked)
+        # so many holes are a matter of the data, not of a fault that is too short
+        more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
         if not more:
             break
-
-    if built.is_open:
-        built = _built(filled_picks, rebuilt, surfaces, True, built.repairs)
     return Closed(
         filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims, filled
     )
 
 
+def close_at_any_cost(closed: Closed) -> Closed:
+    """Go on from a sheet that is open with remedies that change cut-offs; it may stay open."""
+    built = _built(
+        closed.picks, closed.rebuilt, closed.faults, at_any_cost=True, start=closed.built.repairs
+    )
+    return replace(closed, built=built)
+
+
+def _narrower(trims: Trims, state: Heights) -> Trims | None:
+    """Half the trims of faults next to a block without data beyond them; None if none is left."""
+    if not len(state.stray):
+        return None
+    traces = zip(state.network.traces, state.near, strict=True)
+    beside = {trace.fault for trace, near in traces if (near.look_up(state.stray) >= 0).any()}
+    half = [max(0.5 * t, min(t, 1.0)) if k in beside else t for k, t in enumerate(trims.of_fault)]
+    return Trims(tuple(half)) if tuple(half) != trims.of_fault else None
+
+
+def _branch_ends(state: Heights) -> dict[int, np.ndarray]:
+    """Places (n, 2) at which traces end on another fault, by fault [m]."""
+    frame, found = state.network.frame, dict[int, list[np.ndarray]]()
+    for trace in state.network.traces:
+        for end, place in zip(trace.ends, (trace.start, trace.stop), strict=True):
+            if end.startswith("branch"):
+                vertex = np.arange(len(trace.line))
+                at = np.array([np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)])
+                found.setdefault(trace.fault, []).append(at / frame.stretch)
+    return {fault: frame.to_world(np.array(places)) for fault, places in found.items()}
+
+
 def _longer(
-    given: Sequence[TriSurface], short: dict[int, Short], before: dict[int, Extended]
-) -> dict[int, tuple[Extended, TriSurface]]:
-    """Faults to extend, by number: the list entry and the surface; none that cannot be longer."""
-    found: dict[int, tuple[Extended, TriSurface]] = {}
+    given: Sequence[TriSurface],
+    surfaces: Sequence[TriSurface],
+    ends: Mapping[int, np.ndarray],
+    before: Mapping[int, Extended],
+    cell: float,
+    holes: Sequence[Hole],
+) -> Longer:
+    """Faults to extend because of some holes: `surfaces`, as they are now, end next to them."""
+    return _lengthened(given, too_short(holes, surfaces, REACH * cell, ends), before, cell)
+
+
+def _lengthened(
+    given: Sequence[TriSurface],
+    short: Mapping[int, Short],
+    before: Mapping[int, Extended],
+    cell: float,
+) -> Longer:
+    """Faults that are too short, longer than before; none that cannot be."""
+    found: Longer = {}
     for number, one in short.items():
         fault, old = given[number], before.get(number)
-        height = fault.bounds[5] - fault.bounds[4]
-        distance = LEAST * height if old is None else 2.0 * old.distance
-        if distance > MOST * height:
+        lengths = {} if old is None else dict(old.lengths)
+        more = {side: _next_length(fault, side, lengths.get(side), cell) for side in one.sides}
+        more = {side: length for side, length in more.items() if length is not None}
+        if not more:
             continue
 
         # from the fault as given, not from its last extension: dip lines are continued once
-        sides = one.sides | (frozenset() if old is None else old.sides)
-        place = one.place if old is None else old.place
+        lengths |= more
         try:
-            surface = extended(fault, sides, distance)
+            surface = extended(fault, lengths)
         except GeosurfError:  # its dip lines cross there: another remedy has to do
             continue
-        found[number] = Extended(fault.name, sides, distance, place), surface
+        place = one.place if old is None else old.place
+        found[number] = Extended(fault.name, lengths, place), surface
     return found
+
+
+def _next_length(fault: TriSurface, side: str, before: float | None, cell: float) -> float | None:
+    """By how much a fault is extended at a side next [m]; None if it cannot be longer."""
+    height = float(fault.bounds[5] - fault.bounds[4])
+    least, most = LEAST * height, MOST * height
+    if side not in VERTICAL:
+        least, most = LEAST_ALONG * cell, MOST_ALONG * cell
+    length = least if before is None else 2.0 * before
+    return length if length <= most else None
 
 
 def _rebuilt(
@@ -178,8 +241,9 @@ def _built(
     picks: Picks | Scattered,
     rebuilt: Rebuilt,
     surfaces: Sequence[TriSurface],
-    at_any_cost: bool,
+    at_any_cost: bool = False,
     start: Repairs = NO_REPAIRS,
+    needs_more: NeedsMore | None = None,
 ) -> Built:
     """The torn mesh, with ghosts on the sheets of their walls."""
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
@@ -192,5 +256,5 @@ def _built(
     carry_on = carry_on_by(picks.frame, weight, known)
     again = rebuilt.torn_between
     return build(
-        picks, rebuilt.state, surfaces, rising, carry_on, again, at_any_cost, start
+        picks, rebuilt.state, surfaces, rising, carry_on, again, at_any_cost, start, needs_more
     )  # fmt: skip

@@ -103,7 +103,6 @@ def refuse_leaks(
     picks: Picks,
     built: Built,
     faults: Sequence[TriSurface],
-    trim: float | None = None,
 ) -> None:
     """Raise an error where a sheet does not end on its faults, with the place and a remedy."""
     open_edges = built.cut.leaks or built.cut.dead_ends
@@ -119,11 +118,6 @@ def refuse_leaks(
         "Leave that fault out, or end it on its main fault and tear with "
         "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
     )
-    if trim is not None:
-        remedy += (
-            f" Longer faults and other trims than {trim:g} cells of {picks.frame.cell:.3g} m were "
-            "tried, and did not close it."
-        )
     if not picks.on_nodes and widest > FAR_OVER:
         remedy = (
             f"The horizon overlaps itself by up to {widest:.1f} cells, and scattered points do not "

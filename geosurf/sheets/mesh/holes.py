@@ -35,11 +35,15 @@ class Hole:
         Of the edges that would close it [m].
     ghosts : ndarray of int64
         Outer ghosts behind it, as vertices of `Torn`.
+    lowest, highest : ndarray (3,)
+        Of the middles of its edges [m].
     """
 
     place: np.ndarray
     length: float
     ghosts: np.ndarray
+    lowest: np.ndarray
+    highest: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +194,7 @@ def _hole(
         far = np.minimum(far, np.hypot(*(at - one).T))
     behind = distinct(vertex[far <= far.min() + BEHIND * cell])
     place = np.average(middle, axis=0, weights=length) + patches.origin
-    return Hole(place, float(length.sum()), behind)
+    return Hole(place, float(length.sum()), behind, *(_ends(middle) + patches.origin))
 
 
 def holes_at(
@@ -204,9 +208,20 @@ def holes_at(
     at = places(ends.ravel()).reshape(-1, 2, 3)
     middle, length = at.mean(axis=1), np.linalg.norm(at[:, 1] - at[:, 0], axis=1)
     return [
-        Hole(middle[mine].mean(axis=0), float(length[mine].sum()), _ghosts(ends[mine], n_node))
+        Hole(
+            middle[mine].mean(axis=0),
+            float(length[mine].sum()),
+            _ghosts(ends[mine], n_node),
+            *_ends(middle[mine]),
+        )
         for mine in _clusters(middle[:, :2] / cell)
     ]
+
+
+def _ends(points: np.ndarray) -> np.ndarray:
+    """The lowest and the highest of some points (n, 3)."""
+    found: np.ndarray = points[[points[:, 2].argmin(), points[:, 2].argmax()]]
+    return found
 
 
 def _ghosts(vertices: np.ndarray, n_node: int) -> np.ndarray:

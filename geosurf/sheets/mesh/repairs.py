@@ -1,13 +1,14 @@
 """How to close the holes of a sheet: the smallest repair that may do is tried first.
 
-At a tip the tear ends a link earlier. Elsewhere the ghosts at the hole get another ring. At any
-cost the nearest end of a tear is moved, the sheet goes on level past the fault (one that is
-extrapolated along the dip of its fault never meets it), or a part of the trace with the smallest
-throw there is left out.
+At a tip the tear ends a link earlier. Elsewhere the ghosts at the hole get another ring. Where the
+data show no throw, the tear is left out. At any cost the nearest end of a tear is moved, the sheet
+goes on level past the fault (one that is extrapolated along the dip of its fault never meets it),
+or a part of the trace with the smallest throw there is left out.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,10 +26,11 @@ from geosurf.sheets.mesh.tear_ends import (
     reverse_ends,
     torn_limits,
     with_part_at,
+    without_throw,
 )
 from geosurf.sheets.mesh.torn_mesh import Torn
 
-PATIENCE = 3  # rings that are tried before a reverse tear ends early
+PATIENCE = 3  # rings that are tried before a reverse tear ends early, or one without throw at all
 RINGS, RINGS_OVER = 6, 12  # that are tried at a hole: at a gap, and where the horizon overlaps
 LEVELLED = 2  # further ones, which are level
 NEAR_LEAK = 4.0  # cells from a hole within which an outer edge that leaks gets a ring with it
@@ -78,19 +80,20 @@ def repaired(
     state: Heights,
     torn: Torn,
     cut: Cut,
-    frame: Frame,
+    stuck: Collection[Hole],
     rising: bool,
     at_any_cost: bool,
 ) -> Repairs | None:
     """Repairs for the next attempt; None if nothing is left to try.
 
-    `at_any_cost` allows what changes cut-offs: a level sheet, ends of tears that are moved far, and
-    parts of traces that are left out.
+    Holes that are stuck get no further ring. `at_any_cost` allows what changes cut-offs: a level
+    sheet, ends of tears that are moved far, and parts of traces that are left out.
     """
-    plan = Plan(set(), set(), [], repairs.untorn)
+    frame, plan = state.network.frame, Plan(set(), set(), [], repairs.untorn)
     tears = Ends(state, torn_limits(state, repairs.shortened, rising))
     for hole in cut.holes:
-        _plan_for(hole, plan, repairs, tears, torn, cut, frame, at_any_cost)
+        is_stuck = any(hole is one for one in stuck)
+        _plan_for(hole, plan, repairs, tears, torn, cut, is_stuck, at_any_cost)
     if not (plan.ends or plan.links or plan.untorn != repairs.untorn):
         return None
 
@@ -122,11 +125,11 @@ def _plan_for(
     tears: Ends,
     torn: Torn,
     cut: Cut,
-    frame: Frame,
+    is_stuck: bool,
     at_any_cost: bool,
 ) -> None:
     """Add to a plan what may close one hole."""
-    state = tears.state
+    state, frame = tears.state, tears.state.network.frame
     at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
     tried = _rings_near(repairs, frame, at)
 
@@ -136,9 +139,14 @@ def _plan_for(
         end = None  # a reverse fault overlaps right up to its tip, which another ring may cover
     over = is_overlapping(state, at)
     most = RINGS_OVER if over else RINGS
+    if is_stuck and not over:
+        tried = max(tried, most)
+    level = [place for place in repairs.level if np.hypot(*(at - place)) <= 2 * AT_TIP]
     if end is None and tried >= (PATIENCE if over else most) and (over or at_any_cost):
         end = tears.nearest(at, 4 * AT_TIP, ("tip", "branch"))
     longer = longer_part(plan.untorn, state, at, AT_TIP)
+    if longer is None and tried >= PATIENCE:
+        longer = without_throw(plan.untorn, state, at)
 
     # the cheapest remedy that is left: more of a part that is left out already, an earlier end,
     # a ring, and at any cost a level ring, at last a part of the trace
@@ -146,7 +154,7 @@ def _plan_for(
         plan.untorn = longer
     elif end is not None and repairs.shortened.get(end, 0) < MOST_LINKS:
         plan.ends.add(end)
-    elif tried < most + (LEVELLED if at_any_cost else 0):
+    elif tried < most or (at_any_cost and len(level) < LEVELLED):
         leaks = _leaks_near(at, cut, torn, frame)
         plan.links |= leaks
         if not leaks or tried > 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,8 @@ End = tuple[int, int]  # a trace, and 0 for its first or 1 for its last end
 NEAR_HOLE = 5.0  # cells from a hole within which a trace may be left out
 LEFT_OUT = 3.0  # cells of a trace to each side of a hole that are left out at first
 AGAIN = 8.0  # cells from a part that was left out, within which a hole asks for more of it
-MOST_LEFT_OUT = 24.0  # cells: the longest part that is lengthened once more
+MOST_LEFT_OUT = 24.0  # cells: the longest part with throw that is left out
+NO_THROW = 0.05  # cells of throw up to which the heights on both sides of a fault agree
 LITTLE = 0.1  # of the largest throw of a trace: where it has less, it is left out as a whole
 
 
@@ -97,11 +98,13 @@ def longer_part(
 ) -> tuple[Part, ...] | None:
     """The parts that are left out, one of them a cell longer at its end near a place [cells].
 
-    None if there is no such end within reach.
+    None if there is no such end within reach, or the part is as long as it may be.
     """
     for part in untorn:
         number, *ends = part
         trace = state.network.traces[number]
+        if ends[1] - ends[0] > MOST_LEFT_OUT and throw_of(state, part) > NO_THROW * _cell(state):
+            continue
         for k, end in enumerate(ends):
             tip = [np.interp(end, trace.along, trace.line[:, c]) for c in (0, 1)]
             inside = 0.0 < end < trace.along[-1]
@@ -133,6 +136,57 @@ def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tu
             first, last = min(first, one - LEFT_OUT), max(last, two + LEFT_OUT)
         return (*(part for part in untorn if part not in mine), (number, first, last))
     return untorn
+
+
+def without_throw(
+    untorn: tuple[Part, ...], state: Heights, at: np.ndarray
+) -> tuple[Part, ...] | None:
+    """The parts that are left out, and the part around a place [cells] where there is no throw.
+
+    None if the heights on both sides of the nearest trace differ there, or it is left out already.
+    """
+    traces, walls = state.network.traces, state.walls
+    number = min(
+        range(len(traces)), key=lambda i: float(np.hypot(*(traces[i].line[:, :2] - at).T).min())
+    )
+    trace = traces[number]
+    far = np.hypot(*(trace.line[:, :2] - at).T)
+    place = float(trace.along[int(far.argmin())])
+    if far.min() > NEAR_HOLE or any(p[0] == number and p[1] <= place <= p[2] for p in untorn):
+        return None
+    along = np.interp(walls[number].place, np.arange(len(trace.line)), trace.along)
+    high = along[np.abs(walls[number].throw) > NO_THROW * _cell(state)]
+    first = float(high[high < place].max(initial=trace.along[0]))
+    last = float(high[high > place].min(initial=trace.along[-1]))
+    if min(place - first, last - place) < LEFT_OUT and len(high):
+        return None
+    return (*untorn, (number, first, last))
+
+
+def throw_of(state: Heights, part: Part) -> float:
+    """Largest throw of a part of a trace [m]."""
+    number, first, last = part
+    trace, walls = state.network.traces[number], state.walls[number]
+    along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
+    return float(np.abs(walls.throw[(along >= first) & (along <= last)]).max(initial=0.0))
+
+
+def lost_throw(state: Heights, untorn: Sequence[Part]) -> float:
+    """Throw that is lost where parts of traces are left out: metres times cells of trace.
+
+    Parts at which the heights on both sides agree lose nothing.
+    """
+    lost = 0.0
+    for part in untorn:
+        length = float(np.ptp(np.clip(part[1:], 0.0, state.network.traces[part[0]].along[-1])))
+        throw = throw_of(state, part)
+        lost += length * throw if throw > NO_THROW * _cell(state) else 0.0
+    return lost
+
+
+def _cell(state: Heights) -> float:
+    """Size of a cell [m]."""
+    return state.network.frame.cell
 
 
 def _throw_at(walls: Walls, vertex: float) -> float:

@@ -1,12 +1,13 @@
-"""Faults that a torn sheet leaves above or below: the smallest extension that closes it.
+"""Faults that a torn sheet leaves at a rim: the smallest extension that closes it.
 
 Sticks are often picked no farther than the cut-offs that the interpreter sees. The sheet of a wall
 is extrapolated past the fault, a little above or below its cut-off, and leaves the fault there.
+A branch may stop a cell short of its main fault: the sheet passes through between the two.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
 from geosurf.sheets.mesh.holes import Hole
 
-VERTICAL = ("up", "down")
+VERTICAL, LATERAL = ("up", "down"), ("start", "end")
 CORNER = 1.5  # times the distance of the nearest rim, up to which an upper or lower one counts
 
 
@@ -30,37 +31,52 @@ class Short:
 
 
 def too_short(
-    holes: Sequence[Hole], faults: Sequence[TriSurface], reach: float
+    holes: Sequence[Hole],
+    faults: Sequence[TriSurface],
+    reach: float,
+    branches: Mapping[int, np.ndarray],
 ) -> dict[int, Short]:
-    """Faults, by number, whose upper or lower rim is nearest to a hole and within `reach` [m]."""
+    """Faults, by number, whose rim is nearest to a hole and within `reach` [m].
+
+    The upper and the lower rim count, and at holes near the ends of branches the lateral one.
+    `branches` has the places (n, 2) of these ends by fault.
+    """
     found: dict[int, Short] = {}
     for number, fault in enumerate(faults) if holes else ():
         try:
             arcs = find_rim(fault).arcs
         except GeosurfError:  # several pieces, or a closed rim: it has no upper side
             continue
-        for hole in holes:
-            # distance [m] of the hole from each side of the rim: the sheet got out at the nearest
-            far = {side: _distance(hole.place, fault.vertices[arc]) for side, arc in arcs.items()}
+        places = [place for one in holes for place in (one.place, one.lowest, one.highest)]
+        for place in places:
+            # distance [m] from each side of the rim: the sheet got out at the nearest
+            far = {side: _distance(place, fault.vertices[arc]) for side, arc in arcs.items()}
             nearest = min(far.values())
             # at a corner the end of a fault may be a little nearer than its upper or lower rim
             close = min(reach, CORNER * nearest + 0.125 * reach)
             sides = frozenset(side for side in VERTICAL if far.get(side, np.inf) <= close)
+            if not sides and _is_near(place, branches.get(number), reach):
+                sides = frozenset(side for side in LATERAL if far.get(side, np.inf) == nearest)
             if nearest <= reach and sides:
-                before = found.get(number, Short(frozenset(), hole.place))
+                before = found.get(number, Short(frozenset(), place))
                 found[number] = Short(before.sides | sides, before.place)
     return found
 
 
-def extended(fault: TriSurface, sides: Collection[str], distance: float) -> TriSurface:
-    """A fault that goes on up or down by a distance along its dip lines [m].
+def extended(fault: TriSurface, lengths: Mapping[str, float]) -> TriSurface:
+    """A fault that goes on at some sides by a length along its dip or strike lines [m].
 
     Raises
     ------
     GeosurfError
         If it cannot be continued there.
     """
-    return lengthen_fault(fault, dict.fromkeys(sorted(sides), distance)).surface
+    return lengthen_fault(fault, {side: lengths[side] for side in sorted(lengths)}).surface
+
+
+def _is_near(place: np.ndarray, ends: np.ndarray | None, reach: float) -> bool:
+    """Whether one of some ends is within reach of a place in the map."""
+    return ends is not None and bool((np.hypot(*(ends - place[:2]).T) <= reach).any())
 
 
 def _distance(place: np.ndarray, line: np.ndarray) -> float:

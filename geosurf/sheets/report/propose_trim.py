@@ -25,10 +25,11 @@ from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are ignored
 DROP = 2.0  # a misfit this many times that of the next cell may be smear
+OF_MOST = 0.2  # share of the largest misfit below which one is the error of the rebuild
 OF_THROW = 0.05  # share of the largest throw below which a misfit is not counted as smear
 SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
-LEAST, WIDEST = 1.5, 4.0  # cells: trims that are chosen without being asked for
+LEAST, WIDEST = 1.5, 4.0  # cells: trims of one fault that are chosen without being asked for
 USUAL = 2.0  # cells of trim where smear cannot be determined
 FEWEST = 20  # data that a bin has to have
 
@@ -65,8 +66,8 @@ def propose_trim(
     Notes
     -----
     Sheets are rebuilt without the data closer to a fault than six cells. The smear
-    ends with the last cell whose misfit (90th percentile) is twice that of the next one, and a
-    twentieth of the largest throw.
+    ends with the last cell whose misfit (90th percentile) is twice that of the next one, a
+    twentieth of the largest throw, and a fifth of the largest misfit.
 
     Examples
     --------
@@ -104,21 +105,27 @@ def trims_of(
     known = {name: value for name, value in given.items() if value != "auto"}
     if all(fault.name in known for fault in faults) and faults:
         return Trims(tuple(float(known[fault.name]) for fault in faults))
-    proposed = dict.fromkeys((fault.name for fault in faults), USUAL)
-
+    proposed, widest = dict.fromkeys((fault.name for fault in faults), USUAL), WIDEST
     # scattered points are not smeared, and picks of both walls at one node were not gridded
-    if picks.on_nodes and picks.several is None and faults:
+    if shows_smear(picks) and faults:
         seen = _seen(picks, faults)
         usual = USUAL
         if (seen.counts >= FEWEST).all():
             usual, _ = _trim_of(seen.tenths(), seen.least)
         proposed = _by_fault(seen, faults, usual)
+        # one gridder smears all faults alike: more than that takes half of them
+        widest = max(WIDEST, float(np.median(list(proposed.values()))))
     return Trims(
         tuple(
-            float(known.get(name, min(max(value, LEAST), WIDEST)))
+            float(known.get(name, min(max(value, LEAST), widest)))
             for name, value in proposed.items()
         )
     )
+
+
+def shows_smear(picks: Picks) -> bool:
+    """Whether data can show how far they are smeared: grids can, points of both walls cannot."""
+    return picks.on_nodes and picks.several is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +189,10 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
 def _trim_of(tenth: Sequence[float], least: float) -> tuple[float, float | None]:
     """Trim and smear [cells] from the misfit of held-out data in each cell of distance."""
     # smear ends where the misfit drops by DROP to the next cell; the farthest such drop counts
-    smeared = [k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least)]
+    least_of_all = max(least, OF_MOST * max(tenth))
+    smeared = [
+        k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least_of_all)
+    ]
     if smeared:
         smear = float(max(smeared))
         return SHARE * smear + SPARE, smear

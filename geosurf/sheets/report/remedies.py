@@ -13,7 +13,14 @@ from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.close import Closed, Extended
 from geosurf.sheets.mesh.rings import LEVEL_REACH
+from geosurf.sheets.mesh.tear_ends import NO_THROW
 
+WAYS = {
+    "up": "up its dip",
+    "down": "down its dip",
+    "start": "along strike at its start",
+    "end": "along strike at its end",
+}
 USUAL = 3  # links by which a tear may end early at a tip: throw has died there anyway
 
 
@@ -31,13 +38,16 @@ def remedies(closed: Closed) -> list[GeosurfWarning]:
 
 def _extension(horizon: str, one: Extended) -> GeosurfWarning:
     """A fault that was extended up or down."""
-    ways = " and ".join(sorted(one.sides, reverse=True))
+    ways = " and ".join(
+        f"{WAYS[side]} by {one.lengths[side]:.0f} m" for side in WAYS if side in one.lengths
+    )
     return GeosurfWarning(
         "fault extended",
         one.fault,
         f"Horizon {horizon!r} leaves fault {one.fault!r} at its rim, near {place(one.place)}. The "
-        f"fault was extended {ways} by {one.distance:.0f} m along its dip.",
-        f"Lengthen the sticks of {one.fault!r}, or use the fault of the sheet, sheet.faults.",
+        f"fault was extended {ways}.",
+        f"Lengthen the sticks of {one.fault!r}, or use the fault of the sheet, sheet.faults; in a "
+        f"scenario, lengthen_m = {max(one.lengths.values()):.0f} of the fault.",
         tuple(one.place),
     )
 
@@ -51,8 +61,9 @@ def _trims_changed(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarn
                 "trim changed",
                 name,
                 f"Horizon {closed.picks.name!r} does not close at fault {name!r} with a trim of "
-                f"{given:g} cells. {used:g} cells were used.",
-                f"Set it yourself: trim={{{name!r}: {used:g}}}.",
+                f"{given:g} cells, or has no data beyond it. {used:g} cells were used.",
+                f"Set it yourself: trim={{{name!r}: {used:g}}}; in a scenario, "
+                f"trim_cells = {{{name} = {used:g}}} in [tear].",
                 None,
             )
 
@@ -81,7 +92,8 @@ def _early_ends(
             f"Continue fault {name!r}, so that it ends farther from the throw."
             if is_tip
             else "End the branch on its main fault, and tear with "
-            "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
+            "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces; in a "
+            "scenario, [[truncations]]."
         )
         yield GeosurfWarning(
             "tear ended early",
@@ -109,14 +121,27 @@ def _parts_left_out(
         along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
         lost = np.abs(walls.throw[(along >= first) & (along <= last)]).max(initial=0.0)
         name = names[trace.fault]
+        length = (ends[1] - ends[0]) * frame.cell
+        if lost <= NO_THROW * frame.cell:
+            yield GeosurfWarning(
+                "tear left out",
+                name,
+                f"Horizon {horizon!r} is not torn at fault {name!r} from {place(world[0])} to "
+                f"{place(world[1])}, {length:.0f} m: the data show no throw there. The heights on "
+                f"both sides agree within {lost:.2g} m.",
+                f"Check that {name!r} reaches the horizon there; if not, end it before.",
+                tuple(world.mean(axis=0)),
+            )
+            continue
         yield GeosurfWarning(
             "tear left out",
             name,
             f"Horizon {horizon!r} is not torn at fault {name!r} from {place(world[0])} to "
-            f"{place(world[1])}, {(ends[1] - ends[0]) * frame.cell:.0f} m: no tear closes there. "
+            f"{place(world[1])}, {length:.0f} m: no tear closes there. "
             f"It bends instead; up to {lost:.3g} m of throw are lost.",
             f"End fault {name!r} before it, or on the fault that it meets, with "
-            "truncations={...} (scene.propose_fault_network() lists them).",
+            "truncations={...} (scene.propose_fault_network() lists them); in a scenario, "
+            "[[truncations]].",
             tuple(world.mean(axis=0)),
         )
 
@@ -142,7 +167,8 @@ def _level_places(
             f"A wall of horizon {horizon!r} runs along fault {names[fault]!r} near {place(at)} and "
             f"does not meet it. Within {LEVEL_REACH * frame.cell:.0f} m it was continued level to "
             "the fault: the cut-off there is a guess.",
-            f"Check the dip of {names[fault]!r} and the data next to it, or give another trim.",
+            f"Check the dip of {names[fault]!r} and the data next to it, or give another trim "
+            "(in a scenario, trim_cells in [tear]).",
             at,
         )
 

@@ -1,0 +1,203 @@
+"""A horizon and its faults -> a closed sheet: with trims as given, or with those that lose least.
+
+Trims as given come first, without any loss of throw. If the sheet stays open, it may lose some; but
+other trims may do without. What none of them closes is refused, with a remedy that was tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from geosurf.conventions import counted, place
+from geosurf.errors import GeometryError, GeosurfError
+from geosurf.model import FaultCut, TriSurface
+from geosurf.sheets.faults.network import faults_in_words
+from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.scattered import Scattered
+from geosurf.sheets.mesh.close import Closed, close, close_at_any_cost
+from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults
+from geosurf.sheets.mesh.tear_ends import lost_throw
+from geosurf.sheets.report.describe import fault_cuts
+from geosurf.sheets.report.propose_trim import shows_smear, trims_of
+
+TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
+FORCED = 1  # other trims with which a sheet may be closed at a loss
+WIDER = 0.5  # cells: measured trims count where they are wider than those given by this much
+
+
+@dataclass(frozen=True, eq=False)
+class Torn:
+    """A sheet with its cut-offs.
+
+    Attributes
+    ----------
+    closed : Closed
+    cuts : dict of str to FaultCut
+    bad : frozenset of int
+        Numbers of the faults at which it is open, or that it does not reach; empty if it is closed.
+    """
+
+    closed: Closed
+    cuts: dict[str, FaultCut]
+    bad: frozenset[int]
+
+    @classmethod
+    def of(cls, closed: Closed) -> Torn:
+        """The cut-offs of a mesh, and where it is open."""
+        cuts = fault_cuts(closed.picks.frame, closed.built, closed.faults)
+        bad = open_faults(closed.built) | lost_cutoffs(closed.built, cuts)
+        return cls(closed, cuts, frozenset(bad))
+
+    @property
+    def loss(self) -> float:
+        """Throw that is lost where it is not torn [m times cells]; infinite if it is open."""
+        built = self.closed.built
+        return np.inf if self.bad else lost_throw(built.state, built.repairs.untorn)
+
+
+def torn_sheet(
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
+    trims: Trims,
+    noise: float | None,
+    fill_empty_blocks: bool,
+) -> Torn:
+    """A closed mesh with cut-offs on all faults: with the trims as given, or those that lose least.
+
+    Raises
+    ------
+    GeometryError
+        If none of them does. The message has the faults, the place, and a remedy that works.
+    """
+    torn = partial(_torn, picks, noise=noise, fill_empty_blocks=fill_empty_blocks, given=trims)
+    first = best = torn(faults, trims)
+    if first.bad and not first.closed.built.is_hopeless:
+        best = Torn.of(close_at_any_cost(first.closed))
+    if best.loss == 0.0:
+        return best
+
+    # other trims may do without a loss; if not, the smallest loss of all
+    others: list[Torn] = []
+    for used in _other_trims(trims, first.bad or best.bad, picks, faults):
+        try:
+            other = torn(faults, used)
+        except GeometryError:  # a block has no data beyond them
+            continue
+        best = min(best, other, key=lambda one: one.loss)
+        if best.loss == 0.0:
+            return best
+        if other.bad and not other.closed.built.is_hopeless:
+            others.append(other)
+    for other in sorted(others, key=lambda one: len(one.closed.built.cut.holes))[:FORCED]:
+        forced = Torn.of(close_at_any_cost(other.closed))
+        best = min(best, forced, key=lambda one: one.loss)
+    if best.bad:
+        _refuse(best, faults, lambda rest, used: torn(rest, used, given=used))
+    return best
+
+
+def _torn(
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
+    used: Trims,
+    *,
+    noise: float | None,
+    fill_empty_blocks: bool,
+    given: Trims,
+) -> Torn:
+    """The sheet with some faults and trims, without any loss of throw; it may stay open."""
+    found = Torn.of(close(picks, faults, used, noise, fill_empty_blocks, given))
+    if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
+        again = close(picks, faults, used, noise, fill_empty_blocks, given, found.bad)
+        found = Torn.of(again)
+    return found
+
+
+def _other_trims(
+    trims: Trims, bad: frozenset[int], picks: Picks | Scattered, faults: Sequence[TriSurface]
+) -> Iterator[Trims]:
+    """Trims to try at some faults, by number: those that the data show, and others."""
+    if shows_smear(picks):
+        measured = trims_of("auto", picks, faults)
+        wider = {
+            k: trim
+            for k, trim in enumerate(measured.of_fault)
+            if k in bad and trim >= trims.of_fault[k] + WIDER
+        }
+        if wider:
+            trims = Trims(tuple(wider.get(k, trim) for k, trim in enumerate(trims.of_fault)))
+            yield trims
+    for change in TRIM_CHANGES:
+        yield trims.changed(bad, change)
+
+
+def _refuse(
+    torn: Torn, faults: Sequence[TriSurface], tear: Callable[[Sequence[TriSurface], Trims], Torn]
+) -> None:
+    """Refuse a sheet that stays open: where, by how much, and which fault to leave out.
+
+    `tear` gives the sheet of other faults.
+    """
+    closed, bad = torn.closed, sorted(torn.bad)
+    built, picks, names = closed.built, closed.picks, [faults[k].name for k in bad]
+    if built.cut.holes:
+        worst = max(built.cut.holes, key=lambda hole: hole.length)
+        at = worst.place
+        what = (
+            f"{counted(len(built.cut.holes), 'hole')} stay open, the largest {worst.length:.0f} m "
+            f"long near {place(at)}"
+        )
+    else:
+        stations = torn.cuts[names[0]].stations
+        at = stations[len(stations) // 2]
+        what = f"a wall does not reach the fault near {place(at)}"
+    raise GeometryError(
+        f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {what}. Longer "
+        f"faults and other trims than {closed.given_trims.widest:g} cells of "
+        f"{picks.frame.cell:.3g} m were tried. {_what_works(bad, faults, closed, tear)}",
+        place=at,
+        surfaces=(picks.name, *names),
+    )
+
+
+def _what_works(
+    bad: Sequence[int],
+    faults: Sequence[TriSurface],
+    closed: Closed,
+    tear: Callable[[Sequence[TriSurface], Trims], Torn],
+) -> str:
+    """Which faults to leave out so that the others close, as it was tried."""
+    trims = closed.given_trims.of_fault
+    for gone in [*((k,) for k in bad), tuple(bad)]:
+        rest = [k for k in range(len(faults)) if k not in gone]
+        try:
+            other = tear([faults[k] for k in rest], Trims(tuple(trims[k] for k in rest)))
+        except GeosurfError:
+            continue
+        if not other.bad:
+            throw = _throw_at(closed, gone)
+            return (
+                f"Without {faults_in_words([faults[k].name for k in gone])} the horizon closes, "
+                f"and bends there over {throw:.3g} m of throw: leave it out, or end it on its main "
+                "fault with truncations={...} (in a scenario, [[truncations]])."
+            )
+    return (
+        "Without these faults it does not close, either: the data contradict the other faults, "
+        "too. Check positions and units of both."
+    )
+
+
+def _throw_at(closed: Closed, faults: Sequence[int]) -> float:
+    """Largest throw of some faults, by number [m]."""
+    state = closed.built.state
+    throws = [
+        np.abs(walls.throw).max(initial=0.0)
+        for trace, walls in zip(state.network.traces, state.walls, strict=True)
+        if trace.fault in faults
+    ]
+    return float(max(throws, default=0.0))
