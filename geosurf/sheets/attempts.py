@@ -20,7 +20,7 @@ from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.close import Closed, close, close_at_any_cost
-from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults
+from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults, remedy_of_overlap
 from geosurf.sheets.mesh.tear_ends import lost_throw
 from geosurf.sheets.report.describe import fault_cuts
 from geosurf.sheets.report.propose_trim import shows_smear, trims_of
@@ -156,10 +156,11 @@ def _refuse(
         stations = torn.cuts[names[0]].stations
         at = stations[len(stations) // 2]
         what = f"a wall does not reach the fault near {place(at)}"
+    remedy = remedy_of_overlap(picks, built) or _what_works(bad, faults, closed, tear)
     raise GeometryError(
         f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {what}. Longer "
         f"faults and other trims than {closed.given_trims.widest:g} cells of "
-        f"{picks.frame.cell:.3g} m were tried. {_what_works(bad, faults, closed, tear)}",
+        f"{picks.frame.cell:.3g} m were tried. {remedy}",
         place=at,
         surfaces=(picks.name, *names),
     )

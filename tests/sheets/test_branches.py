@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.sheets.mesh import close
 from geosurf.synthetic.torn_faults import Fault
 from tests.sheets.table import measure
 
@@ -23,7 +24,20 @@ def acute():
     return gs.synthetic.torn(faults, 81)
 
 
-def test_a_branch_that_is_torn_short_of_its_main_fault_is_told_as_a_place(acute):
+def test_a_branch_that_the_sheet_leaves_at_its_end_is_extended(acute):
+    """Its tear ended early before, and 5 m of throw and more were lost."""
+    with pytest.warns(gs.GeosurfWarning, match=r"'F2' at its rim.* along strike at its end by"):
+        sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
+    assert {one.kind for one in sheet.report.remedies} == {"fault extended"}
+    assert sheet.report.shortened == {}
+    for name in acute.faults:
+        found = measure(acute, sheet, name)
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 3.0
+
+
+def test_a_branch_that_is_torn_short_of_its_main_fault_is_told_as_a_place(acute, monkeypatch):
+    monkeypatch.setattr(close, "MOST_ALONG", 0.0)  # it cannot be longer
     with pytest.warns(gs.GeosurfWarning, match=r"branch of F1, ends at"):
         sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
     lost = measure(acute, sheet, "F2").throw.max()

@@ -22,6 +22,7 @@ from geosurf.model import (
 )
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.build import Built
 from geosurf.triangulate import triangulate_fault
 
@@ -111,23 +112,26 @@ def refuse_leaks(
     state, names = built.state, _faults_at(built, faults)
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
-    widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
-
-    # the remedy that a user can type; scattered overlaps have one of their own
-    remedy = (
+    remedy = remedy_of_overlap(picks, built) or (
         "Leave that fault out, or end it on its main fault and tear with "
         "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
     )
-    if not picks.on_nodes and widest > FAR_OVER:
-        remedy = (
-            f"The horizon overlaps itself by up to {widest:.1f} cells, and scattered points do not "
-            "close its tips there. Give points on a lattice, one per wall, or a larger spacing."
-        )
     raise GeometryError(
         f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {len(open_edges)} "
         f"edges do not end on a fault, the first at {place(at)}. {remedy}",
         place=at,
         surfaces=(picks.name, *names),
+    )
+
+
+def remedy_of_overlap(picks: Picks | Scattered, built: Built) -> str:
+    """What to do where scattered points overlap too far; empty where they do not."""
+    widest = max((-w.heave(w.place).min(initial=0.0) for w in built.state.walls), default=0.0)
+    if picks.on_nodes or widest <= FAR_OVER:
+        return ""
+    return (
+        f"The horizon overlaps itself by up to {widest:.1f} cells, and scattered points do not "
+        "close its tips there. Give points on a lattice, one per wall, or a larger spacing."
     )
 
 

@@ -11,12 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.model import Patches
 from geosurf.model.base import any_of
 from geosurf.sheets.lattice.sets import distinct, is_among
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from scipy.spatial import cKDTree
 
 WHOLE = 1000  # capacities are whole numbers: thousandths of a cell
 ONE_HOLE = 3.0  # cells within which edges of the minimum cut belong to one hole
@@ -87,6 +91,8 @@ def holes_of(
     cell : float
         Size of a cell [m].
     """
+    from scipy.spatial import cKDTree
+
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     links = _links(patches, rows, fault_edges)
     # a ghost on a fault is at the rim of both sides, and decides nothing
@@ -105,8 +111,13 @@ def holes_of(
     if not len(through):
         return []
     middle = patches.local[links.ends[through]].mean(axis=1)
+
+    # outer ghosts, and where they are
+    ghost, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
+    is_outer = is_among(ghost, outer) & (ghost >= 0)
+    ghosts, tree = ghost[is_outer], cKDTree(patches.local[point[is_outer], :2])
     return [
-        _hole(patches, rows, named, middle[mine], length[through[mine]], sink, outer, cell)
+        _hole(middle[mine], length[through[mine]], ghosts, tree, patches.origin, cell)
         for mine in _clusters(middle[:, :2] / cell)
     ]
 
@@ -175,26 +186,22 @@ def _clusters(uv: np.ndarray) -> list[np.ndarray]:
 
 
 def _hole(
-    patches: Patches,
-    rows: np.ndarray,
-    named: np.ndarray,
     middle: np.ndarray,
     length: np.ndarray,
-    sink: np.ndarray,
-    outer: np.ndarray,
+    ghosts: np.ndarray,
+    tree: cKDTree,
+    origin: np.ndarray,
     cell: float,
 ) -> Hole:
-    """One hole from the middles and lengths of its edges, with the outer ghosts behind it."""
-    # outer ghosts behind the hole: the nearest one, and those a little farther
-    vertex, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
-    mine = is_among(vertex, outer) & (vertex >= 0)
-    vertex, at = vertex[mine], patches.local[point[mine], :2]
-    far = np.full(len(at), np.inf)
-    for one in middle[:, :2]:
-        far = np.minimum(far, np.hypot(*(at - one).T))
-    behind = distinct(vertex[far <= far.min() + BEHIND * cell])
-    place = np.average(middle, axis=0, weights=length) + patches.origin
-    return Hole(place, float(length.sum()), behind, *(_ends(middle) + patches.origin))
+    """One hole from the middles and lengths of its edges, with the outer ghosts behind it.
+
+    `tree` has the places of the outer ghosts in the map. The nearest one is behind the hole, and
+    those a little farther.
+    """
+    reach = float(tree.query(middle[:, :2])[0].min()) + BEHIND * cell
+    near = sorted({k for ks in tree.query_ball_point(middle[:, :2], reach) for k in ks})
+    place = np.average(middle, axis=0, weights=length) + origin
+    return Hole(place, float(length.sum()), distinct(ghosts[near]), *(_ends(middle) + origin))
 
 
 def holes_at(

@@ -5,6 +5,8 @@ Curves separate the triangles that stay from those that are dropped: only triang
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from geosurf.model import Patches
@@ -13,6 +15,7 @@ from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
 Leak = tuple[int, int, frozenset[int]]
+Pair = tuple[int, int]
 Sides = list[tuple[np.ndarray, np.ndarray]]
 Rim = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -108,8 +111,9 @@ def leaks_of(
             if name[here] >= 0 and any_kept:
                 edge = min(int(name[a]), int(name[here])), max(int(name[a]), int(name[here]))
                 found.setdefault(edge, set()).update(passed)
-    inner = [edge for edge in sorted(found) if _is_inner(edge, torn, triangles)]
-    return [(*edge, _faults_at(patches, found[edge])) for edge in inner]
+    inner = _inner([edge for edge in sorted(found) if edge[1] >= torn.n_node], torn, triangles)
+    met = _faults_at(patches, {point for edge in inner for point in found[edge]})
+    return [(*edge, frozenset().union(*(met[p] for p in found[edge]))) for edge in inner]
 
 
 def _with_marked(rim: Rim, marked: np.ndarray) -> Rim:
@@ -119,13 +123,18 @@ def _with_marked(rim: Rim, marked: np.ndarray) -> Rim:
     return one[some], two[some], row[some]
 
 
-def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
-    """Numbers of the faults that have one of these vertices."""
+def _faults_at(patches: Patches, vertices: set[int]) -> dict[int, set[int]]:
+    """Numbers of the faults that have some vertices, for each of them."""
     mine = np.zeros(len(patches.local), dtype=bool)
     mine[list(vertices)] = True
-    rows = np.flatnonzero(any_of(mine[patches.triangles]))
-    found = distinct(patches.surface_of_triangle[rows])
-    return frozenset((found[found > 0] - 1).tolist())
+    rows = np.flatnonzero(any_of(mine[patches.triangles]) & (patches.surface_of_triangle > 0))
+    found: dict[int, set[int]] = {vertex: set() for vertex in vertices}
+    fault = patches.surface_of_triangle[rows] - 1
+    for corner, number in zip(patches.triangles[rows].tolist(), fault.tolist(), strict=True):
+        for vertex in corner:
+            if vertex in found:
+                found[vertex].add(number)
+    return found
 
 
 def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) -> np.ndarray:
@@ -159,10 +168,11 @@ def false_rims(patches: Patches, keep: np.ndarray, sides: Sides) -> np.ndarray:
     return distinct(patches.parent_of_triangle[row[keep[row] & false[inverse]]])
 
 
-def _is_inner(edge: tuple[int, int], torn: Torn, triangles: Triangles) -> bool:
-    """Whether an edge has a ghost end, and the horizon has triangles on both sides of its link."""
-    if max(edge) < torn.n_node:
-        return False
-    nodes = torn.node_of(np.array([edge[0], edge[1], edge[1]])).reshape(1, 3)
+def _inner(edges: Sequence[Pair], torn: Torn, triangles: Triangles) -> list[Pair]:
+    """The edges with triangles of the horizon on both sides of their link."""
+    if not edges:
+        return []
+    nodes = torn.node_of(np.array(edges)[:, [0, 1, 1]].ravel()).reshape(-1, 3)
     node, kind = triangles.links(nodes)
-    return bool(triangles.exists(triangles.beside(node[:, 0], kind[:, 0])[0]).all())
+    inner = triangles.exists(triangles.beside(node[:, 0], kind[:, 0])).all(axis=1)
+    return [edge for edge, is_inner in zip(edges, inner.tolist(), strict=True) if is_inner]

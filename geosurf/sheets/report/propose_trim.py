@@ -31,6 +31,7 @@ SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
 LEAST, WIDEST = 1.5, 4.0  # cells: trims of one fault that are chosen without being asked for
 USUAL = 2.0  # cells of trim where smear cannot be determined
+SEVERAL = 3  # faults that may show together that trims have to be wider
 FEWEST = 20  # data that a bin has to have
 
 
@@ -113,8 +114,9 @@ def trims_of(
         if (seen.counts >= FEWEST).all():
             usual, _ = _trim_of(seen.tenths(), seen.least)
         proposed = _by_fault(seen, faults, usual)
-        # one gridder smears all faults alike: more than that takes half of them
-        widest = max(WIDEST, float(np.median(list(proposed.values()))))
+        # one gridder smears all faults alike: half of several show more than one alone can
+        if len(faults) >= SEVERAL:
+            widest = max(WIDEST, float(np.median(list(proposed.values()))))
     return Trims(
         tuple(
             float(known.get(name, min(max(value, LEAST), widest)))

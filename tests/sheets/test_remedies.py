@@ -1,0 +1,83 @@
+"""Remedies by law: faults without throw or half outside the data, junctions that stop short."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.sheets.mesh import build, close
+from geosurf.synthetic.torn_faults import Fault
+from tests.sheets.junctions import CELL, junction, misses
+
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
+
+
+def folded(throw, dip, n=73):
+    """A horizon with folds of 15 m, torn at one fault; and its faults."""
+    fault = Fault(900.0, 900.0, strike=30.0, dip=dip, half=500.0, throw=throw)
+    world = gs.synthetic.torn({"F1": fault}, n)
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    top = world.horizons["Top"] + 15.0 * np.sin(x / 3.1) * np.cos(y / 4.3)
+    return top.assign_attrs(world.horizons["Top"].attrs), world.faults
+
+
+@pytest.mark.parametrize("dip", [15.0, 89.0])
+def test_a_fault_without_throw_is_no_reason_to_refuse(dip):
+    """Where the data show no throw, a tear that does not close is left out, and listed."""
+    top, faults = folded(0.01, dip)
+    sheet = gs.tear_horizon(top, faults, name="Top", trim=1.5)
+    assert np.nanmax(np.abs(sheet.cuts["F1"].throw), initial=0.0) < 2.5
+    left_out = [one for one in sheet.report.remedies if one.kind == "tear left out"]
+    assert all("the data show no throw there" in one.effect for one in left_out)
+    assert dip > 45.0 or left_out
+    gap = np.abs(sheet.lattice.elevation - top.values)
+    assert gap.max() < 2.5
+
+
+def test_a_fault_half_outside_the_data_is_torn_inside():
+    world = gs.synthetic.torn("normal", 61)
+    top = world.horizons["Top"]
+    whole = gs.tear_horizon(top, world.faults, name="Top", trim=2).cuts["F1"]
+    middle = whole.stations[len(whole.stations) // 2, 0]
+    half = gs.tear_horizon(top.where(top.easting > middle), world.faults, name="Top", trim=2)
+    cut = half.cuts["F1"]
+    inside = cut.stations[:, 0] > middle + 150.0
+    assert inside.sum() > 5
+    far = np.hypot(*(cut.stations[inside, None, :2] - whole.stations[None, :, :2]).T)
+    miss = np.abs(cut.throw[inside] - whole.throw[far.argmin(axis=0)])
+    assert np.isnan(miss).sum() <= 1  # at the tip
+    assert np.nanmax(miss) < 1.5
+
+
+def test_both_faults_of_a_junction_are_extended():
+    """The branch stops a third of a cell short of its main fault, and both end 5 m too high."""
+    grid, faults, middle, azimuth, throw = junction("straight main fault", np.random.default_rng(2))
+    turn = np.radians(azimuth[2])
+    way = np.array([np.sin(turn), np.cos(turn), 0.0])
+    for name, shift in (("F1", 0.0), ("F3", 0.3 * CELL)):
+        points = faults[name].vertices + shift * way
+        points[:, 2] = np.where(points[:, 2] < -1675.0, -1675.0, points[:, 2])
+        faults[name] = gs.TriSurface(name, "fault", points, faults[name].triangles)
+    sheet = gs.tear_horizon(grid, faults, name="H", trim=1.5)
+    assert {one.kind for one in sheet.report.remedies} == {"fault extended"}
+    assert {one.subject for one in sheet.report.remedies} == {"F1", "F3"}
+    assert misses(sheet, middle, azimuth, throw)[1] < 0.01
+    assert all("in a scenario, lengthen_m" in one.remedy for one in sheet.report.remedies)
+
+
+def test_attempts_are_bounded_where_data_contradict_a_fault(monkeypatch):
+    """Noise of 60 m at every node, taken as it is."""
+    made, cut = [], build._attempt
+    monkeypatch.setattr(build, "_attempt", lambda *given: made.append(0) or cut(*given))
+    monkeypatch.setattr(close, "MOST", 0.5)
+    monkeypatch.setattr(build, "ROUNDS", 4)
+    world = gs.synthetic.torn("normal", 31)
+    top = world.horizons["Top"] + np.random.default_rng(0).normal(0.0, 60.0, (31, 31))
+    top = top.assign_attrs(world.horizons["Top"].attrs)
+    with suppress(gs.errors.GeometryError):
+        gs.tear_horizon(top, world.faults, name="Top", trim=2, noise=0)
+    # trims as given and four others, each at two lengths of the fault; two at any cost
+    assert 1 < len(made) <= 4 * (2 * 5 + 2)
