@@ -186,8 +186,8 @@ def _lengthened(
     for number, one in short.items():
         fault, old = given[number], before.get(number)
         lengths = {} if old is None else dict(old.lengths)
-        more = {side: _next_length(fault, side, lengths.get(side), cell) for side in one.sides}
-        more = {side: length for side, length in more.items() if length is not None}
+        sides = ((side, _next_length(fault, side, lengths.get(side), cell)) for side in one.sides)
+        more = {side: length for side, length in sides if length is not None}
         if not more:
             continue
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.model import Patches
-from geosurf.model.base import any_of
+from geosurf.model.base import all_of, any_of
 from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
@@ -174,5 +174,5 @@ def _inner(edges: Sequence[Pair], torn: Torn, triangles: Triangles) -> list[Pair
         return []
     nodes = torn.node_of(np.array(edges)[:, [0, 1, 1]].ravel()).reshape(-1, 3)
     node, kind = triangles.links(nodes)
-    inner = triangles.exists(triangles.beside(node[:, 0], kind[:, 0])).all(axis=1)
-    return [edge for edge, is_inner in zip(edges, inner.tolist(), strict=True) if is_inner]
+    inner = np.flatnonzero(all_of(triangles.exists(triangles.beside(node[:, 0], kind[:, 0]))))
+    return [edges[k] for k in inner.tolist()]
