@@ -40,7 +40,6 @@ from geosurf.carve.order import warnings_of_order
 from geosurf.carve.slivers import warnings_of_slivers
 from geosurf.carve.thin import warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean
-from geosurf.conventions.crs import warn_of_unclear_crs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.outside import lies_beside, warning_of_fault
 from geosurf.intersect.shared import is_torn, shared_curves
@@ -59,11 +58,11 @@ from geosurf.scene.faults import FaultStage
 from geosurf.scene.horizon_ends import Ends, end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
+from geosurf.scene.prepared import simplified_surface, warn_of_inputs
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
-from geosurf.scene.wells import opened_tops, tied_surface, warnings_of_names
+from geosurf.scene.wells import opened_tops, remembered_tie
 from geosurf.sheets.extend import as_lattice, warning_of_extrapolation
 from geosurf.triangulate import build_contacts, build_walls
-from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.shared_area import SharedArea
 
 
@@ -106,7 +105,9 @@ class Graph:
     def whole(self, name: str) -> TriSurface:
         """Return a horizon or fault before horizons truncate faults: so it is split."""
         surface = self.unsimplified(name)
-        return self._simplified(surface) if name in self.inputs.horizons else surface
+        if name not in self.inputs.horizons or self.inputs.tolerance is None:
+            return surface
+        return simplified_surface(surface, self.inputs.tolerance, self.memory)
 
     def unsimplified(self, name: str) -> TriSurface:
         """Return a horizon or fault with all its nodes."""
@@ -145,20 +146,6 @@ class Graph:
     def ending_at_horizons(self) -> frozenset[str]:
         """Names of the faults that horizons truncate."""
         return frozenset(rule.fault for rule in self.inputs.horizon_rules)
-
-    def _simplified(self, plain: TriSurface) -> TriSurface:
-        """A horizon with as few triangles as the tolerance allows; one without a grid as it is."""
-        name, tolerance, lattice = plain.name, self.inputs.tolerance, plain.lattice
-        if tolerance is None or lattice is None:
-            return plain
-
-        # the tolerance is in the key, so that scenes with several tolerances share the rest
-        key = ("simplified", self.memory.key_of(plain), name, tolerance)
-        return self.memory.get_or_compute(
-            "simplify", name, key, lambda: coarsen_lattice(name, lattice, tolerance),
-            lambda s: f"{s.n_triangle} of {plain.n_triangle} triangles, within {tolerance:g} m",
-            again=False,
-        )  # fmt: skip
 
     # ---- box and area --------------------------------------------------------------------
 
@@ -263,21 +250,11 @@ class Graph:
         plain, settings = self.untied(name), self.inputs.tie
         if settings is None or self.tops is None or not len(self.tops.of(name)):
             return plain, None
-        tops = self.tops
 
         # all faults that reach it: a correction must not cross any of them
         faults = [self.faults.surface(fault) for fault in self.inputs.faults_at(name)]
-        content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
-        key = ("tied", name, *map(self.memory.key_of, (plain, *faults)), content)
-        found: tuple[TriSurface, TieReport] = self.memory.get_or_compute(
-            "tie", name, key,
-            lambda: tied_surface(name, plain, self.sheets.get(name), faults, tops, settings),
-            lambda result: str(result[1]), again=False,
-        )  # fmt: skip
-
-        # later stages find the tied surface by what it was made of
-        self.memory.made_of(found[0], key)
-        return found
+        sheet = self.sheets.get(name)
+        return remembered_tie(self.memory, name, plain, sheet, faults, self.tops, settings)
 
     # ---- column and fluid contacts -------------------------------------------------------
 
@@ -456,16 +433,9 @@ class Graph:
         for name in self.inputs.faults:
             if lies_beside(self.whole(name), self.box):
                 self._warn_of_outside(name)
-        with self.memory.collecting():
-            systems = self.read.crs
-            names = [name for name in self.inputs.names if name in systems]
-            warn_of_unclear_crs({name: systems[name] for name in names})
-        if self.tops is not None:
-            self.memory.warn(*warnings_of_names(self.tops, tuple(self.inputs.horizons)))
+        warn_of_inputs(self.inputs, self.memory, self.read, self.tops)
         for horizon in self._lattices():
             self.memory.warn(*filter(None, [warning_of_extrapolation(horizon)]))
-        for sheet in self.sheets.values():
-            self.memory.warn(*sheet.warnings, issued=True)
 
     @property
     def sheets(self) -> dict[str, Sheet]:

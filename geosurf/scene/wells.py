@@ -13,6 +13,7 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tie import TieReport, TieSettings
 from geosurf.model.tops import Tops, tops_of
+from geosurf.scene.memory import Memory
 from geosurf.warning import collected, warn
 
 
@@ -93,4 +94,34 @@ def tied_surface(
     return plain, report
 
 
-__all__ = ["opened_tops", "tied_surface", "warnings_of_names"]
+def remembered_tie(
+    memory: Memory,
+    name: str,
+    plain: TriSurface,
+    sheet: Sheet | None,
+    faults: Sequence[TriSurface],
+    tops: Tops,
+    settings: TieSettings,
+) -> tuple[TriSurface, TieReport]:
+    """Return what `tied_surface` returns, from memory if it is there.
+
+    Parameters
+    ----------
+    memory : Memory
+    name, plain, sheet, faults, tops, settings
+        As for `tied_surface`.
+    """
+    content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
+    key = ("tied", name, *map(memory.key_of, (plain, *faults)), content)
+    found: tuple[TriSurface, TieReport] = memory.get_or_compute(
+        "tie", name, key,
+        lambda: tied_surface(name, plain, sheet, faults, tops, settings),
+        lambda result: str(result[1]), again=False,
+    )  # fmt: skip
+
+    # later stages find the tied surface by what it was made of
+    memory.made_of(found[0], key)
+    return found
+
+
+__all__ = ["opened_tops", "remembered_tie", "tied_surface", "warnings_of_names"]

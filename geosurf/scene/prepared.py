@@ -1,0 +1,68 @@
+"""What happens to the surfaces of a scene before they are split: simplified, and looked through."""
+
+from __future__ import annotations
+
+from geosurf.conventions.crs import warn_of_unclear_crs
+from geosurf.model import Sheet, TriSurface
+from geosurf.model.tops import Tops
+from geosurf.scene.inputs import SceneInputs
+from geosurf.scene.memory import Memory
+from geosurf.scene.surfaces import InputSurfaces
+from geosurf.scene.wells import warnings_of_names
+from geosurf.triangulate.coarsen import coarsen_lattice
+
+
+def simplified_surface(plain: TriSurface, tolerance: float, memory: Memory) -> TriSurface:
+    """Return a horizon with as few triangles as the tolerance allows; one without a grid as it is.
+
+    Parameters
+    ----------
+    plain : TriSurface
+    tolerance : float
+        [m]
+    memory : Memory
+        Of the scene; gets the step.
+    """
+    name, lattice = plain.name, plain.lattice
+    if lattice is None:
+        return plain
+
+    # the tolerance is in the key, so that scenes with several tolerances share the rest
+    key = ("simplified", memory.key_of(plain), name, tolerance)
+    return memory.get_or_compute(
+        "simplify", name, key, lambda: coarsen_lattice(name, lattice, tolerance),
+        lambda s: f"{s.n_triangle} of {plain.n_triangle} triangles, within {tolerance:g} m",
+        again=False,
+    )  # fmt: skip
+
+
+def warn_of_inputs(
+    inputs: SceneInputs, memory: Memory, read: InputSurfaces, tops: Tops | None
+) -> None:
+    """Warn of reference systems, names of tops and torn horizons that look wrong.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    memory : Memory
+        Keeps the warnings.
+    read : InputSurfaces
+        All surfaces have been read.
+    tops : Tops or None
+    """
+    # a reference system that some inputs declare, and others do not
+    with memory.collecting():
+        names = [name for name in inputs.names if name in read.crs]
+        warn_of_unclear_crs({name: read.crs[name] for name in names})
+
+    # tops of horizons that the scene does not have
+    if tops is not None:
+        memory.warn(*warnings_of_names(tops, tuple(inputs.horizons)))
+
+    # what was assumed when a horizon was torn has been issued there; the scene lists it, too
+    for horizon in inputs.horizons.values():
+        if isinstance(horizon, Sheet):
+            memory.warn(*horizon.warnings, issued=True)
+
+
+__all__ = ["simplified_surface", "warn_of_inputs"]
