@@ -12,7 +12,7 @@ from geosurf.sheets.heights.empty_blocks import bridge
 from geosurf.sheets.heights.inputs import Inputs
 from geosurf.sheets.heights.relief import common_relief
 from geosurf.sheets.heights.smear import distance_of_nodes, wedge_nodes
-from geosurf.sheets.heights.state import Evidence, Heights, Selection, Tears
+from geosurf.sheets.heights.state import SENSE, Evidence, Heights, Selection, Tears
 from geosurf.sheets.heights.tip_residual import Bent
 from geosurf.sheets.heights.tip_solve import Task
 from geosurf.sheets.lattice.drape import around, narrow_gaps, without_absent
@@ -250,6 +250,10 @@ class GridSolver:
             values = picks.means_at(wedge, selection.single)
             wedge, values = wedge[np.isfinite(values)], values[np.isfinite(values)]
             far = distance_of_nodes(picks, self.inputs.nearby, wedge)
+
+            # a datum on the fault itself lies between both walls, where a grid drapes the gap
+            off = far >= SENSE
+            wedge, values, far = wedge[off], values[off], far[off]
             rows = np.searchsorted(every, wedge)
 
             # a datum right at the fault may belong to the other wall: it cannot hold a block by

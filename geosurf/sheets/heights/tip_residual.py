@@ -19,6 +19,7 @@ import numpy as np
 from geosurf.kernels.sheets.column_products import products_of_columns, sums_of_columns
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.tips import Tips
+from geosurf.sheets.lattice.drape import without_absent
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.solve import BEND, Common, Graph, equations, weights_of
 
@@ -166,9 +167,12 @@ def smoothest_rest(
 
     # without noise the unit is what the energy of a free node is without shapes, near the tips
     if not doubt:
-        cost = heights * bent(heights[:, None])[:, 0]
-        cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
-        units = [cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
+        missed = pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
+        for k, (_, some) in enumerate(groups):
+            part = without_absent(graph, some)  # its differences lie among these nodes
+            slopes = energy_gradient(part.east, part.north, part.square, heights[:, None], weights)
+            energy = heights @ slopes[:, 0] + missed[some[at]].sum()
+            units[k] = energy / max((some & free).sum(), 1)
     columns = [columns for columns, _ in groups]
     share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
     return plain + sums_of_columns(moved, share) + level, share

@@ -219,7 +219,8 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     torn = grown_over(tear(cuts, triangles), triangles, state)
     for links in repairs.rings:
         torn = grown_at(torn, triangles, links)
-    ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state)
+    early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
+    ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state, early)
     ghosts = levelled(torn, ghosts, state.values, repairs.level, picks.frame)
 
     # the exact cut

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 
 import numpy as np
@@ -15,7 +15,7 @@ from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.mesh.ghosts import ghost_heights, joined_heights
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
-CarryOn = Callable[[Torn, Triangles, np.ndarray, Heights], np.ndarray]
+CarryOn = Callable[[Torn, Triangles, np.ndarray, Heights, Collection[int]], np.ndarray]
 Known = Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]
 
 
@@ -25,15 +25,16 @@ def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
     `weight` is that of noisy data, `known` gives the heights of ghosts that picks determine.
     """
 
-    def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights) -> np.ndarray:
-        """Heights of the ghosts of one sheet."""
+    def carry_on(
+        torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, early: Collection[int]
+    ) -> np.ndarray:
+        """Heights of the ghosts of one sheet; `early`: traces whose tears end early."""
         bent = None if state.bent is None else partial(state.bent.of, frame)
         fixed = known(torn, triangles, bits, state, bent)
 
-        # at a gap ghosts go on smoothly; where the sheet overlaps, they bend at tips as it does
         past = None
         if state.bent is not None:
-            past = partial(state.bent.only(_overlapping(state)).of, frame)
+            past = partial(state.bent.only(_bending_past(state, early)).of, frame)
         return ghost_heights(
             torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past,
             scale_of(weight),
@@ -66,10 +67,17 @@ def ghosts_by_picks(
     return known
 
 
-def _overlapping(state: Heights) -> list[int]:
-    """Traces past which the sheets go on: there ghosts are part of them, and bend as they do."""
+def _bending_past(state: Heights, early: Collection[int]) -> list[int]:
+    """Traces at whose tips ghosts bend as the sheet does: only what is left is extrapolated.
+
+    Not where a tear ends early at a gap: bent ghosts have been tried there and left a hole.
+    """
     heaves = [walls.left + walls.right for walls in state.walls]
-    return [i for i, heave in enumerate(heaves) if len(heave) and np.median(heave) < 0.0]
+    return [
+        trace
+        for trace, heave in enumerate(heaves)
+        if trace not in early or (len(heave) and np.median(heave) < 0.0)
+    ]
 
 
 def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:

@@ -5,7 +5,7 @@ A node belongs to a wall by the trace of the fault, near it, and by the fault it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,7 +50,12 @@ class Attempt:
     notes: tuple[str, ...]
 
     def ghosts(
-        self, torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights
+        self,
+        torn: Torn,
+        triangles: Triangles,
+        bits: np.ndarray,
+        state: Heights,
+        _: Collection[int],
     ) -> np.ndarray:
         """Heights (n_ghost,) on the sheets of their anchors; the energy fills in at holes."""
         frame = self.movement.frame
