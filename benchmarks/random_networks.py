@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS
-from geosurf.synthetic.torn_faults import DATUM, Fault, relief, side_of
+from geosurf.synthetic.torn_faults import DATUM, Fault, relief, side_of, trace
 from geosurf.synthetic.torn_horizon import fault_mesh
 from geosurf.synthetic.torn_picks import smeared
 
@@ -24,6 +24,7 @@ SIDE = 2000.0  # of a map with one group of faults [m]
 TILE = 1700.0  # of a map with several, each [m]
 EVERY = 5.0  # metres along strike between points of true cut-offs
 FAR = np.inf
+TRANSFER = 0.3  # how soon the displacement of a branch dies towards the tips of its main fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,8 +274,24 @@ def _moves(faults: Mapping[str, Fault], x: Any, y: Any) -> list[tuple[np.ndarray
     found = []
     for fault in faults.values():
         s, r = fault.along_across(x, y)
-        found.append((fault.moved(s, r, 1, 0.0), fault.moved(s, r, -1, 0.0)))
+        share = 1.0 if fault.branch is None else _share_of_branch(faults[fault.branch[0]], x, y)
+        found.append((share * fault.moved(s, r, 1, 0.0), share * fault.moved(s, r, -1, 0.0)))
     return found
+
+
+def _share_of_branch(main: Fault, x: Any, y: Any) -> Any:
+    """How much of a branch's displacement there is on its side of the main fault.
+
+    It ends on the main fault, so it has to be nothing past the tips of that: otherwise the horizon
+    would jump there without a fault. With h = Re sqrt(1 - zeta^2), which is 0 past the tips and
+    1 in the middle of the main fault, the share has three smooth derivatives there.
+    """
+    if not np.isfinite(main.half):
+        return 1.0
+    s, r = main.along_across(x, y)
+    zeta = s / main.half + 1j * (r - np.interp(s, *trace(main, 0.0))) / main.half
+    square = np.sqrt(1.0 - zeta * zeta).real ** 2
+    return (square / (TRANSFER + square)) ** 2
 
 
 def _sheet(x: Any, y: Any, moves: list[tuple[np.ndarray, np.ndarray]], side: np.ndarray) -> Any:

@@ -13,8 +13,9 @@ import numpy as np
 
 import geosurf as gs
 from benchmarks.random_networks import GROUPS, random_network
+from geosurf.sheets.report.describe import FAR
 from tests.sheets import junctions
-from tests.sheets.table import distances, measure
+from tests.sheets.table import CELL, Measured, distances, measure
 
 FAMILIES = (*GROUPS, *junctions.KINDS, "mixed")
 TRIMS = ((1.5, 0), (1.75, 0), (2.0, 0), (2.25, 1), (2.5, 1), (3.0, 1))  # cells, and nodes of smear
@@ -64,6 +65,8 @@ class Outcome:
     crashed: str = ""
     remedies: Counter[str] = field(default_factory=Counter)
     errors: dict[str, dict[float, Errors]] = field(default_factory=dict)
+    # beyond two cells: where the report lists no gap of data, and where it lists one
+    by_gap: dict[str, dict[bool, Errors]] = field(default_factory=dict)
 
     @property
     def is_built(self) -> bool:
@@ -138,8 +141,10 @@ def run_network(number: int, seed: int) -> Outcome:
     outcome.remedies = Counter(warning.kind for warning in sheet.report.remedies)
     if family in junctions.KINDS:
         outcome.errors = _errors_at_junction(sheet, *truth)
+        outcome.by_gap = {name: {False: e[2.0]} for name, e in outcome.errors.items() if 2.0 in e}
     else:
         outcome.errors = {name: _errors_of(network, sheet, name) for name in faults}
+        outcome.by_gap = {name: _errors_by_gap(network, sheet, name) for name in faults}
     return outcome
 
 
@@ -147,16 +152,49 @@ def _errors_of(network: Any, sheet: Any, name: str) -> dict[float, Errors]:
     """Errors at a fault with curved walls, by margin."""
     found = {}
     for margin in MARGINS:
-        try:
-            m = measure(network, sheet, name, margin)
-        except ValueError:  # no place is that far from everything
-            continue
-        if not len(m.places):
-            continue
-        # a place without a cut-off is wrong by all of its throw
-        throw = np.where(np.isnan(m.throw), 100.0, m.throw)
-        found[margin] = Errors(float(m.position.max()), throw.mean(), throw.max(), m.lost)
+        m = _measured(network, sheet, name, margin)
+        if m is not None:
+            found[margin] = _errors_among(m, np.ones(len(m.places), dtype=bool))
     return found
+
+
+def _errors_by_gap(network: Any, sheet: Any, name: str) -> dict[bool, Errors]:
+    """Errors two cells from all that ends a fault, by whether its report lists a gap of data."""
+    m = _measured(network, sheet, name, 2.0)
+    if m is None:
+        return {}
+
+    # the report lists the farthest node of each gap: around it others are too far from data, too
+    fault = network.truth["faults"][name]
+    line = network.truth["cutoffs"][name, "+"]
+    s = fault.along_across(line[:, 0], line[:, 1])[0]
+    order = np.argsort(s)
+    x, y = (np.interp(m.places, s[order], line[order, c]) for c in (0, 1))
+    gap = np.zeros(len(m.places), dtype=bool)
+    for one in sheet.report.extrapolation:
+        far = np.hypot(x - one["place"][0], y - one["place"][1]) / CELL
+        gap |= far <= one["cells"] - FAR + 1.0
+    return {
+        value: _errors_among(m, gap == value) for value in (False, True) if (gap == value).any()
+    }
+
+
+def _measured(network: Any, sheet: Any, name: str, margin: float) -> Measured | None:
+    """What is found at a fault beyond a margin; None if no place is that far from everything."""
+    try:
+        m = measure(network, sheet, name, margin)
+    except ValueError:
+        return None
+    return m if len(m.places) else None
+
+
+def _errors_among(m: Measured, some: np.ndarray) -> Errors:
+    """Errors at some of the places of a fault, bool (n,)."""
+    # a place without a cut-off is wrong by all of its throw
+    lost = np.isnan(m.throw[some])
+    throw = np.where(lost, 100.0, m.throw[some])
+    position = m.position[np.tile(some, 2)]
+    return Errors(float(position.max()), throw.mean(), throw.max(), int(lost.sum()))
 
 
 def _errors_at_junction(
@@ -199,7 +237,14 @@ def networks_table(found: Sequence[Outcome]) -> str:
     -------
     str
     """
-    parts = (_by_family(found), _by_trim(found), _by_margin(found), _kinds(found), _misses(found))
+    parts = (
+        _by_family(found),
+        _by_trim(found),
+        _by_margin(found),
+        _by_gap(found),
+        _kinds(found),
+        _misses(found),
+    )
     return "\n\n".join("\n".join(part) for part in parts)
 
 
@@ -254,6 +299,19 @@ def _by_margin(found: Sequence[Outcome]) -> Iterator[str]:
             e[margin] for o in found if not o.remedies for e in o.errors.values() if margin in e
         ]
         yield f"| {margin:g} cells | {len(errors)} | {_figures(errors)} |"
+
+
+def _by_gap(found: Sequence[Outcome]) -> Iterator[str]:
+    """Errors where data are near, and where the report lists a gap of data; without remedies."""
+    yield (
+        "| places | faults | cut-off, worst [cells] | throw, mean [%] | throw, worst [%] "
+        "| faults within targets |"
+    )
+    yield "|---|---|---|---|---|---|"
+    for gap, title in ((False, "data near"), (True, "gap of data, listed by the report")):
+        errors = [e[gap] for o in found if not o.remedies for e in o.by_gap.values() if gap in e]
+        met = sum(e.is_met for e in errors)
+        yield f"| {title} | {len(errors)} | {_figures(errors)} | {met} of {len(errors)} |"
 
 
 def _kinds(found: Sequence[Outcome]) -> Iterator[str]:

@@ -1,0 +1,103 @@
+"""How well sheets meet worlds with several faults: laws, and networks whose cut-offs are known."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from benchmarks.random_networks import heights, network_of, random_network
+from geosurf.synthetic.torn_faults import Fault
+from geosurf.synthetic.torn_horizon import fault_mesh
+from tests.sheets.table import CELL, measure
+
+
+def two_walls(apart: float, z):
+    """Two upright faults, some cells apart, with heights z(x, y) and steps of 20 and 30 m."""
+    n = 41
+    x, y = np.meshgrid(np.arange(n) * CELL, np.arange(n) * CELL)
+    at = [CELL * (20.0 + sign * 0.5 * apart) for sign in (-1, 1)]
+    grid = z(x, y) - 20.0 * (x > at[0]) - 30.0 * (x > at[1])
+    horizon = xr.DataArray(
+        grid,
+        {"northing": y[:, 0], "easting": x[0]},
+        attrs={"units": "m", "positive": "up"},
+    )
+    faults = {}
+    for name, here in zip(("F1", "F2"), at, strict=True):
+        corners = [[here, y0, z0] for y0 in (-100.0, 1100.0) for z0 in (-2300.0, -1200.0)]
+        faults[name] = gs.TriSurface(name, "fault", np.array(corners), [[0, 2, 3], [0, 3, 1]])
+    return horizon, faults
+
+
+@pytest.mark.parametrize("trim", [0.4, 1.0])
+def test_a_plane_between_two_faults_three_cells_apart_is_met(trim):
+    """A trim of one cell leaves one column of data between them: enough along the faults."""
+    slope = 0.2 if trim < 0.5 else 0.0  # across it, one column shows no slope
+    horizon, faults = two_walls(3.0, lambda x, y: -1800.0 + slope * x + 0.1 * y)
+    sheet = gs.tear_horizon(horizon, faults, name="Top", trim=trim)
+    for name, throw in (("F1", 20.0), ("F2", 30.0)):
+        assert np.abs(np.abs(sheet.cuts[name].throw) - throw).max() < 1e-3
+
+
+def crossing(half: float = np.inf):
+    """Two faults that cross, on a map of 61 nodes a side."""
+    profile = "constant" if np.isinf(half) else "ellipse"
+    options = {"half": half, "profile": profile, "wave": 0.0}
+    faults = {
+        "F1": Fault(750.0, 750.0, strike=20.0, dip=70.0, throw=40.0, **options),
+        "F2": Fault(750.0, 750.0, strike=100.0, dip=75.0, throw=30.0, **options),
+    }
+    meshes = {name: fault_mesh(name, faults, 1500.0, CELL, (0, 0, 0)) for name in faults}
+    return network_of("X", faults, meshes, (1500.0, 1500.0), 1)
+
+
+def test_a_mirrored_horizon_has_mirrored_throw():
+    """East for west, and the faults with it: throw is the same along each fault."""
+    world = crossing()
+    side = world.box[1]
+    grid = world.horizon
+    turned = grid.copy(data=grid.values[:, ::-1])
+    faults = {}
+    for name, mesh in world.faults.items():
+        surface = gs.triangulate_fault(mesh, name=name)
+        vertices = surface.vertices * [-1.0, 1.0, 1.0] + [side, 0.0, 0.0]
+        faults[name] = gs.TriSurface(name, "fault", vertices, surface.triangles[:, ::-1])
+    one = gs.tear_horizon(grid, world.faults, name="Top", trim=2.0)
+    two = gs.tear_horizon(turned, faults, name="Top", trim=2.0)
+    for name in faults:
+        found = []
+        for sheet, x in ((one, lambda e: e), (two, lambda e: side - e)):
+            cut = sheet.cuts[name]
+            inner = (cut.stations[:, 1] > 200.0) & (cut.stations[:, 1] < side - 200.0)
+            inner &= (cut.stations[:, 0] > 200.0) & (cut.stations[:, 0] < side - 200.0)
+            far = np.hypot(*(cut.stations[:, :2] - 0.5 * side).T) > 5.0 * CELL
+            rows = np.flatnonzero(inner & far)
+            place = x(cut.stations[rows, 0]) + cut.stations[rows, 1]
+            order = np.argsort(place)
+            found.append((place[order], np.abs(cut.throw[rows][order])))
+        (p, a), (q, b) = found
+        assert np.abs(np.interp(p, q, b) - a).max() < 0.2  # diagonals of cells run another way
+
+
+@pytest.mark.parametrize(("number", "name", "trim"), [(49, "F1", 3.0), (14, "F1", 3.0)])
+def test_throw_dies_as_a_crack_next_to_other_faults(number, name, trim):
+    """Other faults around its tips do not hide from a fault how its own throw dies."""
+    rng = np.random.default_rng([1, number])
+    rng.integers(6)
+    family = "mixed" if number == 49 else "parallel"
+    world = random_network(family, rng, 1)
+    sheet = gs.tear_horizon(world.horizon, world.faults, name="Top", trim=trim)
+    found = measure(world, sheet, name)
+    assert found.lost == 0
+    assert found.position.max() < 0.1
+    assert found.throw.mean() < 1.0
+    assert found.throw.max() < 5.0
+
+
+def test_a_branch_leaves_no_step_past_the_tips_of_its_main_fault():
+    """The truth of a network is smooth where it has no fault: third differences stay small."""
+    main = Fault(1000.0, 1000.0, strike=90.0, half=400.0, throw=50.0, wave=0.0)
+    branch = Fault(1000.0, 1000.0, strike=10.0, half=500.0, throw=50.0, branch=("F1", 1))
+    x, y = np.meshgrid(1475.0 + np.arange(8) * CELL, 800.0 + np.arange(17) * CELL)
+    z = heights({"F1": main, "F2": branch}, x, y, 0)
+    assert np.abs(np.diff(z, 3, axis=0)).max() < 1.0
