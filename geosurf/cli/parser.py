@@ -8,6 +8,7 @@ from typing import Any
 
 import geosurf
 from geosurf.cli.curves_command import curves_command
+from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.install_commands import doctor_command, warmup_command
 from geosurf.cli.scenario_commands import (
     SHOW,
@@ -65,7 +66,10 @@ def build_parser() -> argparse.ArgumentParser:
     )
     render = add("render", render_command, "draw one picture of the model of a scenario")
     report = add("report", report_command, "write the report of a scenario and its pictures")
-    for command in (run, check, render, report):
+    ensemble = add(
+        "ensemble", ensemble_command, "compute P90, P50 and P10 of the volumes of a scenario"
+    )
+    for command in (run, check, render, report, ensemble):
         command.add_argument(
             "scenario", help="scenario file (TOML); its keys are in docs/scenario.md"
         )
@@ -75,6 +79,7 @@ def build_parser() -> argparse.ArgumentParser:
             action="store_true",
             help="merge units too small to count into neighbours, as [slivers] merge = true does",
         )
+    _add_ensemble_options(ensemble)
     for command in (run, report):
         command.add_argument(
             "-o", "--out", required=True, help="output folder, created if it is missing"
@@ -116,6 +121,20 @@ def build_parser() -> argparse.ArgumentParser:
     add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)")
     _add_tests(add)
     return parser
+
+
+def _add_ensemble_options(ensemble: argparse.ArgumentParser) -> None:
+    """Add the options of ensembles."""
+    ensemble.add_argument(
+        "-o", "--out", required=True,
+        help="output folder, created if it is missing; one with a part of the same ensemble is "
+        "continued",
+    )  # fmt: skip
+    ensemble.add_argument("-n", type=int, help="number of realisations (default: [ensemble], 100)")
+    ensemble.add_argument("--seed", type=int, help="seed (default: that of [ensemble], or 0)")
+    ensemble.add_argument("--workers", type=int, help="realisations at once (default: all cores)")
+    ensemble.add_argument("--processes", action="store_true", help="worker processes, not threads")
+    ensemble.add_argument("--quiet", action="store_true", help="print no progress and no table")
 
 
 def _add_tests(add: Callable[..., Any]) -> None:

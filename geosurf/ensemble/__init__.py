@@ -17,7 +17,8 @@ record.py          the result of one realisation; maps.py: its maps
 on_dask.py         realisations on Dask: threads, processes, clusters
 store.py           the Zarr store; sums.py: its maps
 progress.py        progress with the time left
-results.py         quantiles, convergence, tornado
+results.py         quantiles, convergence, tornado; tables.py: as text
+scenario_model.py  the tables [ensemble] and [[uncertain]] of a scenario
 =================  ============================================================
 """
 

@@ -17,10 +17,12 @@ from geosurf.ensemble.plan import Plan, uncertainties
 from geosurf.ensemble.progress import Progress
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.results import open_ensemble
+from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.ensemble.store import REGION, EnsembleStore
 from geosurf.ensemble.streams import check_seed
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
+from geosurf.scenario.ensemble_keys import EnsembleSettings
 from geosurf.scene import Scene
 from geosurf.warning import warn
 
@@ -138,7 +140,7 @@ def planned(
 ) -> tuple[Plan, int]:
     """Return the plan of an ensemble and its number of realisations, all arguments checked."""
     if isinstance(model, str | os.PathLike):
-        raise InputError("scenario")
+        return _of_scenario(model, n, uncertain, seed, maps)
     count = 100 if n is None else n
     if not (is_whole(count) and count > 0):
         raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
@@ -160,6 +162,22 @@ def planned(
         f"run_ensemble takes a Scene, the path of a scenario or a function, not "
         f"{type(model).__name__}."
     )
+
+
+def _of_scenario(
+    path: str | os.PathLike[str], n: int | None, uncertain: Any, seed: int | None, maps: Any
+) -> tuple[Plan, int]:
+    """Return the plan of a scenario; arguments count before its table ``[ensemble]``."""
+    model = ScenarioModel(path)
+    given = model.scenario.ensemble or EnsembleSettings()
+    if len(uncertainties(uncertain)):
+        raise InputError(f"{path} has its own [[uncertain]] tables. Leave out uncertain=.")
+    count = given.n if n is None else n
+    if not (is_whole(count) and count > 0):
+        raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
+    grid = given.map_cell_m if maps is None else maps
+    chosen = check_seed(given.seed if seed is None else seed)
+    return Plan(model, model.uncertain, chosen, None if grid is False else grid), int(count)
 
 
 def _run(

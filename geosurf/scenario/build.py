@@ -46,21 +46,34 @@ def build_scene(
     InputError
         If a surface cannot be read, or neither file nor scenario declares its unit or direction.
     """
-    # what a scene has, wherever its surfaces come from
-    aoi = None if scenario.aoi is None else scenario.aoi.value
-    shared: dict[str, Any] = {
-        "contacts": _contacts(scenario),
-        "aoi": aoi,
-        "voxel_size": scenario.search.voxel_size_m,
-        "tolerance": scenario.tolerance_m,
-        "slivers": scenario.slivers.settings,
-        **_tops(scenario),
-    }
     if scenario.model is not None:
-        scene = scene_of_sealed(scenario, scenario.model, **shared)
+        scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene
+    scene, horizons = untorn_scene(scenario)
+    on_step("read", _numbers(scene), "")
+    return torn_horizons(scenario, scene, horizons, on_step, out)
 
+
+def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
+    """
+    Read the surfaces of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Without a sealed model.
+
+    Returns
+    -------
+    (Scene, dict of str to object)
+        The scene before its horizons are torn, and the data of these: `torn_horizons` takes both.
+
+    Raises
+    ------
+    InputError
+        As `build_scene`.
+    """
     # read here rather than by the scene: files of a scenario have their own units
     horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
     faults = {
@@ -70,7 +83,8 @@ def build_scene(
         for entry in scenario.faults
     }
 
-    horizons = _extended(scenario, horizons, faults, aoi)
+    shared = _shared(scenario)
+    horizons = _extended(scenario, horizons, faults, shared["aoi"])
 
     # not torn yet: sheets need the faults as extension and truncation leave them
     box = scenario.box.sides if scenario.box is not None else None
@@ -89,8 +103,18 @@ def build_scene(
         lengthen=_distances(scenario),
         **shared,
     )
-    on_step("read", _numbers(scene), "")
-    return torn_horizons(scenario, scene, horizons, on_step, out)
+    return scene, horizons
+
+
+def _shared(scenario: Scenario) -> dict[str, Any]:
+    """What a scene has, wherever its surfaces come from."""
+    return {
+        "contacts": _contacts(scenario),
+        "aoi": None if scenario.aoi is None else scenario.aoi.value,
+        "voxel_size": scenario.search.voxel_size_m,
+        "tolerance": scenario.tolerance_m,
+        **_tops(scenario),
+    }
 
 
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
@@ -159,4 +183,4 @@ def _numbers(scene: Scene) -> str:
     return f"{counted(horizons, 'horizon')}, {counted(faults, 'fault')}"
 
 
-__all__ = ["build_scene"]
+__all__ = ["build_scene", "untorn_scene"]

@@ -21,6 +21,7 @@ from geosurf.model.tie import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
 from geosurf.scenario.area_keys import AreaOfInterest, BoxRanges
 from geosurf.scenario.declare import key
+from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
 from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.sheets.faults.dip_lines import DIRECTIONS
@@ -339,6 +340,8 @@ class Scenario:
     slivers : SliversInput
     aoi : AreaOfInterest or None
     box : BoxRanges or None
+    ensemble : EnsembleSettings or None
+    uncertain : tuple of UncertainInput
     search : SearchSettings
     output : OutputSettings
     """
@@ -385,6 +388,12 @@ class Scenario:
         "A polygon that the model fills.", values.table(AreaOfInterest), default=None
     )
     box: BoxRanges | None = key("The model box.", values.table(BoxRanges), default=None)
+    ensemble: EnsembleSettings | None = key(
+        "Many realisations.", values.table(EnsembleSettings), default=None
+    )
+    uncertain: tuple[UncertainInput, ...] = key(
+        "What varies in an ensemble.", values.tables(UncertainInput), default=()
+    )
     search: SearchSettings = key(
         "How candidates are found.", values.table(SearchSettings), default=SearchSettings()
     )
@@ -399,6 +408,7 @@ __all__ = [
     "AreaOfInterest",
     "BoxRanges",
     "ContactInput",
+    "EnsembleSettings",
     "FaultInput",
     "HorizonInput",
     "ModelInput",
@@ -410,4 +420,5 @@ __all__ = [
     "ThrowInput",
     "TopsInput",
     "TruncationInput",
+    "UncertainInput",
 ]

@@ -16,6 +16,7 @@ from geosurf.faults.rules import Rule, faults_at, read_truncations
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
+from geosurf.scenario.ensemble_keys import check_uncertain
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.truncations import truncations_of, with_halves
 from geosurf.scenario.values import KeyPath, read_table
@@ -61,6 +62,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     except InputError as error:
         KeyPath(path).refuse(str(error))
     _check_names(scenario)
+    check_uncertain(scenario, KeyPath(path))
     return scenario
 
 

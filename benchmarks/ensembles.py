@@ -1,0 +1,73 @@
+"""How long ensembles take: ``python -m benchmarks.ensembles throw|field [--n 20]``.
+
+throw: one horizon pair of 201 x 201 nodes, one fault; its throw and an error of both horizons that
+is correlated in the map are uncertain. field: the horizons and faults of Drogon, picked as points
+and sticks; depth errors of all horizons and a contact are uncertain, and all horizons are torn
+again in each realisation. Times are of this process and include the base case.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import sys
+import time
+import warnings
+from typing import Any
+
+import geosurf as gs
+from geosurf.ensemble import ContactLevel, DepthError, Normal, Throw, Uniform
+
+Case = tuple[gs.Scene, list[Any]]
+
+
+def throw() -> Case:
+    """Two horizons and one fault of the graben."""
+    world = gs.synthetic.graben(n=201)
+    horizons = {name: world.horizons[name] for name in ("Top", "Base")}
+    scene = gs.Scene(horizons, {"F1": world.faults["F1"]}, world.box)
+    error = DepthError(("Top", "Base"), sd=8.0, range=1200.0)
+    return scene, [error, Throw("F1", Normal(60.0, 10.0))]
+
+
+def field() -> Case:
+    """Drogon from its points and sticks."""
+    from benchmarks.folders import drogon_folder
+    from benchmarks.torn_fields import FIELDS
+
+    horizons, faults, box = FIELDS["Drogon points"](drogon_folder())
+    names = tuple(horizons)
+    scene = gs.Scene(horizons, faults, box, tear=True, extend=True, contacts={"OWC": -1680.0})
+    errors = [DepthError(name, sd=8.0, range=2000.0) for name in names]
+    return scene, [*errors, ContactLevel("OWC", elevation=Uniform(-1690.0, -1670.0))]
+
+
+def main() -> None:
+    """Print time and user time of one ensemble."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("case", choices=("throw", "field"))
+    parser.add_argument("--n", type=int, default=20)
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--processes", action="store_true")
+    asked = parser.parse_args()
+    warnings.simplefilter("ignore")
+    scene, uncertain = {"throw": throw, "field": field}[asked.case]()
+    start = time.perf_counter()
+    result = gs.run_ensemble(
+        scene, asked.n, uncertain=uncertain, workers=asked.workers, processes=asked.processes
+    )
+    seconds = time.perf_counter() - start
+    user = sum(resource.getrusage(who).ru_utime
+               for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))  # fmt: skip
+    failed = int((result.status == 2).sum())
+    sys.stdout.write(
+        f"{asked.case}: {asked.n} realisations, {failed} failed, {seconds:.1f} s, "
+        f"user {user:.1f} s, {len(os.sched_getaffinity(0))} cores, load {os.getloadavg()[0]:.1f}\n"
+    )
+    for reason in sorted(set(result.reason.values.tolist()) - {""}):
+        sys.stdout.write(f"  {reason}\n")
+
+
+if __name__ == "__main__":
+    main()

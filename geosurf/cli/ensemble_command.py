@@ -1,0 +1,61 @@
+"""The command ``ensemble``: P90, P50 and P10 of the volumes of a scenario."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from geosurf.errors import OutputError
+
+EVERY = 30.0  # s between two lines of progress in a log file
+
+
+def ensemble_command(options: argparse.Namespace) -> int:
+    """Build many realisations of a scenario, and write quantiles of volumes."""
+    from geosurf.ensemble import run_ensemble
+    from geosurf.ensemble.tables import quantile_csv, quantile_text
+    from geosurf.files.atomic import write_whole
+
+    out, start = Path(options.out), time.perf_counter()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
+    result = run_ensemble(
+        options.scenario,
+        options.n,
+        seed=options.seed,
+        store=out / "ensemble.zarr",
+        workers=options.workers,
+        processes=options.processes,
+        progress=False if options.quiet else _Log(),
+    )
+    for by in ("unit", "zone", "contact"):
+        write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
+    if not options.quiet:
+        print(f"\n{quantile_text(result)}\n")
+        print(f"{result.sizes['realization']} realisations in {time.perf_counter() - start:.1f} s.")
+        print(f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}")
+    return 0
+
+
+class _Log:
+    """Shows progress on stderr: in place on a console, else a line every half minute."""
+
+    def __init__(self) -> None:
+        self._shown = time.monotonic()
+
+    def __call__(self, line: str) -> None:
+        """Show a line, or leave it out."""
+        from geosurf.ensemble.progress import console_line
+
+        if sys.stderr is None or sys.stderr.isatty():
+            console_line(line)
+        elif time.monotonic() - self._shown > EVERY:
+            self._shown = time.monotonic()
+            print(line, file=sys.stderr, flush=True)
+
+
+__all__ = ["ensemble_command"]

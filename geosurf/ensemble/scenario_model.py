@@ -1,0 +1,136 @@
+"""A scenario whose horizons, faults, throws and contacts change from realisation to realisation."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import replace
+from typing import Any
+
+from geosurf.ensemble.change import Change, Uncertainty
+from geosurf.ensemble.contact_levels import ContactLevel
+from geosurf.ensemble.depths import TOPS, DepthError, DepthShift
+from geosurf.ensemble.fault_moves import FaultDip, FaultShift
+from geosurf.ensemble.horizon_data import HorizonData
+from geosurf.ensemble.models import SceneModel, add_to
+from geosurf.ensemble.throws import Factor, Throw
+from geosurf.errors import InputError
+from geosurf.model.distributions import Normal, Triangular, Uniform
+from geosurf.scenario import read_scenario
+from geosurf.scenario.build import untorn_scene
+from geosurf.scenario.ensemble_keys import UncertainInput
+from geosurf.scenario.keys import Scenario, ThrowInput
+from geosurf.scenario.torn import torn_horizons
+from geosurf.scene import Scene
+from geosurf.scene.footprint import footprint
+from geosurf.scene.given import given_settings
+from geosurf.sheets.lattice.data import are_points
+
+
+class ScenarioModel(SceneModel):
+    """
+    A scenario: its horizons are torn or thrown again in each realisation.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Attributes
+    ----------
+    scenario : Scenario
+    uncertain : tuple of Uncertainty
+        Of its tables ``[[uncertain]]``.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.scenario: Scenario = read_scenario(path)
+        if not self.scenario.uncertain:
+            raise InputError(
+                f"{path}: nothing is uncertain. Add a table [[uncertain]] for each input that is."
+            )
+        scene, self._values = untorn_scene(self.scenario)
+        super().__init__(scene)
+        self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
+
+    def horizon(self, name: str) -> HorizonData:
+        """Return the data of a horizon, before it is torn or thrown."""
+        if name not in self._data:
+            self._data[name] = HorizonData.of(name, self._values[name])
+        return self._data[name]
+
+    def build(self, change: Change) -> Scene:
+        """Return the scene of one realisation."""
+        values = {**self._values, **change.horizons()}
+        plain = {
+            name: footprint(name, values[name], {}) if are_points(values[name]) else values[name]
+            for name in change.up
+        }
+        contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
+        scene = self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
+        throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
+        scenario = replace(self.scenario, throws=throws)
+        return torn_horizons(scenario, scene, values, lambda *_: None)
+
+    def identity(self) -> str:
+        """Return a hash of all inputs: the same in every process."""
+        digest = hashlib.sha256()
+        for name in self.horizon_names:
+            add_to(digest, (name, self.horizon(name).points))
+        for name in self.fault_names:
+            fault = self.fault(name)
+            add_to(digest, (name, fault.vertices, fault.triangles))
+        settings = (self.scenario.tear, self.scenario.throws)
+        add_to(digest, (self.contacts, given_settings(self.scene), settings))
+        return digest.hexdigest()
+
+
+def _changed(entry: ThrowInput, throws: dict[str, Any]) -> ThrowInput:
+    """A throw of a scenario, as a realisation has it."""
+    throw = throws.get(entry.fault)
+    if throw is None:
+        return entry
+    if not isinstance(throw, Factor):
+        return replace(entry, throw_m=throw)
+    words: dict[str, Any] = {}
+    for word in ("throw_m", "elliptic_m"):
+        if getattr(entry, word) is not None:
+            words[word] = throw.by * getattr(entry, word)
+    if entry.profile_m is not None:
+        words["profile_m"] = tuple((along, throw.by * t) for along, t in entry.profile_m)
+    return replace(entry, **words)
+
+
+def uncertainty_of(entry: UncertainInput) -> Uncertainty:
+    """Return the uncertainty of one table of a scenario.
+
+    Examples
+    --------
+    >>> uncertainty_of(UncertainInput(kind="fault dip", of=("F1",), normal=(0.0, 2.0)))
+    FaultDip(faults=('F1',), by=Normal(mean=0.0, sd=2.0, low=None, high=None), name='')
+    """
+    if entry.kind == "depth error":
+        assert entry.sd_m is not None
+        assert entry.range_m is not None
+        picks = TOPS if entry.meet_tops else None
+        return DepthError(entry.of, entry.sd_m, entry.range_m, entry.model, picks)
+    by: Any = None
+    if entry.normal is not None:
+        by = Normal(*entry.normal)
+    elif entry.uniform is not None:
+        by = Uniform(*entry.uniform)
+    elif entry.triangular is not None:
+        by = Triangular(*entry.triangular)
+    makers: dict[str, Any] = {
+        "depth shift": lambda: DepthShift(entry.of, by),
+        "contact shift": lambda: ContactLevel(entry.of[0], shift=by),
+        "contact level": lambda: ContactLevel(entry.of[0], elevation=by),
+        "throw": lambda: Throw(entry.of[0], by),
+        "throw factor": lambda: Throw(entry.of[0], factor=by),
+        "fault position": lambda: FaultShift(entry.of, by),
+        "fault dip": lambda: FaultDip(entry.of, by),
+    }
+    made: Uncertainty = makers[entry.kind]()
+    return made
+
+
+__all__ = ["ScenarioModel", "uncertainty_of"]

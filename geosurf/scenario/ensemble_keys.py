@@ -1,0 +1,138 @@
+"""The keys of ``[ensemble]`` and ``[[uncertain]]``: what `run_ensemble` varies in a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from geosurf.conventions import is_number
+from geosurf.scenario import values
+from geosurf.scenario.declare import key
+
+KINDS = {  # what `of` names
+    "depth shift": "horizons",
+    "depth error": "horizons",
+    "contact shift": "contacts",
+    "contact level": "contacts",
+    "throw": "faults",
+    "throw factor": "faults",
+    "fault position": "faults",
+    "fault dip": "faults",
+}
+DISTRIBUTIONS = {"normal": 2, "uniform": 2, "triangular": 3}
+
+
+def _numbers(n: int) -> values.Check:
+    """Return the check for so many numbers."""
+
+    @values.check(f"{n} numbers")
+    def numbers(_: values.KeyPath, value: Any) -> tuple[float, ...] | None:
+        """The numbers as a tuple."""
+        fits = isinstance(value, list) and len(value) == n and all(map(is_number, value))
+        return tuple(map(float, value)) if fits else None
+
+    return numbers
+
+
+@values.check("a whole number above 0")
+def _count(_: values.KeyPath, value: Any) -> int | None:
+    return value if type(value) is int and value > 0 else None
+
+
+@values.check("a whole number, 0 or above")
+def _seed(_: values.KeyPath, value: Any) -> int | None:
+    return value if type(value) is int and value >= 0 else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnsembleSettings:
+    """``[ensemble]``: how many realisations `geosurf ensemble` builds. See
+    [ensembles](guides/ensembles.md).
+    """
+
+    n: int = key("Number of realisations.", _count, default=100)
+    seed: int = key("Seed of all random numbers.", _seed, default=0)
+    map_cell_m: float | None = key(
+        "Width of the cells of maps of probability and thickness. Left out: no maps.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertainInput:
+    """One ``[[uncertain]]``: what varies in an ensemble. Give one of `normal`, `uniform` and
+    `triangular`, or `sd_m` and `range_m` for a depth error. Units are metres, degrees for a dip,
+    and 1 for a factor.
+    """
+
+    kind: str = key("What is uncertain.", values.one_of(*KINDS))
+    of: tuple[str, ...] = key(
+        "Names of the horizons, contacts or faults, which vary together. One for a contact or "
+        "throw. Left empty: all horizons or faults.",
+        values.names,
+        default=(),
+    )
+    normal: tuple[float, ...] | None = key(
+        "Mean and standard deviation.", _numbers(2), default=None
+    )
+    uniform: tuple[float, ...] | None = key("Lowest and highest value.", _numbers(2), default=None)
+    triangular: tuple[float, ...] | None = key(
+        "Lowest, most likely and highest value.", _numbers(3), default=None
+    )
+    sd_m: float | None = key(
+        "With a depth error: its standard deviation.", values.above_zero, unit="m", default=None
+    )
+    range_m: float | None = key(
+        "With a depth error: distance at which its correlation has fallen to 5 %.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    model: str = key(
+        "With a depth error: its covariance.",
+        values.one_of("gaussian", "exponential", "spherical"),
+        default="gaussian",
+    )
+    meet_tops: bool = key(
+        "With a depth error: whether it meets the well tops of `[tops]`.",
+        values.switch,
+        default=True,
+    )
+
+
+def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
+    """Refuse uncertainties that contradict themselves, or name what does not exist."""
+    if scenario.uncertain and scenario.model is not None:
+        at.refuse("[[uncertain]] cannot be combined with [model]. Remove one of them.")
+    known = {kind: [one.name for one in getattr(scenario, kind)] for kind in KINDS.values()}
+    for row, entry in enumerate(scenario.uncertain):
+        label, kind = f"uncertain[number {row + 1}]", KINDS[entry.kind]
+        for name in entry.of:
+            if name not in known[kind]:
+                names = ", ".join(map(repr, dict.fromkeys(known[kind]))) or "none"
+                at.refuse(f"{label}: unknown name {name!r}; {kind} are {names}.")
+        given = [word for word in DISTRIBUTIONS if getattr(entry, word) is not None]
+        if entry.kind == "depth error":
+            if given or entry.sd_m is None or entry.range_m is None:
+                at.refuse(f"{label}: a depth error takes sd_m and range_m; give both, alone.")
+            continue
+        if entry.sd_m is not None or entry.range_m is not None:
+            at.refuse(f"{label}: sd_m and range_m are of a depth error; remove them.")
+        if len(given) != 1:
+            at.refuse(f"{label}: give one of {', '.join(DISTRIBUTIONS)}.")
+        if entry.kind.startswith(("contact", "throw")) and len(entry.of) != 1:
+            at.refuse(f'{label}: a {entry.kind} has one name, as in of = ["F1"].')
+        if entry.kind.startswith("throw") and not _has_throw(scenario, entry):
+            form = "throw_m" if entry.kind == "throw" else "throw"
+            at.refuse(f"{label}: fault {entry.of[0]!r} has no {form} in [[throws]]. Add it there.")
+
+
+def _has_throw(scenario: Any, entry: UncertainInput) -> bool:
+    """Whether a throw is given that the uncertainty changes."""
+    mine = [one for one in scenario.throws if one.fault == entry.of[0]]
+    return bool(mine) and (entry.kind != "throw" or all(t.throw_m is not None for t in mine))
+
+
+__all__ = ["DISTRIBUTIONS", "KINDS", "EnsembleSettings", "UncertainInput", "check_uncertain"]

@@ -1,0 +1,139 @@
+"""Scenarios state what is uncertain; the command writes quantiles and continues what was begun."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.cli import main
+from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
+from geosurf.ensemble.scenario_model import ScenarioModel
+from geosurf.errors import InputError, ScenarioError
+from tests.ensemble.worlds import AREA, fault, layer_cake, plane
+
+BOX = """
+[box]
+easting_m = [0, 2000]
+northing_m = [0, 1500]
+elevation_m = [-1300, -800]
+"""
+CONTACT = """
+[[contacts]]
+name = "OWC"
+elevation_m = -1050
+"""
+ENSEMBLE = """
+[ensemble]
+n = 3
+seed = 4
+map_cell_m = 500
+[[uncertain]]
+kind = "depth shift"
+of = ["Top"]
+uniform = [-20, 20]
+[[uncertain]]
+kind = "contact shift"
+of = ["OWC"]
+triangular = [-9, 0, 6]
+[[uncertain]]
+kind = "fault position"
+uniform = [-100, 100]
+"""
+THROW = """
+[[throws]]
+fault = "F1"
+throw_m = 20
+[[uncertain]]
+kind = "throw factor"
+of = ["F1"]
+uniform = [1, 2]
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a scenario of the layer cake, with more tables."""
+
+    def written(*more):
+        for name, elevation in (("Top", -1000.0), ("Base", -1100.0)):
+            gs.write(plane(elevation), tmp_path / f"{name}.nc")
+        gs.write(fault(), tmp_path / "F1.ts")
+        tables = [f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in ("Top", "Base")]
+        tables.append('[[faults]]\nname = "F1"\nfile = "F1.ts"\n')
+        path = tmp_path / "scenario.toml"
+        path.write_text("".join([*tables, BOX, *more]))
+        return path
+
+    return written
+
+
+def test_a_scenario_gives_the_results_of_its_scene(write):
+    path = write(CONTACT, ENSEMBLE)
+    result = gs.run_ensemble(path)
+    scene = layer_cake(faults={"F1": fault()}, contacts={"OWC": -1050.0})
+    uncertain = [
+        DepthShift(("Top",), Uniform(-20.0, 20.0)),
+        ContactLevel("OWC", shift=Triangular(-9.0, 0.0, 6.0)),
+        FaultShift((), Uniform(-100.0, 100.0)),
+    ]
+    same = gs.run_ensemble(scene, 3, seed=4, uncertain=uncertain, maps=500.0)
+    assert result.sizes == same.sizes
+    np.testing.assert_allclose(result.drawn, same.drawn)
+    np.testing.assert_allclose(result.volume, same.volume, rtol=1e-9)
+
+
+def test_horizons_are_thrown_again_by_the_factor(write):
+    model = ScenarioModel(write(THROW))
+    plan = gs.ensemble.run.planned(model.scenario.path, 1, (), 0, None)[0]
+    for k in range(2):
+        scene, numbers = plan._drawn(k)
+        throw = scene.sheets["Base"].cuts["F1"].throw
+        expected = 20.0 * numbers["throw F1"]
+        np.testing.assert_allclose(throw[np.isfinite(throw)], expected, atol=1e-6)
+
+
+def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):
+    path, out = write(CONTACT, ENSEMBLE), tmp_path / "out"
+    assert main(["ensemble", str(path), "-o", str(out), "--workers", "1", "-n", "2"]) == 0
+    printed = capsys.readouterr().out
+    assert "Volumes [million m³] of 2 realisations, 0 failed" in printed
+    assert main(["ensemble", str(path), "-o", str(out), "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    with (out / "quantiles_zone.csv").open() as file:
+        rows = {row["zone"]: row for row in csv.DictReader(file)}
+    assert rows["Top/Base"]["n"] == "3"
+    result = gs.ensemble.open_ensemble(out / "ensemble.zarr")
+    shift = result.drawn.sel(parameter="depth shift Top").median()
+    assert float(rows["Top/Base"]["P50_m3"]) == pytest.approx(AREA * (100.0 + float(shift)))
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ("", "nothing is uncertain. Add a table"),
+        ('[[uncertain]]\nkind = "depth"\n', "kind is 'depth'; it must be one of"),
+        ('[[uncertain]]\nkind = "depth shift"\nof = ["Tip"]\nuniform = [0, 1]\n',
+         "unknown name 'Tip'; horizons are 'Top', 'Base'"),
+        ('[[uncertain]]\nkind = "depth shift"\n', "give one of normal, uniform, triangular"),
+        ('[[uncertain]]\nkind = "depth error"\nnormal = [0, 1]\n', "takes sd_m and range_m"),
+        ('[[uncertain]]\nkind = "fault dip"\nsd_m = 5\nuniform = [0, 1]\n',
+         "sd_m and range_m are of a depth error"),
+        ('[[uncertain]]\nkind = "throw"\nof = ["F1"]\nuniform = [0, 1]\n',
+         r"fault 'F1' has no throw_m in \[\[throws\]\]"),
+        ('[[uncertain]]\nkind = "contact level"\nuniform = [0, 1]\n', "has one name, as in of"),
+        ('[[uncertain]]\nkind = "depth shift"\nuniform = [1, 0]\n', "low must be below high"),
+        ("[ensemble]\nn = 0\n", "ensemble.n is 0; it must be a whole number above 0"),
+    ],
+)  # fmt: skip
+def test_wrong_tables_are_refused(write, tables, words):
+    with pytest.raises(InputError, match=words) as caught:
+        gs.run_ensemble(write(tables))
+    assert "kind" not in words or isinstance(caught.value, ScenarioError)
+
+
+def test_a_scenario_has_its_own_uncertainties(write):
+    with pytest.raises(InputError, match=r"has its own .* tables. Leave out uncertain="):
+        gs.run_ensemble(write(CONTACT, ENSEMBLE), uncertain=[DepthShift("Top", 1.0)])
