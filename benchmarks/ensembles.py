@@ -36,9 +36,10 @@ def field() -> Case:
     from benchmarks.folders import drogon_folder
     from benchmarks.torn_fields import FIELDS
 
-    horizons, faults, box = FIELDS["Drogon points"](drogon_folder())
+    horizons, faults, _ = FIELDS["Drogon points"](drogon_folder())
     names = tuple(horizons)
-    scene = gs.Scene(horizons, faults, box, tear=True, extend=True, contacts={"OWC": -1680.0})
+    scene = gs.Scene(horizons, faults, tear=True, contacts={"OWC": -1680.0})
+    scene = scene.propose_fault_network().apply(scene)
     errors = [DepthError(name, sd=8.0, range=2000.0) for name in names]
     return scene, [*errors, ContactLevel("OWC", elevation=Uniform(-1690.0, -1670.0))]
 

@@ -134,9 +134,12 @@ def _rim(horizon: TriSurface) -> np.ndarray:
     lattice = horizon.lattice
     if lattice is None:
         # Edges of a single triangle.
-        ends = np.sort(horizon.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        edges, count = np.unique(ends, axis=0, return_counts=True)
-        return horizon.vertices[np.unique(edges[count == 1]), :2]
+        ends = horizon.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        # as one number each: rows are sorted ten times as slowly
+        n = len(horizon.vertices)
+        keys, count = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_counts=True)
+        alone = keys[count == 1]
+        return horizon.vertices[np.unique(np.concatenate([alone // n, alone % n])), :2]
     if lattice.whole and lattice.easting.ndim == 1:
         return _frame(lattice.easting, lattice.northing)
 
