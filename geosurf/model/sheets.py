@@ -329,7 +329,10 @@ class Sheet(Noun):
     crs : str or None
         Coordinate reference system of the data, if they declare one.
     extrapolated : ndarray of bool (n_row, n_col) or None
-        Nodes of the lattice that `extend_horizon` gave the data.
+        Nodes of the lattice that `extend_horizon` gave the data, and blocks in which the horizon
+        is pinched out.
+    mesh : TriSurface or None
+        The torn mesh, where parts of it are those of another horizon.
     """
 
     name: str
@@ -343,6 +346,7 @@ class Sheet(Noun):
     report: SheetReport | ThrowReport
     crs: str | None = None
     extrapolated: np.ndarray | None = None
+    mesh: TriSurface | None = None
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:
@@ -356,6 +360,8 @@ class Sheet(Noun):
         ``vertex_data["ghost"]`` marks vertices without data, ``["outer"]`` those beyond faults:
         `rebuild_surfaces` with all faults, then `trim_sheets`, leaves the sheet itself.
         """
+        if self.mesh is not None:
+            return self.mesh
         lattice, n_col = self.lattice, self.lattice.shape[1]
         present = lattice.present
         vertices = np.concatenate([lattice.build_vertices(), self.ghosts])

@@ -19,7 +19,7 @@ from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.close import Closed, close, close_at_any_cost
+from geosurf.sheets.mesh.close import Closed, Filling, close, close_at_any_cost
 from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults, remedy_of_overlap
 from geosurf.sheets.mesh.tear_ends import lost_throw
 from geosurf.sheets.report.describe import fault_cuts
@@ -65,7 +65,7 @@ def torn_sheet(
     faults: Sequence[TriSurface],
     trims: Trims,
     noise: float | None,
-    fill_empty_blocks: bool,
+    filling: Filling,
 ) -> Torn:
     """A closed mesh with cut-offs on all faults: with the trims as given, or those that lose least.
 
@@ -74,7 +74,7 @@ def torn_sheet(
     GeometryError
         If none of them does. The message has the faults, the place, and a remedy that works.
     """
-    torn = partial(_torn, picks, noise=noise, fill_empty_blocks=fill_empty_blocks, given=trims)
+    torn = partial(_torn, picks, noise=noise, filling=filling, given=trims)
     first = best = torn(faults, trims)
     if first.bad and not first.closed.built.is_hopeless:
         best = Torn.of(close_at_any_cost(first.closed))
@@ -107,13 +107,13 @@ def _torn(
     used: Trims,
     *,
     noise: float | None,
-    fill_empty_blocks: bool,
+    filling: Filling,
     given: Trims,
 ) -> Torn:
     """The sheet with some faults and trims, without any loss of throw; it may stay open."""
-    found = Torn.of(close(picks, faults, used, noise, fill_empty_blocks, given))
+    found = Torn.of(close(picks, faults, used, noise, filling, given))
     if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
-        again = close(picks, faults, used, noise, fill_empty_blocks, given, found.bad)
+        again = close(picks, faults, used, noise, filling, given, found.bad)
         found = Torn.of(again)
     return found
 

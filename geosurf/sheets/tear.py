@@ -13,8 +13,13 @@ from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.sheets.attempts import torn_sheet
+from geosurf.sheets.heights.stand_in import StandIn
 from geosurf.sheets.lattice.data import picks_or_points
+from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.scattered import Scattered
+from geosurf.sheets.mesh.close import Filling
 from geosurf.sheets.mesh.finish import crs_among, fault_surfaces, sheet_of
+from geosurf.sheets.mesh.pinch_out import pinched_out
 from geosurf.sheets.report.describe import make_report
 from geosurf.sheets.report.propose_trim import trims_of
 from geosurf.triangulate import triangulate_horizon
@@ -32,7 +37,7 @@ def tear_horizon(
     trim: float | str | Mapping[str, float] = "auto",
     noise: float | None = None,
     spacing: float | None = None,
-    fill_empty_blocks: bool = False,
+    fill_empty_blocks: bool | Sheet = False,
     positive: str | None = None,
     length_unit: str | None = None,
 ) -> Sheet:
@@ -61,9 +66,11 @@ def tear_horizon(
     spacing : float, optional
         Width of the lattice on which scattered points are solved for [m]. Default: points on a
         lattice keep theirs, scattered ones get one cell for each point.
-    fill_empty_blocks : bool
-        Fill a block between faults that has no data from its neighbour across the fault with the
-        smaller throw there; the report lists it. Default: an error names the block.
+    fill_empty_blocks : bool or Sheet
+        True fills a block between faults that has no data from its neighbour across the fault with
+        the smaller throw there; the report lists it. A sheet on the same grid, torn at the same
+        faults: the horizon is pinched out there, and coincides with this one. Default: an error
+        names the block.
     positive : {"up", "down"}, optional
         Whether values are elevation or depth. Default: ``attrs["positive"]`` of a grid, or of the
         elevations of a Dataset of points; arrays and tables without it need the argument.
@@ -111,7 +118,8 @@ def tear_horizon(
     """
     if noise is not None and not (is_number(noise) and noise >= 0):
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
-    fill = flag_of(fill_empty_blocks, "fill_empty_blocks")
+    if not isinstance(fill_empty_blocks, Sheet):
+        flag_of(fill_empty_blocks, "fill_empty_blocks")
 
     # read horizon and faults
     surfaces = fault_surfaces(faults)
@@ -120,13 +128,30 @@ def tear_horizon(
     crs = crs_among(picks.name, data, surfaces)
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
-    torn = torn_sheet(picks, surfaces, trims_of(trim, picks, surfaces), noise, fill)
+    filling = _filling(fill_empty_blocks, picks)
+    torn = torn_sheet(picks, surfaces, trims_of(trim, picks, surfaces), noise, filling)
     closed, cuts = torn.closed, torn.cuts
     report = make_report(closed, cuts)
-    for warning in report.warnings:
-        warn(warning)
     sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
-    return replace(sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape))
+    sheet = replace(sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape))
+    if filling.other is not None and len(closed.pinched):
+        present = np.isfinite(picks.means)
+        sheet = pinched_out(sheet, closed.pinched, present, filling.other)
+    for warning in sheet.warnings:
+        warn(warning)
+    return sheet
+
+
+def _filling(fill: bool | Sheet, picks: Picks | Scattered) -> Filling:
+    """What becomes of blocks without data."""
+    if not isinstance(fill, Sheet):
+        return Filling(carry=fill)
+    if isinstance(picks, Scattered):
+        raise InputError(
+            f"horizon {picks.name!r} is given as scattered points, and only grids can be pinched "
+            "out. Set fill_empty_blocks=True to continue it, or grid it first."
+        )
+    return Filling(other=StandIn.of(fill, picks))
 
 
 def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:

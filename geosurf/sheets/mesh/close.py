@@ -22,9 +22,11 @@ from geosurf.sheets.heights.grid_solver import GridSolver
 from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.missing import continued, missing_blocks, refuse_missing
 from geosurf.sheets.heights.passes import Rebuilt, rebuild, solver_of
+from geosurf.sheets.heights.stand_in import StandIn, nodes_to_stand_in, stood_in
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
+from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.mesh.build import Built, NeedsMore, build
 from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
 from geosurf.sheets.mesh.holes import Hole
@@ -76,6 +78,8 @@ class Closed:
         In use, and as they were at first.
     filled : list of dict
         Blocks at faults without data that were filled.
+    pinched : ndarray of int64, shape (n,)
+        Nodes of blocks without data that have heights of another horizon.
     """
 
     picks: Picks | Scattered
@@ -86,6 +90,15 @@ class Closed:
     trims: Trims
     given_trims: Trims
     filled: list[dict]
+    pinched: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Filling:
+    """What becomes of blocks without data: refused, continued, or as another horizon is there."""
+
+    carry: bool = False
+    other: StandIn | None = None
 
 
 def close(
@@ -93,7 +106,7 @@ def close(
     faults: Sequence[TriSurface],
     trims: Trims,
     noise: float | None,
-    fill_empty_blocks: bool,
+    filling: Filling,
     given_trims: Trims,
     known_short: Collection[int] = (),
 ) -> Closed:
@@ -115,7 +128,7 @@ def close(
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
-        filled_picks, rebuilt, filled = _rebuilt(picks, surfaces, trims, noise, fill_empty_blocks)
+        filled_picks, rebuilt, filled, pinched = _rebuilt(picks, surfaces, trims, noise, filling)
         narrower = _narrower(trims, rebuilt.state)
         if narrower is not None:
             trims, more = narrower, {}
@@ -129,8 +142,9 @@ def close(
         if not more:
             break
     return Closed(
-        filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims, filled
-    )
+        filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims, filled,
+        pinched,
+    )  # fmt: skip
 
 
 def close_at_any_cost(closed: Closed) -> Closed:
@@ -217,24 +231,35 @@ def _rebuilt(
     surfaces: Sequence[TriSurface],
     trims: Trims,
     noise: float | None,
-    fill_empty_blocks: bool,
-) -> tuple[Picks | Scattered, Rebuilt, list[dict]]:
+    filling: Filling,
+) -> tuple[Picks | Scattered, Rebuilt, list[dict], np.ndarray]:
     """Heights of all nodes, once more where blocks at a fault without data were filled.
 
-    Returns the picks with those blocks, the heights, and notes of the blocks.
+    Returns the picks with those blocks, the heights, notes of the blocks, and the nodes that have
+    heights of another horizon.
     """
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    rebuilt = rebuild(solver_of(picks, meshes, trims, noise, fill_empty_blocks))
+    rebuilt = rebuild(solver_of(picks, meshes, trims, noise, filling.carry))
 
     # blocks at a fault without data are known only once heights have shown which nodes stay empty
     missing = missing_blocks(picks, rebuilt.state, meshes)
     filled: list[dict] = []
-    if missing and fill_empty_blocks:
+    pinched = np.empty(0, dtype=np.int64)
+    if missing and filling.carry:
         picks, filled = continued(picks, missing)
-        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, fill_empty_blocks))
+        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, True))
+        missing = missing_blocks(picks, rebuilt.state, meshes)
+    while filling.other is not None and (missing or len(rebuilt.state.stray)):
+        # block by block: the one beyond the next fault shows once the first has heights
+        more = nodes_to_stand_in(picks, rebuilt.state, missing, meshes, filling.other)
+        if not len(more):
+            break
+        pinched = distinct(pinched, more)
+        picks = stood_in(picks, more, filling.other)
+        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, False))
         missing = missing_blocks(picks, rebuilt.state, meshes)
     refuse_missing(picks, missing)
-    return picks, rebuilt, filled
+    return picks, rebuilt, filled, pinched
 
 
 def _built(
