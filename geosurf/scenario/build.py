@@ -14,12 +14,13 @@ from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
 from geosurf.scenario.truncations import truncations_of
-from geosurf.scenario.validate import faults_reaching, is_torn_as_picked
+from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked
 from geosurf.scene import Scene
-from geosurf.scene.footprint import footprint, holds_points
+from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
 from geosurf.scene.surfaces import opened_outline
 from geosurf.sheets import extend_horizon
 from geosurf.sheets.lattice.data import are_points
+from geosurf.triangulate import triangulate_horizon
 
 
 def build_scene(
@@ -94,7 +95,7 @@ def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
         for name, data in horizons.items()
     }
     scene = Scene(
-        plain,
+        _with_empty_blocks(scenario, plain),
         faults,
         box,
         column={entry.name: entry.rule for entry in scenario.horizons},
@@ -115,6 +116,15 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "tolerance": scenario.tolerance_m,
         **_tops(scenario),
     }
+
+
+def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, Any]:
+    """The horizons; where they will be pinched out they have the nodes of the other one."""
+    filling = filling_of(scenario, [name for name in plain if is_torn_as_picked(scenario, name)])
+    if not any(isinstance(onto, str) for onto in filling.values()):
+        return plain
+    surfaces = {name: triangulate_horizon(one, name=name) for name, one in plain.items()}
+    return {**with_empty_blocks(surfaces, filling)}
 
 
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:

@@ -163,9 +163,11 @@ class TearSettings:
         unit="m",
         default=None,
     )
-    fill_empty_blocks: bool = key(
-        "Fill blocks without data from a neighbouring block; the report lists them.",
-        values.switch,
+    fill_empty_blocks: bool | str | dict[str, Any] = key(
+        "What becomes of horizons in blocks without data: `false` refuses, `true` continues them "
+        'from the neighbouring block, `"lower"` and `"upper"` pinch them out onto the horizon '
+        "below or above.",
+        values.filling,
         default=False,
     )
 

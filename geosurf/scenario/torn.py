@@ -10,7 +10,12 @@ from geosurf.model import Sheet, TriSurface
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep
-from geosurf.scenario.validate import faults_reaching, horizon_rules_of, is_torn_as_picked
+from geosurf.scenario.validate import (
+    faults_reaching,
+    filling_of,
+    horizon_rules_of,
+    is_torn_as_picked,
+)
 from geosurf.scene import Scene
 from geosurf.scene.tearing import as_truncations, sheets_on, warnings_of
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
@@ -58,14 +63,17 @@ def torn_horizons(
     picked = [name for name in horizons if is_torn_as_picked(scenario, name)]
     given = {name: scene.whole_surface(name) for name in scene.fault_names} if picked else {}
 
-    def as_picked(name: str, faults: dict[str, TriSurface]) -> Sheet:
+    def as_picked(name: str, faults: dict[str, TriSurface], fill: bool | Sheet) -> Sheet:
         """The sheet of one horizon at some faults; a picture where there is none."""
         with pictured(scene, out, (name, *scene.fault_names)):
             some = [faults[fault] for fault in reaching[name]]
-            return _as_picked(scenario, scene, name, horizons[name], some)
+            return _as_picked(scenario, scene, name, horizons[name], some, fill)
+
+    # by its place among all horizons; those that [tear] leaves out are not there to end on
+    filling = filling_of(scenario, picked)
 
     # tearing may extend faults: sheets and scene must have the same ones
-    sheets, faults = sheets_on(given, picked, as_picked)
+    sheets, faults = sheets_on(given, filling, as_picked)
     for warning in warnings_of(given, faults, sheets):
         warn(warning)
     for name, horizon in horizons.items():
@@ -93,7 +101,12 @@ def torn_horizons(
 
 
 def _as_picked(
-    scenario: Scenario, scene: Scene, name: str, horizon: Any, faults: list[TriSurface]
+    scenario: Scenario,
+    scene: Scene,
+    name: str,
+    horizon: Any,
+    faults: list[TriSurface],
+    fill: bool | Sheet,
 ) -> Sheet:
     """A sheet from data that smear the horizon over its faults."""
     tear = scenario.tear
@@ -101,7 +114,7 @@ def _as_picked(
     words: dict[str, Any] = {
         "trim": tear.trim_cells,
         "noise": tear.noise_m,
-        "fill_empty_blocks": tear.fill_empty_blocks,
+        "fill_empty_blocks": fill,
     }
 
     def make(data: Any) -> Sheet:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, read_truncations
 from geosurf.model.column import ELSEWHERE
+from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
 from geosurf.scenario.ensemble_keys import check_uncertain
@@ -219,6 +220,10 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
         )
     if scenario.tear is None:
         return
+    try:
+        filling_of(scenario, scenario.tear.horizons or known["horizon"])
+    except InputError as error:
+        at.refuse(f"[tear]: {error}")
     if not known["fault"]:
         at.refuse("[tear] needs at least one fault. Add a table [[faults]], or remove [tear].")
     for name in scenario.tear.horizons:
@@ -274,6 +279,12 @@ def is_torn_as_picked(scenario: Scenario, name: str) -> bool:
     return tear is not None and (not tear.horizons or name in tear.horizons)
 
 
+def filling_of(scenario: Scenario, torn: Sequence[str]) -> dict[str, bool | str]:
+    """Return what becomes of torn horizons in blocks without data, see `filling_by_horizon`."""
+    fill = False if scenario.tear is None else scenario.tear.fill_empty_blocks
+    return filling_by_horizon(fill, torn)
+
+
 def rules_of(scenario: Scenario) -> tuple[Rule, ...]:
     """Return the truncations of a scenario, checked: by faults and by horizons."""
     faults, horizons = (
@@ -297,6 +308,7 @@ def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
 
 __all__ = [
     "faults_reaching",
+    "filling_of",
     "horizon_rules_of",
     "is_torn_as_picked",
     "read_scenario",

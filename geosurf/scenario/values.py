@@ -15,6 +15,7 @@ from typing import Any, NoReturn, Protocol
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError, ScenarioError
 from geosurf.measure.section import check_line
+from geosurf.model.empty_blocks import WAYS
 from geosurf.render.views import LARGEST, SMALLEST, check_size
 
 
@@ -90,6 +91,14 @@ def trim(_: KeyPath, value: Any) -> str | float | dict[str, Any] | None:
         every = all(one == "auto" or above_zero_or_none(one) for one in value.values())
         return dict(value) if value and every else None
     return "auto" if value == "auto" else above_zero_or_none(value)
+
+
+@check('true, false, "lower", "upper", "pinch out", or a table such as {Middle = "lower"}')
+def filling(_: KeyPath, value: Any) -> bool | str | dict[str, Any] | None:
+    """What becomes of blocks without data, for all horizons or by horizon."""
+    every = list(value.values()) if isinstance(value, dict) else [value]
+    right = every and all(isinstance(one, bool) or one in list(WAYS) for one in every)
+    return value if right else None
 
 
 def above_zero_or_none(value: Any) -> float | None:

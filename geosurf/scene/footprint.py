@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.conventions import rising_diagonal
 from geosurf.conventions.crs import crs_of
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.empty_blocks import in_order
 from geosurf.sheets.lattice.data import picks_or_points
 
 BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
@@ -69,3 +70,36 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
     made = TriSurface(name, "horizon", lattice=lattice)
     made.crs = crs_of(data) if not isinstance(data, TriSurface) else data.crs
     return made
+
+
+def with_empty_blocks(
+    horizons: Mapping[str, TriSurface], filling: Mapping[str, bool | str]
+) -> dict[str, TriSurface]:
+    """
+    Return horizons with nodes of those that they are pinched out onto, where they have none.
+
+    The default area follows from these: the model fills blocks in which a horizon is missing.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> top = gs.synthetic.tilted_planes(n=9).horizons["Top"]
+    >>> west = gs.triangulate_horizon(top.where(top.easting < 2000), name="West")
+    >>> both = {"West": west, "Top": gs.triangulate_horizon(top, name="Top")}
+    >>> with_empty_blocks(both, {"West": "Top", "Top": False})["West"].bounds[:2]
+    (0.0, 4000.0)
+    """
+    found = dict(horizons)
+    for name in in_order(filling):
+        onto = filling[name]
+        if isinstance(onto, bool):
+            continue
+        own, other = found[name].lattice, found[onto].lattice
+        if own is None or other is None or own.shape != other.shape:
+            continue
+        z = np.where(np.isnan(own.elevation), other.elevation, own.elevation)
+        lattice = Lattice(own.easting, own.northing, z, own.rising, own.reverse)
+        made = TriSurface(name, "horizon", lattice=lattice)
+        made.crs = found[name].crs
+        found[name] = made
+    return found

@@ -55,6 +55,7 @@ from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage
+from geosurf.scene.footprint import with_empty_blocks
 from geosurf.scene.horizon_ends import Ends, end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
@@ -212,17 +213,19 @@ class Graph:
     def _lattices(self) -> list[TriSurface]:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
         # sheets as they are before tears: gaps at faults are not holes of the area
-        return [
-            as_lattice(value).renamed(name) if isinstance(value, Sheet) else self.untied(name)
+        found = {
+            name: as_lattice(value).renamed(name) if isinstance(value, Sheet) else self.untied(name)
             for name, value in self.inputs.horizons.items()
-        ]
+        }
+        return [*with_empty_blocks(found, self.inputs.filling).values()]
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
-        return [
-            value.surface.renamed(name) if isinstance(value, Sheet) else self.untied(name)
+        found = {
+            name: value.surface.renamed(name) if isinstance(value, Sheet) else self.untied(name)
             for name, value in self.inputs.horizons.items()
-        ]
+        }
+        return [*with_empty_blocks(found, self.inputs.filling).values()]
 
     def origin_for(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
         """Return the origin of the local frame: the box's where exact, so that results share it."""
@@ -435,6 +438,8 @@ class Graph:
                 self._warn_of_outside(name)
         warn_of_inputs(self.inputs, self.memory, self.read, self.tops)
         for horizon in self._lattices():
+            if getattr(self.inputs.horizons[horizon.name], "mesh", None) is not None:
+                continue  # it is pinched out: its sheet warns of that
             self.memory.warn(*filter(None, [warning_of_extrapolation(horizon)]))
 
     @property

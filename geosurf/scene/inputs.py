@@ -19,6 +19,7 @@ from geosurf.faults.halves import Halves, halves_of
 from geosurf.faults.lengthen import read_lengthen
 from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
+from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tie import tie_settings
@@ -47,7 +48,8 @@ class SceneInputs:
     ----------
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
-    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers
+    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
+    fill_empty_blocks
         As for `Scene`.
 
     Attributes
@@ -88,6 +90,7 @@ class SceneInputs:
     lengthen: Any = None
     tear: Any = None
     slivers: Any = None
+    fill_empty_blocks: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -147,6 +150,12 @@ class SceneInputs:
             )
 
         # a tie without tops would silently do nothing
+        filling = filling_by_horizon(self.fill_empty_blocks, tuple(horizons))
+        if any(filling.values()) and tear is None:
+            raise InputError(
+                "fill_empty_blocks applies to horizons that are torn. Give tear=True as well, or "
+                "tear_horizon(..., fill_empty_blocks=...)."
+            )
         tie = tie_settings(self.tie)
         if tie is not None and self.tops is None:
             raise InputError("tie needs well tops. Give them, too: tops=geosurf.read_tops(path).")
@@ -197,6 +206,16 @@ class SceneInputs:
         return tuple(name for name in self.faults if name not in ending)
 
     @property
+    def filling(self) -> dict[str, bool | str]:
+        """What becomes of each horizon in blocks without data, see `filling_by_horizon`."""
+        return filling_by_horizon(self.fill_empty_blocks, tuple(self.horizons))
+
+    def _filling_of(self, horizons: Mapping[str, Any]) -> Any:
+        """`fill_empty_blocks`, without horizons that are gone."""
+        fill = self.fill_empty_blocks
+        return only_of(fill, horizons) if isinstance(fill, Mapping) else fill
+
+    @property
     def takes_rectangle(self) -> bool:
         """Whether the area is the largest axis-parallel rectangle that all horizons cover."""
         return isinstance(self.aoi, str) and self.aoi == RECTANGLE
@@ -237,6 +256,7 @@ class SceneInputs:
             "column": only_of(self.column, horizons),
             "truncations": self._of_faults(self.truncations, faults),
             **self._by_fault(faults, changes.get("truncations", self.truncations)),
+            "fill_empty_blocks": self._filling_of(horizons),
             **changes,
             "horizons": horizons,
             "faults": faults,

@@ -80,6 +80,11 @@ class Scene:
         True tears all horizons at every fault, which are extended and truncated first. Horizons may
         then be points, too. A number is the trim in cells, a mapping has it by fault: see
         `tear_horizon`. `sheets` has cut-offs and reports; `warnings` lists remedies.
+    fill_empty_blocks : bool, {"lower", "upper", "pinch out"}, or mapping of str to these, optional
+        What becomes of torn horizons in blocks without data; by default an error names the block.
+        True continues them from the neighbouring block. ``"lower"`` pinches them out onto the
+        horizon below, as ``"pinch out"`` does, ``"upper"`` onto the one above: the zone between is
+        absent there.
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others, ``{"F2": ("F1", "hanging wall")}``, or at horizons:
         ``("Unconformity", "below")`` keeps what lies below. A third word True first continues F2 to
@@ -141,11 +146,13 @@ class Scene:
         lengthen: Any = None,
         tear: Any = None,
         slivers: Any = None,
+        fill_empty_blocks: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
+            fill_empty_blocks,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, Memory()))
 

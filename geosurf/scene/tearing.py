@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.errors import GeosurfWarning, InvariantError
 from geosurf.faults.rules import Rule
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.empty_blocks import in_order
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
@@ -62,11 +63,13 @@ def torn_graph(plain: Graph) -> Graph:
     # faults as extended and truncated: a sheet ends on the surface that the model has
     given = {name: plain.faults.surface(name) for name in inputs.faults}
 
-    def make(name: str, faults: Faults) -> Sheet:
+    def make(name: str, faults: Faults, fill: bool | Sheet) -> Sheet:
         """One horizon, torn at the faults that reach it."""
-        return _sheet(plain, name, {fault: faults[fault] for fault in inputs.faults_at(name)})
+        some = {fault: faults[fault] for fault in inputs.faults_at(name)}
+        return _sheet(plain, name, some, fill)
 
-    sheets, faults = sheets_on(given, inputs.horizons, make)
+    filling = inputs.filling
+    sheets, faults = sheets_on(given, filling, make)
     plain.memory.warn(*warnings_of(given, faults, sheets))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
@@ -75,7 +78,7 @@ def torn_graph(plain: Graph) -> Graph:
     # all rules have been applied: the new scene takes faults and sheets as they are
     torn = replace(
         inputs, horizons=sheets, faults=faults, extend=(), lengthen=None, tear=None, tie=None,
-        truncations=as_truncations(inputs.horizon_rules), **frame,
+        truncations=as_truncations(inputs.horizon_rules), fill_empty_blocks=None, **frame,
     )  # fmt: skip
     return Graph(torn, plain.memory, prepared_by=plain.faults)
 
@@ -89,27 +92,31 @@ def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ..
 
 
 def sheets_on(
-    faults: Faults, names: Iterable[str], make: Callable[[str, Faults], Sheet]
+    faults: Faults,
+    filling: Mapping[str, bool | str],
+    make: Callable[[str, Faults, bool | Sheet], Sheet],
 ) -> tuple[dict[str, Sheet], Faults]:
     """Return sheets that all end on the same faults, and these: longer ones where one needs it.
 
     Parameters
     ----------
     faults : dict of str to TriSurface
-    names : iterable of str
-        Of the horizons.
+    filling : mapping of str to bool or str
+        Horizons, and what becomes of blocks without data: see `filling_by_horizon`.
     make : callable
-        (horizon, faults) -> its sheet; its warnings are those of the sheet.
+        (horizon, faults, bool or sheet that it is pinched out onto) -> its sheet; its warnings are
+        those of the sheet.
     """
-    names = tuple(names)
-
     # all horizons again with the longer fault: two sheets must not end on different surfaces
     for _ in range(ROUNDS):
         with collected():
-            sheets = {name: make(name, faults) for name in names}
+            sheets: dict[str, Sheet] = {}
+            for name in in_order(filling):
+                fill = filling[name]
+                sheets[name] = make(name, faults, fill if isinstance(fill, bool) else sheets[fill])
         longer = _longer(faults, sheets)
         if not longer:
-            return sheets, faults
+            return {name: sheets[name] for name in filling}, faults
         faults = {**faults, **longer}
     raise InvariantError(f"faults {sorted(longer)} became longer {ROUNDS} times.")
 
@@ -140,7 +147,7 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
     return list(dict.fromkeys(found))
 
 
-def _sheet(plain: Graph, name: str, faults: Faults) -> Sheet:
+def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet:
     """One horizon, torn at some faults; a sheet as it is."""
     inputs, memory = plain.inputs, plain.memory
     value = inputs.horizons[name]
@@ -153,12 +160,14 @@ def _sheet(plain: Graph, name: str, faults: Faults) -> Sheet:
     key: tuple[Hashable, ...] = (
         "torn", name, memory.hold(value), *map(memory.key_of, faults.values()),
         _as_key(inputs.tear), *inputs.options.values(), tied,
+        fill if isinstance(fill, bool) else memory.key_of(fill.surface),
     )  # fmt: skip
 
     def make() -> Sheet:
         """Read the data and tear them."""
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
+        words["fill_empty_blocks"] = fill
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""

@@ -65,10 +65,26 @@ class StandIn:
                 f"horizon {picks.name!r} cannot be pinched out onto {sheet.name!r}, since the two "
                 "are on different grids. Resample one of them to the nodes of the other."
             )
-        number = sheet.lattice.vertex_of_node.ravel()
+        number = _vertex_of_nodes(sheet)
         block_of_vertex = parts_of(sheet)
         block = np.where(number >= 0, block_of_vertex[np.maximum(number, 0)], -1)
         return cls(sheet, heights.ravel(), block_of_vertex, block)
+
+
+def _vertex_of_nodes(sheet: Sheet) -> np.ndarray:
+    """Vertex of the mesh of a sheet at each node of its lattice, int64 (n_node,); -1 for none."""
+    number: np.ndarray = sheet.lattice.vertex_of_node.ravel()
+    if sheet.mesh is None:  # vertices are nodes, in order
+        return number
+
+    # parts of the mesh are those of another horizon: nodes are found by place, to the last digit
+    rows = [np.ascontiguousarray(one + 0.0).view("V24").ravel() for one in (
+        sheet.mesh.vertices, sheet.lattice.build_vertices())]  # fmt: skip
+    order = np.argsort(rows[0])
+    at = np.minimum(np.searchsorted(rows[0], rows[1], sorter=order), len(order) - 1)
+    vertex = np.where(rows[0][order[at]] == rows[1], order[at], -1)
+    found: np.ndarray = np.where(number >= 0, vertex[np.maximum(number, 0)], -1)
+    return found
 
 
 def parts_of(sheet: Sheet) -> np.ndarray:
