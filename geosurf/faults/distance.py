@@ -65,14 +65,21 @@ def _sides(t: np.ndarray) -> np.ndarray:
     return np.stack([t, np.roll(t, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
-def nearest_of(segments: np.ndarray, triangles: np.ndarray) -> Approach:
+def nearest_of(segments: np.ndarray, triangles: np.ndarray, limit: float = np.inf) -> Approach:
     """Find where segments (n, 2, 3) come closest to triangles (m, 3, 3); `at` is on the segments.
 
-    Of several places as close as each other, the one with the least coordinates.
+    Of several places as close as each other, the one with the least coordinates. What is farther
+    than `limit` is not measured: then the distance is infinite.
     """
     # around the middle: UTM northings of 6 million m would cost seven digits
     middle = 0.5 * (triangles.min(axis=(0, 1)) + triangles.max(axis=(0, 1)))
     s, t = segments - middle, triangles - middle
+    if limit < np.inf:
+        t = t[_gaps(t.min(axis=1), t.max(axis=1), s.reshape(-1, 3)) <= limit]
+        if len(t):
+            s = s[_gaps(s.min(axis=1), s.max(axis=1), t.reshape(-1, 3)) <= limit]
+        if len(t) == 0 or len(s) == 0:
+            return Approach(np.inf, middle, middle)
 
     # along a space-filling curve, so that blocks of 32 in a row are compact
     s, t = s[_along_curve(s)], t[_along_curve(t)]
@@ -99,6 +106,13 @@ def nearest_of(segments: np.ndarray, triangles: np.ndarray) -> Approach:
         here = s[s_blocks[i] : s_blocks[i] + _BLOCK], t[t_blocks[j] : t_blocks[j] + _BLOCK]
         best = min(best, _closest_pair(*here))
     return Approach(best[0], np.array(best[1]) + middle, np.array(best[2]) + middle)
+
+
+def _gaps(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distance of each of some boxes to the bounds of points (n, 3)."""
+    gap = np.maximum(low - points.max(axis=0), points.min(axis=0) - high)
+    gaps: np.ndarray = np.linalg.norm(np.maximum(gap, 0.0), axis=1)
+    return gaps
 
 
 def _boxes(shapes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

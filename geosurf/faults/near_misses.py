@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+from collections import OrderedDict
+from collections.abc import Hashable
 from itertools import product
 
 import numpy as np
@@ -22,10 +25,35 @@ REACH = 0.2  # default reach of near misses, of the square root of the area of t
 AHEAD = 0.5  # cosine of the angle within which an end must point at the fault that it misses
 
 
+# rows of pairs by what they follow from: a network is proposed again after each change of a few
+# faults, and most pairs stay as they were
+_KNOWN: OrderedDict[Hashable, NetworkRow | None] = OrderedDict()
+_MOST_KNOWN = 20_000
+
+
 def near_miss(
     one: Fault, two: Fault, limit: float, box: np.ndarray | None = None
 ) -> NetworkRow | None:
     """The row of two faults that do not meet, if an end of one points at the other in the box."""
+    key = (_content(one), _content(two), limit, None if box is None else box.tobytes())
+    if key in _KNOWN:
+        return _KNOWN[key]
+    row = _KNOWN[key] = _near_miss(one, two, limit, box)
+    while len(_KNOWN) > _MOST_KNOWN:
+        _KNOWN.popitem(last=False)
+    return row
+
+
+def _content(fault: Fault) -> tuple[Hashable, ...]:
+    """All of a fault that the row of a pair depends on."""
+    surface, guides, found = fault.surface, guides_of(fault.surface), hashlib.sha256()
+    for array in (surface.vertices, surface.triangles, guides.dip, guides.strike):
+        found.update(array.tobytes())
+    return fault.name, surface.n_vertex, guides.exact, found.digest()
+
+
+def _near_miss(one: Fault, two: Fault, limit: float, box: np.ndarray | None) -> NetworkRow | None:
+    """The same, from both surfaces."""
     found = []
 
     # either may be the one that stops short; the nearer end wins, then the smaller fault, then the
@@ -97,7 +125,7 @@ def _facing_gap(
         steps = _steps_in_box(steps, line, box[::2], box[1::2])
     if len(steps) == 0:
         return None
-    gap = nearest_of(steps, corners)
+    gap = nearest_of(steps, corners, limit)
     if gap.distance > limit:
         return None
     if box is not None and ((gap.there < box[::2]) | (gap.there > box[1::2])).any():

@@ -89,9 +89,10 @@ def propose_network(
     # every pair: either it meets along a curve, or an end may stop short of it
     contacts, misses = [], []
     met: dict[tuple[str, str], list[_Cut]] = {}
+    meeting = _meeting_pairs(patches, faults)
     for one, two in combinations(faults, 2):
-        cuts = [_cut(patches, one, two), _cut(patches, two, one)]
-        if len(cuts[0].beside.edges):
+        if (one.name, two.name) in meeting:
+            cuts = [_cut(patches, one, two), _cut(patches, two, one)]
             contacts.append(_contact(patches, cuts, limits))
             met[one.name, two.name] = cuts
             continue
@@ -112,6 +113,31 @@ def propose_network(
         near = {(row.fault, row.side) for row in misses if row.proposal != "leave"}
         ends = dangling_ends(patches, faults, gone, near, limits)
     return FaultNetwork((*rows, *sorted(ends, key=_by_distance)), reach)
+
+
+def _meeting_pairs(patches: Patches, faults: list[Fault]) -> set[tuple[str, str]]:
+    """Names of the faults that have an edge in common, in the order of the faults."""
+    t, n = patches.triangles, len(patches.local)
+    keys, owner = [], []
+    for k, fault in enumerate(faults):
+        ends = np.stack([t[fault.rows], np.roll(t[fault.rows], -1, axis=1)], axis=2)
+        own = np.unique(ends.min(axis=2) * n + ends.max(axis=2))
+        keys.append(own)
+        owner.append(np.full(len(own), k))
+    key, of = np.concatenate(keys), np.concatenate(owner)
+
+    # a stable sort: faults of one edge stay in their order; several may share it
+    order = np.argsort(key, kind="stable")
+    key, of = key[order], of[order]
+    pairs = set()
+    step = 1
+    while True:
+        same = key[step:] == key[:-step]
+        if not same.any():
+            break
+        pairs |= {*zip(of[:-step][same].tolist(), of[step:][same].tolist(), strict=True)}
+        step += 1
+    return {(faults[a].name, faults[b].name) for a, b in pairs}
 
 
 def check_reach(reach: Any) -> None:

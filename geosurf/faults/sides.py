@@ -257,7 +257,7 @@ class _Normals:
             m, n = exact_normal(at_p[r]), exact_normal(at_q[r])
             return m[k[r]] * n[o[r]] - m[o[r]] * n[k[r]]
 
-        return _signs(value, size, exact)
+        return _signs(value, size, exact, self._same(i, j), 0)
 
     def dot_sign(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Sign of n_i . n_j."""
@@ -268,15 +268,34 @@ class _Normals:
             m, n = exact_normal(at_p[r]), exact_normal(at_q[r])
             return sum((f * g for f, g in zip(m, n, strict=True)), Fraction(0))
 
-        return _signs((p * q).sum(axis=1), (size_p * size_q).sum(axis=1), exact)
+        return _signs(
+            (p * q).sum(axis=1), (size_p * size_q).sum(axis=1), exact, self._same(i, j), 1
+        )
+
+    def _same(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Whether triangles are parts of one input triangle: their normals are equal."""
+        surface, parent = self.patches.surface_of_triangle, self.patches.parent_of_triangle
+        same: np.ndarray = (surface[i] == surface[j]) & (parent[i] == parent[j])
+        return same
 
 
-def _signs(value: np.ndarray, size: np.ndarray, exact: Callable[[int], Fraction]) -> np.ndarray:
-    """Signs of values that are known to a part of `size`; those in doubt from `exact(row)`."""
-    signs = np.sign(value).astype(np.int64)
+def _signs(
+    value: np.ndarray,
+    size: np.ndarray,
+    exact: Callable[[int], Fraction],
+    same: np.ndarray,
+    sign_of_same: int,
+) -> np.ndarray:
+    """Signs of values that are known to a part of `size`; those in doubt from `exact(row)`.
 
-    # rows in doubt, one by one in fractions: they are rare
-    for row in np.flatnonzero(~((np.abs(value) > _BOUND * size) & (size > _TINY))):
+    Rows that are `same` have a sign that is known: a curve mostly runs through triangles, with
+    parts of one on both sides.
+    """
+    signs = np.where(same, sign_of_same, np.sign(value)).astype(np.int64)
+
+    # other rows in doubt, one by one in fractions: they are rare
+    sure = same | ((np.abs(value) > _BOUND * size) & (size > _TINY))
+    for row in np.flatnonzero(~sure):
         number = exact(int(row))
         signs[row] = (number > 0) - (number < 0)
     return signs

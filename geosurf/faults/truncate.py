@@ -8,7 +8,7 @@ add up. Main faults come first, and others end at what is left of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -31,7 +31,7 @@ _VERTICAL = 1e-6
 
 
 def truncate_faults(
-    patches: Patches, truncations: Any, *, whole: Patches | None = None
+    patches: Patches, truncations: Any, *, whole: Patches | Callable[[], Patches] | None = None
 ) -> TruncatedFaults:
     """Let faults end at other faults.
 
@@ -45,8 +45,9 @@ def truncate_faults(
         As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
         the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
         are extended before they are split; a third word True only records that this was done.
-    whole : Patches, optional
-        The same faults split without the walls. What stays then has no cuts along the walls;
+    whole : Patches or callable, optional
+        The same faults split without the walls, or a function that returns them; it is called
+        once all rules hold. What stays then has no cuts along the walls;
         only where a fault has to end at the box, all of them keep these cuts.
 
     Returns
@@ -85,7 +86,7 @@ def truncate_faults(
     """
     how = "rebuild_surfaces of the faults makes them"
     expect(patches, Patches, "truncate_faults takes Patches", how)
-    if whole is not None:
+    if whole is not None and not callable(whole):
         expect(whole, Patches, "truncate_faults takes Patches as whole", how)
     faults = [s.name for s in patches.sources if s.role == "fault"]
     rules = read_truncations(truncations, faults)
@@ -93,6 +94,8 @@ def truncate_faults(
     steps = [_truncate(patches, alive, rule) for rule in rules]
     found = [step for step, _ in steps]
     walled = any(source.role == "wall" for source in patches.sources)
+    if callable(whole):
+        whole = whole()
     if whole is not None:
         _refuse_others(patches, whole, faults)
         uncut = _without_walls(patches, whole, rules, steps)

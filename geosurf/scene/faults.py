@@ -165,7 +165,7 @@ class FaultStage:
         return self._remember(
             "truncate", ", ".join(sorted(group)), key,
             lambda: truncate_faults(
-                _split([*surfaces, *build_walls(box, aoi)]), cuts, whole=_split(surfaces)
+                _split([*surfaces, *build_walls(box, aoi)]), cuts, whole=lambda: _split(surfaces)
             ),
             _describe_truncation, again=False,
         )  # fmt: skip

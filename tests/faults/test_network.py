@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import geosurf as gs
 from geosurf import (
     FaultNetwork,
     Scene,
@@ -15,6 +16,8 @@ from geosurf import (
     truncate_faults,
 )
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.faults import near_misses
+from geosurf.faults.distance import nearest_of
 from geosurf.model import Extension, NetworkRow, Truncation
 from geosurf.report import fault_tables
 from tests import laws
@@ -556,3 +559,29 @@ def test_drogon_network_of_a_default_box_can_be_applied(drogon):
     trial = network.trial(near)
     random_networks.assert_all_decided(near, trial)
     assert not trial.dropped
+
+
+def test_what_is_farther_than_the_limit_is_not_measured():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        segments, triangles = rng.uniform(0, 9, (40, 2, 3)), rng.uniform(12, 30, (50, 3, 3))
+        free = nearest_of(segments, triangles)
+        for limit in (0.5 * free.distance, free.distance, 2 * free.distance):
+            near = nearest_of(segments, triangles, limit)
+            if limit < free.distance:
+                assert near.distance > limit
+            else:
+                assert near.distance == free.distance
+                assert near.at.tolist() == free.at.tolist()
+
+
+def test_rows_that_are_known_are_those_of_a_new_process():
+    faults = {"F1": upright(4, "F1"), "F2": across(4, "F2", 4.5, 8)}
+    scene = gs.Scene({}, faults, BOX)
+    for east in (8.0, 7.0, 8.0):
+        made = scene.replace(faults={"F2": across(4, "F2", 4.5, east)})
+        rows = made.propose_fault_network(reach=1.0).rows
+        near_misses._KNOWN.clear()
+        again = gs.Scene({}, dict(faults, F2=across(4, "F2", 4.5, east)), BOX)
+        assert rows == again.propose_fault_network(reach=1.0).rows
+        assert "near miss" in {row.kind for row in rows}
