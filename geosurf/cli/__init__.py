@@ -7,6 +7,7 @@ codes.
 ===================== ============================================
 `parser`              commands, options and their help
 `scenario_commands`   ``run``, ``check``, ``render``, ``report``
+`new_command`         ``new``
 `curves_command`      ``curves``
 `install_commands`    ``doctor``, ``warmup``
 `stress_command`      ``stress``

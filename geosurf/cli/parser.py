@@ -10,6 +10,7 @@ import geosurf
 from geosurf.cli.curves_command import curves_command
 from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.install_commands import doctor_command, warmup_command
+from geosurf.cli.new_command import VARIANTS, new_command
 from geosurf.cli.scenario_commands import (
     SHOW,
     VIEW,
@@ -56,6 +57,8 @@ def build_parser() -> argparse.ArgumentParser:
             help="show the traceback of an error",
         )
         return command
+
+    _add_new(add)
 
     # commands that take a scenario
     run = add("run", run_command, "build the model of a scenario: volumes, pictures and a report")
@@ -135,6 +138,26 @@ def _add_ensemble_options(ensemble: argparse.ArgumentParser) -> None:
     ensemble.add_argument("--workers", type=int, help="realisations at once (default: all cores)")
     ensemble.add_argument("--processes", action="store_true", help="worker processes, not threads")
     ensemble.add_argument("--quiet", action="store_true", help="print no progress and no table")
+
+
+def _add_new(add: Callable[..., Any]) -> None:
+    """Add the command that writes a scenario."""
+    new = add("new", new_command, "write a scenario from files: horizons, faults, well tops ...")
+    new.epilog = "example: geosurf new field data/*.gri data/*.pol"
+    new.add_argument("folder", metavar="FOLDER", help="where scenario.toml is written")
+    new.add_argument("files", metavar="FILES", nargs="*", help="files of the field, or folders")
+    new.add_argument(
+        "--positive", choices=("up", "down"), help="direction of z, if files do not state it"
+    )
+    new.add_argument("--length-unit", help="unit of z, if files do not state it (default: m)")
+    new.add_argument("--replace", action="store_true", help="replace an existing scenario")
+    new.add_argument(
+        "--example",
+        nargs="?",
+        const="grids",
+        choices=VARIANTS,
+        help="write a synthetic field with known volumes into FOLDER, and its scenario",
+    )
 
 
 def _add_tests(add: Callable[..., Any]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from geosurf.conventions import counted
 from geosurf.model import FluidContact
 from geosurf.model.faults import SIDES
-from geosurf.read import read_fault, read_horizon, read_points, read_tops
+from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_tops
 from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
@@ -78,9 +78,7 @@ def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
     # read here rather than by the scene: files of a scenario have their own units
     horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
     faults = {
-        entry.name: read_fault(
-            entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
-        )
+        entry.name: read_fault(entry.file, name=entry.name, **_words(scenario, entry))
         for entry in scenario.faults
     }
 
@@ -129,10 +127,17 @@ def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, A
 
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     """A grid or mesh; points where the horizon is torn as it was picked."""
-    words: dict[str, Any] = {"positive": entry.positive, "length_unit": entry.length_unit}
+    words = _words(scenario, entry)
     if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
         return read_points(entry.file, **words)
     return read_horizon(entry.file, variable=entry.variable, name=entry.name, **words)
+
+
+def _words(scenario: Scenario, entry: Any) -> dict[str, Any]:
+    """Direction and unit of one file; those of the scenario apply where the file states none."""
+    given = otherwise({"positive": scenario.positive, "length_unit": scenario.length_unit})
+    own = {"positive": entry.positive, "length_unit": entry.length_unit}
+    return {key: given[key] if word is None else word for key, word in own.items()}
 
 
 def _extended(
@@ -159,7 +164,7 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
     entry = scenario.tops
     if entry is None:
         return {}
-    tops = read_tops(entry.file, positive=entry.positive, length_unit=entry.length_unit)
+    tops = read_tops(entry.file, **_words(scenario, entry))
     return {"tops": tops, "tie": entry.settings}
 
 
@@ -178,9 +183,7 @@ def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
     for entry in scenario.contacts:
         value: Any = entry.elevation_m
         if entry.file is not None:
-            value = read_horizon(
-                entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
-            )
+            value = read_horizon(entry.file, name=entry.name, **_words(scenario, entry))
 
         # several tables of one name are one contact with values by zone and block
         found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))

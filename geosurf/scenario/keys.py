@@ -328,6 +328,8 @@ class Scenario:
         The file it was read from.
     title : str
     tolerance_m : float or None
+    positive, length_unit : str or None
+        Of files that do not declare them.
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
@@ -355,6 +357,17 @@ class Scenario:
         "grids; the report states the effect on volumes. Left out: all nodes.",
         values.above_zero,
         unit="m",
+        default=None,
+    )
+
+    positive: str | None = key(
+        "Whether values are elevations or depths, in all files that do not declare it.",
+        values.one_of("up", "down"),
+        default=None,
+    )
+    length_unit: str | None = key(
+        "Length unit of elevations, in all files that do not declare it.",
+        values.one_of(*METRES_PER_UNIT),
         default=None,
     )
 

@@ -1,0 +1,323 @@
+"""Direction, unit, order and names of what was found; what contradicts or repeats it stays out."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from itertools import combinations, permutations
+
+import numpy as np
+
+from geosurf.conventions import METRES_PER_UNIT
+from geosurf.scenario.new.found import OUT, Found
+from geosurf.scenario.new.shape import cell_means, frame_of, overlap_in_map
+
+FOOT = METRES_PER_UNIT["ft"]
+FEET = (2.6, 4.0)  # ratio of reliefs that a foot taken for a metre explains
+ALIKE = 0.9  # correlation from which one horizon follows another
+FEWEST_CELLS = 10
+SAME = 1.0  # [m]: horizons nearer than this in most cells are one
+UPPER = re.compile(r"(?:^|[^a-z])top|[a-z]top(?:[^a-z]|$)", re.IGNORECASE)
+LOWER = re.compile(r"(?:^|[^a-z])(base|bottom)|[a-z](base|bottom)(?:[^a-z]|$)", re.IGNORECASE)
+DEPTH_HEADER = re.compile(r"tvd|depth", re.IGNORECASE)
+UP_HEADER = re.compile(r"elevation", re.IGNORECASE)
+SOLID = ("horizon", "fault", "contact", "tops")
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What the user has stated on the command line."""
+
+    positive: str | None = None
+    length_unit: str | None = None
+
+
+@dataclass
+class Ready:
+    """All that a scenario is written from; horizons youngest first.
+
+    Attributes
+    ----------
+    found : list of Found
+    positive : str or None
+        For all files that do not state it; None if nothing does, or each file has its own.
+    reason : str
+        Where `positive` is from.
+    asks_direction : bool
+        Whether a run needs `positive`.
+    notes : list of str
+        Comments at the head of the horizons.
+    """
+
+    found: list[Found]
+    positive: str | None = None
+    reason: str = ""
+    asks_direction: bool = False
+    notes: list[str] = field(default_factory=list)
+
+    def of(self, *kinds: str) -> list[Found]:
+        """Objects of some kinds."""
+        return [one for one in self.found if one.kind in kinds]
+
+
+def judged(found: list[Found], answers: Answers) -> Ready:
+    """Return what a scenario is written from."""
+    ready = Ready(found)
+    _leave_alternatives_out(ready)
+    _state_direction(ready, answers)
+    _state_units(ready, answers)
+    if ready.of("horizon") and not ready.asks_direction:
+        _leave_repeats_out(ready)
+        _order(ready)
+    elif ready.asks_direction:
+        ready.notes.append("the order is that of the files, until the direction of z is known")
+    _points_need_faults(ready)
+    _name(ready)
+    rank = {"model": 0, "horizon": 1, "fault": 2}
+    ready.found.sort(key=lambda one: rank.get(one.kind, 4 if one.kind == OUT else 3))
+    return ready
+
+
+# ---------------------------------------------------------------------- what stays out
+def _leave_alternatives_out(ready: Ready) -> None:
+    """A sealed model comes alone; of two files of one name and kind at one place, one is used."""
+    models = ready.of("model")
+    for other in models[1:]:
+        other.leave_out(f"a scenario has one sealed model, {models[0].path.name}")
+    for one in ready.of(*SOLID[:2]) if models else []:
+        one.leave_out(f"a sealed model has its own surfaces, see {models[0].path.name}")
+    first: dict[tuple[str, str], Found] = {}
+    for one in ready.of("horizon", "fault"):
+        key = one.kind, one.name.casefold()
+        known = first.setdefault(key, one)
+        if known is one or known.path == one.path:
+            continue
+        other_form = one.kind == "fault" or known.form != one.form
+        if other_form and overlap_in_map(known.points, one.points):
+            one.leave_out(f"{known.path.name} has {one.name!r} as well; use one of them")
+    for kind in ("tops", "outline"):
+        for extra in ready.of(kind)[1:]:
+            extra.leave_out(f"a scenario has one of these; {ready.of(kind)[0].path.name} is used")
+
+
+def _leave_repeats_out(ready: Ready) -> None:
+    """Horizons that coincide nearly everywhere are one horizon in two files."""
+    means = _means(ready)
+    for a, b in combinations(ready.of("horizon"), 2):
+        if OUT in (a.kind, b.kind):
+            continue
+        gap = np.abs(means[id(a)] - means[id(b)])
+        both = np.isfinite(gap)
+        if both.sum() >= FEWEST_CELLS and np.median(gap[both]) < SAME:
+            # the one with more nodes shows more of the horizon
+            used, spare = (a, b) if len(a.points) >= len(b.points) else (b, a)
+            middle = np.median(gap[both])
+            spare.leave_out(f"coincides with {used.path.name} (median difference {middle:.2g} m)")
+
+
+def _points_need_faults(ready: Ready) -> None:
+    """Points are gridded where they are torn, and tearing needs a fault."""
+    if ready.of("fault"):
+        return
+    for one in ready.of("horizon"):
+        if one.form == "points":
+            one.leave_out("points are gridded with [tear], which needs a fault; give grids, or add "
+                          "the faults")  # fmt: skip
+
+
+# ---------------------------------------------------------------------- direction
+def _state_direction(ready: Ready, answers: Answers) -> None:
+    """Find out whether z is depth or elevation; files of opposite sign have opposite words."""
+    silent = [one for one in ready.of(*SOLID) if not one.states_direction]
+    if not silent:
+        return
+    word, reason = _direction(ready, silent, answers)
+    if word is None:
+        ready.asks_direction = True
+        return
+
+    # the word belongs to z of the sign that most files have
+    minority = [one for one in silent if _sign(one) != _majority(silent)]
+    if answers.positive is None and minority:
+        for one in silent:
+            opposite = "up" if word == "down" else "down"
+            one.positive = opposite if one in minority else word
+        ready.reason = f"{reason}; files of the other sign are positive = {opposite!r}"
+        return
+    for one in silent:
+        one.positive = word
+    ready.positive, ready.reason = word, reason
+
+
+def _direction(ready: Ready, silent: list[Found], answers: Answers) -> tuple[str | None, str]:
+    """The word for the files of the more frequent sign, and where it is from."""
+    if answers.positive is not None:
+        return answers.positive, "as given with --positive"
+    usual = [one for one in silent if _sign(one) == _majority(silent)]
+    for find in (_by_names, _by_header):
+        word, reason = find(usual)
+        if word:
+            return word, reason
+    word, reason = _by_neighbours(ready, usual)
+    if word is None and all(one.form == "mesh" for one in silent):
+        return "up", "the default of such meshes"
+    return word, reason
+
+
+def _by_names(silent: list[Found]) -> tuple[str | None, str]:
+    """A base below a top, by their names: z grows down if it is larger at the base."""
+    horizons = [one for one in silent if one.kind == "horizon"]
+    if len(horizons) < 2:
+        return None, ""
+    frame = frame_of([one.points for one in horizons])
+    means = {id(one): cell_means(one.points, frame) for one in horizons}
+    pairs = [
+        (top, base)
+        for top, base in permutations(horizons, 2)
+        if UPPER.search(top.name) and LOWER.search(base.name) and not LOWER.search(top.name)
+    ]
+
+    # top and base of one interval say most: the top of the next one is below this base
+    of_one = [pair for pair in pairs if _interval(pair[0]) == _interval(pair[1])]
+    words, last = set(), ""
+    for top, base in of_one or pairs:
+        gap = means[id(base)] - means[id(top)]
+        gap = gap[np.isfinite(gap)]
+        if len(gap) >= FEWEST_CELLS and np.median(gap) != 0:
+            words.add("down" if np.median(gap) > 0 else "up")
+            last = f"z is {'larger' if np.median(gap) > 0 else 'smaller'} in {base.name!r} than "
+            last += f"in {top.name!r}"
+    return (words.pop(), last) if len(words) == 1 else (None, "")
+
+
+def _interval(one: Found) -> str:
+    """The name of a horizon without the words for top and base."""
+    return re.sub(r"top|base|bottom|[^a-z0-9]", "", one.name.casefold())
+
+
+def _by_header(silent: list[Found]) -> tuple[str | None, str]:
+    """A column that is named depth or elevation."""
+    headers = {one.header: one for one in silent if one.header and one.kind != "tops"}
+    words = {}
+    for text, one in headers.items():
+        if DEPTH_HEADER.search(text) or UP_HEADER.search(text):
+            words["down" if DEPTH_HEADER.search(text) else "up"] = one
+    if len(words) != 1:
+        return None, ""
+    word, one = words.popitem()
+    return word, f"the header of {one.path.name} names the column"
+
+
+def _by_neighbours(ready: Ready, silent: list[Found]) -> tuple[str | None, str]:
+    """Files that state their direction: only one sign brings the others to their elevations."""
+    stated = [one for one in ready.of(*SOLID[:2]) if one.states_direction]
+    solid = [one for one in silent if one.kind in SOLID[:2]]
+    if not stated or not solid:
+        return None, ""
+    low = min(one.points[:, 2].min() for one in stated)
+    high = max(one.points[:, 2].max() for one in stated)
+    z = np.array([np.median(one.points[:, 2]) for one in solid])
+    margin = high - low
+    fits = {
+        word: bool(((sign * z > low - margin) & (sign * z < high + margin)).any())
+        for word, sign in (("up", 1.0), ("down", -1.0))
+    }
+    if fits["up"] == fits["down"]:
+        return None, ""
+    return "up" if fits["up"] else "down", f"only so they meet {stated[0].path.name}"
+
+
+def _sign(one: Found) -> float:
+    return float(np.sign(np.median(one.points[:, 2])))
+
+
+def _majority(silent: list[Found]) -> float:
+    return 1.0 if sum(_sign(one) for one in silent) >= 0 else -1.0
+
+
+# ---------------------------------------------------------------------- unit
+def _state_units(ready: Ready, answers: Answers) -> None:
+    """Metres, but for files of which both the relief and the position fit feet only."""
+    silent = [one for one in ready.of(*SOLID) if not one.states_unit]
+    if answers.length_unit is not None:
+        for one in silent:
+            one.length_unit = None if answers.length_unit == "m" else answers.length_unit
+        return
+    horizons = ready.of("horizon")
+    if len(horizons) < 2:
+        return
+    frame = frame_of([one.points for one in horizons])
+    means = {id(one): cell_means(one.points, frame) for one in horizons}
+    verdicts = {
+        id(one): _feet(one, [o for o in horizons if o is not one], means, ready)
+        for one in horizons
+        if one in silent
+    }
+    for one in horizons:
+        relief, position = verdicts.get(id(one), (0.0, False))
+        if relief and position:
+            one.length_unit = "ft"
+            one.why = f"its relief is {relief:.2f} times that of the others, and z fits only so"
+        elif relief:
+            one.asks.append((
+                'length_unit = "ft"',
+                f"is {one.path.name} in feet? Its relief is {relief:.2f} times that of the others",
+            ))  # fmt: skip
+
+
+def _feet(
+    one: Found, others: list[Found], means: dict[int, np.ndarray], ready: Ready
+) -> tuple[float, bool]:
+    """How much larger its relief is than that of others, 0 if not as feet are; and its position."""
+    found = 0.0
+    for other in others:
+        a, b = means[id(one)], means[id(other)]
+        both = np.isfinite(a) & np.isfinite(b)
+        if both.sum() < FEWEST_CELLS or not np.ptp(a[both]) or not np.ptp(b[both]):
+            continue
+        ratio = np.std(a[both]) / np.std(b[both])
+        if FEET[0] < ratio < FEET[1] and abs(np.corrcoef(a[both], b[both])[0, 1]) > ALIKE:
+            found = float(ratio)
+
+    # faults reach the horizons that they cut: in feet, not in metres
+    bounds = ready.of("fault") or others
+    z = np.concatenate([np.abs(f.points[:, 2]) for f in bounds])
+    margin = np.ptp(z)
+    middle = abs(float(np.median(one.points[:, 2])))
+    low, high = z.min() - margin, z.max() + margin
+    return found, bool(low < middle * FOOT < high and not low < middle < high)
+
+
+# ---------------------------------------------------------------------- order and names
+def _means(ready: Ready) -> dict[int, np.ndarray]:
+    horizons = ready.of("horizon")
+    frame = frame_of([one.elevations for one in horizons])
+    return {id(one): cell_means(one.elevations, frame) for one in horizons}
+
+
+def _order(ready: Ready) -> None:
+    """Sort horizons from the top down: by medians where all of them are, else of each alone."""
+    horizons = ready.of("horizon")
+    means = _means(ready)
+    table = np.array([means[id(one)] for one in horizons])
+    shared = np.isfinite(table).all(axis=0)
+    if shared.sum() < FEWEST_CELLS and len(horizons) > 1:
+        ready.notes.append("these horizons share no area; their order is that of their medians")
+        shared = np.ones(table.shape[1], dtype=bool)
+    level = {id(one): float(np.nanmedian(row[shared]))
+             for one, row in zip(horizons, table, strict=True)}  # fmt: skip
+    ready.found.sort(key=lambda one: -level.get(id(one), -np.inf))
+
+
+def _name(ready: Ready) -> None:
+    """Give each surface a name of its own: that of its file, then with kind, folder or number."""
+    used: set[str] = set()
+    for one in ready.of("horizon", "fault", "contact"):
+        base = one.name
+        choices = [base, f"{base} {one.kind}", f"{base} {one.path.parent.name}".strip()]
+        choices += [f"{base} {k}" for k in range(2, len(ready.found) + 3)]
+        one.name = next(word for word in choices if word.casefold() not in used)
+        used.add(one.name.casefold())
+
+
+__all__ = ["Answers", "Ready", "judged"]

@@ -1,0 +1,126 @@
+"""Faults that stop short of another fault: they end there if their throw does not die before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import GeosurfError
+from geosurf.model import TriSurface
+from geosurf.model.network_rows import NetworkRow
+from geosurf.scenario.new.found import Found
+from geosurf.scenario.new.judge import Ready
+from geosurf.scenario.new.shape import thinned
+from geosurf.scene import Scene
+from geosurf.triangulate import triangulate_fault
+
+SIDES = ("up", "down")  # of both faults: sticks that miss another fault often stop short there, too
+SHARE = 0.5  # of the largest throw of a fault: a fault with less at its end dies there
+STATIONS = 9  # along a fault where throw is estimated
+NEAR, FAR = 0.02, 0.12  # distances from the fault, in its lengths, of the nodes that are compared
+MOST = 60_000  # nodes of one horizon that are looked at
+
+
+@dataclass(frozen=True)
+class End:
+    """One fault that stops short of another, and whether it ends there."""
+
+    row: NetworkRow
+    joined: bool
+    share: float
+
+
+def truncations_among(ready: Ready) -> list[End]:
+    """Return faults that stop short of another, each with the share of its throw at that end."""
+    faults, horizons = ready.of("fault"), ready.of("horizon")
+    if ready.asks_direction or len(faults) < 2 or not horizons:
+        return []
+    clouds = [thinned(one.elevations, MOST) for one in horizons]
+    bottom, top = (f([f(c[:, 2]) for c in clouds]) for f in (min, max))
+    low = np.min([c[:, :2].min(axis=0) for c in clouds], axis=0)
+    high = np.max([c[:, :2].max(axis=0) for c in clouds], axis=0)
+    box = (low[0], high[0], low[1], high[1], bottom - 50.0, top + 50.0)
+    try:
+        surfaces = {one.name: _fault(one) for one in faults}
+        network = Scene({}, surfaces, box).propose_fault_network()
+    except GeosurfError:
+        return []  # the run names what is wrong with them, with a picture
+    ends = [
+        _end(row, surfaces[row.fault].vertices, clouds)
+        for row in network.rows
+        if row.kind == "near miss" and row.proposal == "extend then truncate"
+    ]
+    return _tried(ends, surfaces, box)
+
+
+def _tried(ends: list[End], surfaces: dict[str, Any], box: tuple[float, ...]) -> list[End]:
+    """Join ends one after another, as far as the faults can be built with them."""
+    done: list[End] = []
+    for end in ends:
+        if end.joined:
+            joined = [one.row for one in (*done, end) if one.joined]
+            rules: dict[str, tuple[Any, ...]] = {}
+            for row in joined:
+                rules[row.fault] = (*rules.get(row.fault, ()), (row.other, row.keep, True))
+            extend = {name: SIDES for row in joined for name in (row.fault, row.other)}
+            scene = Scene({}, surfaces, box, extend=extend, truncations=rules)
+            try:
+                for name in extend:
+                    scene.whole_surface(name)
+            except GeosurfError:
+                end = replace(end, joined=False)
+        done.append(end)
+    return done
+
+
+def _fault(one: Found) -> Any:
+    """A fault as a surface, with elevations."""
+    surface = one.data
+    if not hasattr(surface, "triangles"):
+        surface = triangulate_fault(surface, name=one.name)
+    surface = surface.renamed(one.name, "fault")
+    if one.states_direction or one.positive != "down":
+        return surface
+    turned = np.asarray(surface.vertices) * [1.0, 1.0, -1.0]
+    return TriSurface(name=one.name, role="fault", vertices=turned, triangles=surface.triangles)
+
+
+def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End:
+    """Compare the throw at the end of a fault with the largest along it."""
+    middle = vertices[:, :2].mean(axis=0)
+    along = np.linalg.svd(vertices[:, :2] - middle, full_matrices=False)[2][0]
+    s = (vertices[:, :2] - middle) @ along
+    length = float(np.ptp(s))
+    if (np.asarray(row.place[:2]) - middle) @ along < 0:
+        along, s = -along, -s
+
+    # the last station is a little inside, so that nodes beyond the end do not count
+    stations = np.linspace(s.min() + FAR * length / 2, s.max() - FAR * length / 2, STATIONS)
+    throws = np.array([_throw_at(at, length, middle, along, clouds) for at in stations])
+    largest = float(np.nanmax(throws)) if np.isfinite(throws).any() else 0.0
+    share = float(throws[-1] / largest) if largest > 0 and np.isfinite(throws[-1]) else 0.0
+    return End(row, share >= SHARE, share)
+
+
+def _throw_at(
+    at: float, length: float, middle: np.ndarray, along: np.ndarray, clouds: list[np.ndarray]
+) -> float:
+    """Step of the horizons across a fault at one station: planes of one dip on both sides."""
+    across = np.array([-along[1], along[0]])
+    steps = []
+    for cloud in clouds:
+        relative = cloud[:, :2] - middle
+        s, r = relative @ along - at, relative @ across
+        near = (np.abs(s) < FAR * length / 2) & (np.abs(r) < FAR * length)
+        near &= np.abs(r) > NEAR * length
+        sides = np.sign(r[near])
+        if min((sides > 0).sum(), (sides < 0).sum()) < 6:
+            continue
+        design = np.column_stack([np.ones(len(sides)), s[near], r[near], sides])
+        steps.append(2 * abs(np.linalg.lstsq(design, cloud[near, 2], rcond=None)[0][3]))
+    return float(np.median(steps)) if steps else np.nan
+
+
+__all__ = ["SIDES", "End", "truncations_among"]

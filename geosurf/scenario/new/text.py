@@ -1,0 +1,209 @@
+"""The scenario as text; each open question is a comment at its key."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from geosurf.scenario.new.found import OUT, Found, Question
+from geosurf.scenario.new.judge import Ready
+from geosurf.scenario.new.network import SIDES, End
+from geosurf.scenario.new.shape import overlap_in_map
+
+
+class Page:
+    """Lines of a scenario, with the questions that they ask."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.questions: list[Question] = []
+
+    def add(self, *lines: str) -> None:
+        """Append lines."""
+        self.lines += lines
+
+    def ask(self, question: str, *answers: str, stops: bool = False) -> None:
+        """Append a question and the lines that answer it, as comments."""
+        self.add(f"# QUESTION: {question}")
+        self.questions.append(Question(len(self.lines) + 1, question, stops))
+        self.add(*(f"# {answer}" for answer in answers))
+
+
+def scenario_text(folder: Path, ready: Ready, ends: list[End]) -> tuple[str, tuple[Question, ...]]:
+    """Return the text of a scenario in a folder, and its questions; those that stop a run first."""
+    page = Page()
+    page.add("# Written by `geosurf new`. docs/scenario.md lists all keys.")
+    page.add(f"title = {quoted(folder.resolve().name or 'Reservoir model')}", "")
+    _direction(page, ready)
+    for one in ready.of("model"):
+        page.add("", "[model]", *_file(folder, one))
+    joined = {name for end in ends if end.joined for name in (end.row.fault, end.row.other)}
+    _surfaces(page, folder, ready, joined)
+    _ends(page, ends)
+    _tear(page, ready)
+    _others(page, folder, ready)
+    left = ready.of(OUT)
+    if left:
+        page.add("", "# Files that are not used:")
+        page.add(*(f"# {_path(folder, one.path)}: {one.note}" for one in left))
+    questions = sorted(page.questions, key=lambda question: not question.stops)
+    return "\n".join(line.rstrip() for line in page.lines) + "\n", tuple(questions)
+
+
+def _direction(page: Page, ready: Ready) -> None:
+    """The direction and unit of all files that do not state theirs."""
+    if ready.asks_direction:
+        page.ask(
+            "is z depth or elevation? The files do not state it. Uncomment one line.",
+            'positive = "down"  # z is depth',
+            'positive = "up"    # z is elevation',
+            stops=True,
+        )
+    elif ready.positive is not None:
+        page.add(f'positive = "{ready.positive}"  # {_comment(ready.reason)}')
+    elif ready.reason:
+        page.add(f"# Direction of z: {_comment(ready.reason)}.")
+    silent = [one for one in ready.of("horizon", "fault") if not one.states_unit]
+    units = {one.length_unit for one in silent}
+    if len(units) == 1 and None not in units:
+        page.add(f'length_unit = "{units.pop()}"  # of z, as given with --length-unit')
+        for one in ready.found:
+            one.length_unit = None
+    elif None in units:
+        page.add('# length_unit = "ft"  # if z is in feet: these files do not state it')
+
+
+def _surfaces(page: Page, folder: Path, ready: Ready, joined: set[str]) -> None:
+    """Tables of horizons and faults; faults of a truncation reach across all horizons."""
+    sides = ", ".join(f'"{side}"' for side in SIDES)
+    for kind, table in (("horizon", "horizons"), ("fault", "faults")):
+        found = ready.of(kind)
+        if found and kind == "horizon":
+            page.add("", "# Horizons, youngest first.")
+            page.add(*(f"# Note: {_comment(note)}." for note in ready.notes))
+        for one in found:
+            page.add("", f"[[{table}]]", f"name = {quoted(one.name)}", *_file(folder, one, ready))
+            if one.kind == "fault" and one.name in joined:
+                page.add(f"extend = [{sides}]  # so that it is cut through, see truncations below")
+            for answer, question in one.asks:
+                page.ask(f"{_comment(question)}. If so, uncomment:", answer)
+
+
+def _file(folder: Path, one: Found, ready: Ready | None = None) -> list[str]:
+    """The keys of a file."""
+    lines = [f"file = {quoted(_path(folder, one.path))}"]
+    if one.positive is not None and (ready is None or ready.positive is None):
+        lines.append(f'positive = "{one.positive}"')
+    if one.length_unit is not None:
+        why = f"  # {_comment(one.why)}" if one.why else ""
+        lines.append(f'length_unit = "{one.length_unit}"{why}')
+    return lines
+
+
+def _ends(page: Page, ends: list[End]) -> None:
+    """Faults that end at others, or may."""
+    for end in ends:
+        row = end.row
+        keys = [
+            f"fault = {quoted(row.fault)}",
+            f"main = {quoted(row.other)}",
+            f'keep = "{row.keep}"',
+            "extend = true",
+        ]
+        gap = f"{row.distance:.0f}" if row.distance >= 1 else f"{row.distance:.2g}"
+        short = f"{row.fault!r} stops {gap} m short of {row.other!r}"
+        if end.joined:
+            why = f"# {_comment(short)}, with {end.share:.0%} of its largest throw."
+            page.add("", why, "[[truncations]]", *keys)
+        else:
+            page.add("")
+            page.ask(
+                f"does it end there? {_comment(short)}, with {end.share:.0%} of its largest throw.",
+                "[[truncations]]", *keys,
+            )  # fmt: skip
+
+
+def _tear(page: Page, ready: Ready) -> None:
+    """Grids and points that faults cross are torn there."""
+    faults = ready.of("fault")
+    horizons = ready.of("horizon")
+    torn = [
+        one
+        for one in horizons
+        if one.form == "points"
+        or (one.form == "grid" and any(overlap_in_map(one.points, f.points) for f in faults))
+    ]
+    if not torn or not faults:
+        return
+    page.add("", "# Grids and points are continuous across faults: they are cut there.", "[tear]")
+    if len(torn) < len(horizons):
+        page.add(f"horizons = [{', '.join(quoted(one.name) for one in torn)}]")
+
+
+def _others(page: Page, folder: Path, ready: Ready) -> None:
+    """Fluid contacts, well tops and an outline."""
+    for one in ready.of("contact"):
+        named = "named" in one.note
+        lines = ["[[contacts]]", f"name = {quoted(one.name)}", *_file(folder, one, ready)]
+        page.add("")
+        if named:
+            page.add(f"# {_comment(one.note)}: a fluid contact.", *lines)
+        else:
+            page.ask(f"is {one.path.name} a fluid contact? {_comment(one.note)}.", *lines)
+    for one in ready.of("tops"):
+        page.add("", "[tops]", *_file(folder, one, ready))
+        page.add("# tie = true  # correct horizons smoothly so that they meet their tops")
+    for one in ready.of("outline"):
+        page.add("")
+        page.ask(
+            f"is {one.path.name} the area of the model? Without it: all that the horizons share.",
+            "[aoi]",
+            f"file = {quoted(_path(folder, one.path))}",
+        )
+
+
+def _path(folder: Path, path: Path) -> str:
+    """A path relative to the scenario if both would be moved together, else an absolute one."""
+    whole, home = path.resolve(), folder.resolve()
+    try:
+        relative = Path(os.path.relpath(whole, home))
+    except ValueError:  # another drive
+        return whole.as_posix()
+    ups = sum(part == ".." for part in relative.parts)
+    return relative.as_posix() if ups <= 1 else whole.as_posix()
+
+
+def quoted(text: str) -> str:
+    r"""A text as TOML writes it.
+
+    Examples
+    --------
+    >>> print(quoted('Top "A"'))
+    "Top \"A\""
+    """
+    body = "".join(
+        f"\\u{ord(c):04X}" if ord(c) < 32 or ord(c) == 127 else {"\\": "\\\\", '"': '\\"'}.get(c, c)
+        for c in text
+    )
+    return f'"{body}"'
+
+
+def _comment(text: str) -> str:
+    """A text that stays on its line."""
+    return " ".join(text.split())
+
+
+def table_text(found: Iterable[Found]) -> str:
+    """What each file was taken for, for the console."""
+    rows = [("file", "taken for", "name", "why")]
+    for one in found:
+        what = one.kind if one.kind in (OUT, one.form) else f"{one.kind} ({one.form})"
+        rows.append((one.path.name, what, "" if one.kind == OUT else one.name, _comment(one.note)))
+    widths = [max(len(row[k]) for row in rows) for k in range(3)]
+    return "\n".join(
+        "  ".join([*(row[k].ljust(widths[k]) for k in range(3)), row[3]]).rstrip() for row in rows
+    )
+
+
+__all__ = ["quoted", "scenario_text", "table_text"]

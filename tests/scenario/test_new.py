@@ -1,0 +1,206 @@
+"""`geosurf new`: files are recognised by content, and its scenarios build the field."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf import cli
+from geosurf.errors import InputError, OutputError
+from geosurf.scenario import build_scene, read_scenario
+from geosurf.scenario.new import NewScenario, new_scenario
+from geosurf.synthetic import FieldTruth, field_export
+
+VARIANTS = ("grids", "points", "network")
+
+
+@pytest.fixture(scope="module")
+def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, FieldTruth]:
+    """The synthetic field in its variants."""
+    folder = tmp_path_factory.mktemp("exports")
+    return {variant: field_export(folder / variant, variant) for variant in VARIANTS}
+
+
+def files_of(truth: FieldTruth) -> list[Path]:
+    """The files of a field without the scenario that it brings."""
+    return [path for name, path in truth.files.items() if name != "scenario"]
+
+
+def kinds(new: NewScenario) -> dict[str, str]:
+    """What each file was taken for, by its name."""
+    return {one.path.name: one.kind for one in new.found}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_field_is_recognised_and_its_volumes_are_true(
+    exports: dict[str, FieldTruth], tmp_path: Path, variant: str
+) -> None:
+    """Order, direction and the unit of one file follow from the files; volumes are true."""
+    truth = exports[variant]
+    new = new_scenario(tmp_path / "field", list(reversed(files_of(truth))))
+    assert new.runs
+    found = {one.name: one for one in new.found if one.kind in ("horizon", "fault")}
+    assert [n for n, one in found.items() if one.kind == "horizon"] == list(truth.horizons)
+    assert sorted(n for n, one in found.items() if one.kind == "fault") == sorted(truth.faults)
+    content = tomllib.loads(new.path.read_text(encoding="utf-8"))
+    assert content["positive"] == "down"
+    units = {table["name"]: table.get("length_unit") for table in content["horizons"]}
+    assert units == {"Top": None, "Middle": None, "Base": "ft"}
+
+    # only the branch ends at its main fault; those that die before another one do not
+    ends = {(table["fault"], table["main"]) for table in content["truncations"]}
+    assert ends == {("F2", "F1")}
+    if variant == "network":  # has grids, points and all faults of the other two
+        scene = build_scene(read_scenario(new.path))
+        for key, volume in truth.volumes(scene.aoi).items():
+            assert scene.units[key].volume == pytest.approx(volume, rel=0.001)
+
+
+def test_the_console_names_the_line_of_an_open_question(
+    exports: dict[str, FieldTruth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a name or a file that tells, the direction is asked for; one line answers it."""
+    source = exports["grids"].files["Top"]
+    grid = tmp_path / "surface A.gri"
+    grid.write_bytes(source.read_bytes())
+    folder = tmp_path / "field"
+    assert cli.main(["new", str(folder), str(grid)]) == 0
+    out = capsys.readouterr().out
+    path = folder / "scenario.toml"
+    (question,) = (line for line in out.splitlines() if "needs an answer" in line)
+    number = int(question.split("line ")[1].split(" ")[0])
+    assert "--positive down" in out
+    with pytest.raises(InputError, match="elevation"):
+        build_scene(read_scenario(path))
+
+    # what the console proposes: that line without its comment sign, or the option
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert lines[number - 1].startswith('# positive = "down"')
+    lines[number - 1] = lines[number - 1].removeprefix("# ")
+    path.write_text("\n".join(lines), encoding="utf-8")
+    by_hand = build_scene(read_scenario(path)).surface("surface A").vertices
+    again = ["new", str(folder), str(grid), "--positive", "down", "--replace"]
+    assert cli.main(again) == 0
+    by_option = build_scene(read_scenario(path)).surface("surface A").vertices
+    assert (by_hand == by_option).all()
+    assert by_hand[:, 2].max() < 0
+
+
+def test_files_of_every_kind(tmp_path: Path) -> None:
+    """Each kind is recognised from what the file holds; what has no place stays out."""
+    x, y = np.meshgrid(np.arange(0, 1000, 50.0), np.arange(0, 800, 50.0))
+    z = 1500 + 0.05 * x
+
+    def points(name: str, *columns: np.ndarray, head: str = "", sep: str = " ") -> None:
+        rows = [
+            sep.join(f"{v:.2f}" for v in row) for row in zip(*map(np.ravel, columns), strict=True)
+        ]
+        (tmp_path / name).write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+
+    points("01_Top ä.poi", x, y, z)
+    points("Base ä.xyz", x, y, z + 80)
+    points("loose.poi", x[0, :3], y[0, :3], z[0, :3])
+    points("wall.poi", 500 + 0 * x[:6], y[:6], z[:6] + 20 * x[:6] / 50)
+    points("many.csv", x, y, z, np.round(x / 500), head="X,Y,Z,val\n", sep=",")
+    sticks = "".join(
+        f"{400 + k} {k} 1400\n{500 + k} {k} 1800\n999 999 999\n" for k in (0, 400, 800)
+    )
+    (tmp_path / "F1.pol").write_text(sticks)
+    ring = "0 0 {z}\n900 0 {z}\n900 700 {z}\n0 700 {z}\n0 0 {z}\n999 999 999\n"
+    (tmp_path / "outline.pol").write_text(ring.replace("{z}", "0"))
+    (tmp_path / "gaps.pol").write_text(ring.replace("{z}", "1500", 3).replace("{z}", "1510", 1)
+                                       .replace("{z}", "1500") * 2)  # fmt: skip
+    (tmp_path / "tops.csv").write_text("Well,X,Y,TVDSS,Surface\nW1,100,100,1505,Top\n")
+    (tmp_path / "notes.txt").write_text("Exported by nobody.\n")
+    (tmp_path / "broken.gri").write_bytes(b"\0\0\0\x20nonsense")
+    (tmp_path / "empty.poi").write_bytes(b"")
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG")
+    gs.write(gs.TriSurface("thrust", "fault", [[0, 0, 0], [9, 0, 0], [0, 9, 9]], [[0, 1, 2]]),
+             tmp_path / "thrust fault.ts")  # fmt: skip
+    new = new_scenario(tmp_path / "field", [tmp_path, tmp_path / "missing.gri"])
+    assert kinds(new) == {
+        "01_Top ä.poi": "horizon", "Base ä.xyz": "horizon", "F1.pol": "fault",
+        "thrust fault.ts": "fault", "outline.pol": "outline", "tops.csv": "tops",
+        "loose.poi": "left out", "wall.poi": "left out", "many.csv": "left out",
+        "gaps.pol": "left out", "notes.txt": "left out", "broken.gri": "left out",
+        "empty.poi": "left out", "picture.png": "left out", "missing.gri": "left out",
+    }  # fmt: skip
+    left = [one for one in new.found if one.kind == "left out"]
+    text = new.path.read_text(encoding="utf-8")
+    assert all(one.note and f"{one.path.name}: " in text for one in left)
+    scenario = read_scenario(new.path)
+    assert [entry.name for entry in scenario.horizons] == ["Top ä", "Base ä"]
+    assert scenario.tear is not None
+    assert scenario.tops is not None
+
+
+def test_names_are_unique_and_paths_survive_a_move(tmp_path: Path) -> None:
+    """Equal file names get names of their own; files next to the scenario are moved with it."""
+    z = gs.synthetic.tilted_planes(n=5)
+    for k, (name, grid) in enumerate(z.horizons.items()):
+        (tmp_path / "a" / f"set{k}").mkdir(parents=True)
+        gs.write(grid, tmp_path / "a" / f"set{k}" / "map.nc")
+        gs.write(grid - 10 * k, tmp_path / "a" / f'"{name}".nc')
+    files = sorted((tmp_path / "a").rglob("*.nc"))
+    new = new_scenario(tmp_path / "a", [path for path in files if "set" in path.parent.name])
+    names = [one.name for one in new.found]
+    assert len(set(names)) == len(names) == len(z.horizons)
+    (tmp_path / "a").rename(tmp_path / "b")
+    build_scene(read_scenario(tmp_path / "b" / "scenario.toml"))
+
+    # a file elsewhere stays where it is
+    far = new_scenario(tmp_path / "x" / "y", [tmp_path / "b" / '"Top".nc'])
+    (tmp_path / "x" / "y").rename(tmp_path / "moved")
+    assert far.found[0].name == '"Top"'
+    build_scene(read_scenario(tmp_path / "moved" / "scenario.toml"))
+
+
+def test_two_files_of_one_object(exports: dict[str, FieldTruth], tmp_path: Path) -> None:
+    """One horizon in two files, and one fault in two, are used once."""
+    truth = exports["grids"]
+    files = files_of(truth)
+    twin = tmp_path / "Crest.gri"
+    twin.write_bytes(truth.files["Top"].read_bytes())
+    mesh = tmp_path / "F1.ts"
+    mesh.write_bytes(truth.files["F3"].read_bytes().replace(b"F3", b"F1"))
+    new = new_scenario(tmp_path / "field", [*files, twin, mesh])
+    notes = {one.path: one.note for one in new.found if one.kind == "left out"}
+    assert set(notes) == {twin, mesh}
+    assert "coincides with Top.gri" in notes[twin]
+    assert "F1.pol" in notes[mesh]
+
+
+def test_what_cannot_be_written(exports: dict[str, FieldTruth], tmp_path: Path) -> None:
+    """Nothing is overwritten without being asked; no horizon is an error with all reasons."""
+    truth = exports["grids"]
+    folder = tmp_path / "field"
+    new_scenario(folder, [truth.files["Top"], truth.files["Base"]])
+    before = (folder / "scenario.toml").read_bytes()
+    with pytest.raises(OutputError, match="--replace"):
+        new_scenario(folder, [truth.files["Top"]])
+    assert (folder / "scenario.toml").read_bytes() == before
+    with pytest.raises(InputError, match=r"1 fault.*at least one grid"):
+        new_scenario(tmp_path / "other", [truth.files["F1"]])
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="no files"):
+        new_scenario(tmp_path / "other", [tmp_path / "empty"])
+    with pytest.raises(InputError, match="geosurf new FOLDER FILES"):
+        new_scenario(tmp_path / "other", [])
+    with pytest.raises(InputError, match="--length-unit"):
+        new_scenario(tmp_path / "other", [truth.files["Top"]], length_unit="fathom")
+    assert not (tmp_path / "other").exists()
+
+
+def test_an_example_by_one_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The console names the next command, which needs no edit."""
+    folder = tmp_path / "my field"
+    assert cli.main(["new", str(folder), "--example"]) == 0
+    out = capsys.readouterr().out
+    assert f"geosurf run '{folder / 'scenario.toml'}' -o" in out
+    assert read_scenario(folder / "scenario.toml").tear is not None
+    assert cli.main(["new", str(folder), "--example"]) == 2
+    assert cli.main(["new", str(folder), "--example", "points", "--replace"]) == 0
