@@ -55,7 +55,7 @@ def truncations_among(ready: Ready) -> list[End]:
     return _tried(ends, surfaces, box)
 
 
-def _tried(ends: list[End], surfaces: dict[str, Any], box: tuple[float, ...]) -> list[End]:
+def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
     """Join ends one after another, as far as the faults can be built with them."""
     done: list[End] = []
     for end in ends:
