@@ -17,7 +17,7 @@ VARIANTS = ("grids", "points", "network")
 
 
 def new_command(options: argparse.Namespace) -> int:
-    """Write a scenario from files, and print what each file was taken for."""
+    """Write a scenario from files, and print how each file is used."""
     from geosurf.scenario.new import new_scenario
     from geosurf.scenario.new.text import table_text
 

@@ -195,8 +195,8 @@ def _comment(text: str) -> str:
 
 
 def table_text(found: Iterable[Found]) -> str:
-    """What each file was taken for, for the console."""
-    rows = [("file", "taken for", "name", "why")]
+    """How each file is used, for the console."""
+    rows = [("file", "used as", "name", "why")]
     for one in found:
         what = one.kind if one.kind in (OUT, one.form) else f"{one.kind} ({one.form})"
         rows.append((one.path.name, what, "" if one.kind == OUT else one.name, _comment(one.note)))
