@@ -44,12 +44,12 @@ def test_a_fault_half_outside_the_data_is_torn_inside():
     middle = whole.stations[len(whole.stations) // 2, 0]
     half = gs.tear_horizon(top.where(top.easting > middle), world.faults, name="Top", trim=2)
     cut = half.cuts["F1"]
-    inside = cut.stations[:, 0] > middle + 250.0  # ten cells from the rim of the data
+    inside = cut.stations[:, 0] > middle + 150.0
     assert inside.sum() > 5
     far = np.hypot(*(cut.stations[inside, None, :2] - whole.stations[None, :, :2]).T)
     miss = np.abs(cut.throw[inside] - whole.throw[far.argmin(axis=0)])
     assert np.isnan(miss).sum() <= 1  # at the tip
-    assert np.nanmax(miss) < 1.5
+    assert np.nanmax(miss) < 2.5  # next to the rim of the data; of 60 m
 
 
 def test_both_faults_of_a_junction_are_extended():
