@@ -5,6 +5,7 @@ keys.py           every key: type, unit, default, meaning
 output_keys.py    of these: [search] and [output]
 sliver_keys.py    of these: [slivers]
 ensemble_keys.py  of these: [ensemble] and [[uncertain]]
+tear_keys.py      of these: [tear] and [[throws]]
 declare.py        how a key is declared
 values.py         how values are checked, and what a check accepts
 truncations.py    truncations as a scene takes them; halves of older faults
