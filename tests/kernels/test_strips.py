@@ -107,8 +107,8 @@ def test_measures_are_those_of_the_triangles(case):
         exact = [math.fsum(volume[of == i]) for i in range(n_face)]
         np.testing.assert_allclose(below[:, 0] + below[:, 1], exact, rtol=1e-15, atol=1e-13)
         np.testing.assert_allclose(below[:, 2], np.bincount(of, 2.0 * area, n_face), atol=1e-12)
-        extent = np.zeros((n_face, 8))
-        extent[:, 2:5], extent[:, 5:] = np.inf, -np.inf
+        extent = np.zeros((n_face, 12))
+        extent[:, 2:5], extent[:, 5:8] = np.inf, -np.inf
         volumes.extent_runs(*grid, face, np.array([1.0, 2.0, 3.0]), extent)
         np.testing.assert_allclose(
             extent[:, 0] + extent[:, 1], np.bincount(of, full, n_face), atol=1e-12
@@ -116,7 +116,11 @@ def test_measures_are_those_of_the_triangles(case):
         for i in range(n_face):
             inside = corners[of == i] - (1.0, 2.0, 3.0)
             box = [*inside.min(axis=(0, 1)), *inside.max(axis=(0, 1))]
-            assert extent[i, 2:].tolist() == box
+            assert extent[i, 2:8].tolist() == box
+        up, down = extent[:, 8] + extent[:, 9], extent[:, 10] + extent[:, 11]
+        mine = np.bincount(of, 2.0 * np.maximum(area, 0.0), n_face)
+        np.testing.assert_allclose(up, mine, atol=1e-12)
+        np.testing.assert_allclose(up - down, below[:, 2], atol=1e-12)
 
 
 @settings(max_examples=60, deadline=None)
@@ -134,10 +138,11 @@ def test_triangles_measure_as_runs_do_at_any_corner(case):
     terms = rise * ((a[:, 2] - 4.0) + (b[:, 2] - 4.0) + (c[:, 2] - 4.0))
     assert one[0, 0] + one[0, 1] == pytest.approx(math.fsum(terms), rel=1e-15, abs=1e-13)
     assert one[0, 2] == pytest.approx(rise.sum(), abs=1e-12)
-    extent = np.array([[0.0, 0.0, *[np.inf] * 3, *[-np.inf] * 3]])
+    extent = np.array([[0.0, 0.0, *[np.inf] * 3, *[-np.inf] * 3, *[0.0] * 4]])
     volumes.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), extent)
     full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     assert extent[0, :2].sum() == pytest.approx(math.fsum(full), rel=1e-14)
+    assert extent[0, 8:10].sum() == pytest.approx(math.fsum(np.maximum(rise, 0.0)), abs=1e-12)
 
 
 def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():
