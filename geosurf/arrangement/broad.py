@@ -92,6 +92,9 @@ def fit_voxels(
         finer = boxes_a[rows_a] if len(rows_a) >= len(rows_b) else boxes_b[rows_b]
         face = float(np.median((finer[:, 3:] - finer[:, :3]).max(axis=1)))
         wanted = max(len(finer) / _FACES_PER_VOXEL, 1.0)
+
+        # the limit is for sizes that users choose; rounding up an axis may double the number
+        wanted = min(wanted, 0.45 * _MOST_VOXELS)
         size = max(face, _size_for(extent, wanted))
     size = float(size)
 

@@ -78,7 +78,7 @@ def duration(seconds: float) -> str:
     Examples
     --------
     >>> duration(4.4), duration(250), duration(7300)
-    ('4 s', '4 min 10 s', '2 h 2 min')
+    ('4 s', '4 min 10 s', '2 h 1 min')
     """
     whole = round(seconds)
     if whole < 60:

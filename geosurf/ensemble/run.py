@@ -239,7 +239,7 @@ def realize(
     >>> shift = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 10.0))
     >>> one = gs.ensemble.realize(scene, 3, uncertain=[shift])
     >>> round(float(one.surface("Top").bounds[4] - scene.surface("Top").bounds[4]), 2)
-    -7.06
+    -1.36
     """
     if realization is not None and not (is_whole(realization) and realization >= 0):
         raise InputError(f"realization is {realization!r}; give its number, 0 or above, or None.")

@@ -112,6 +112,7 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "aoi": None if scenario.aoi is None else scenario.aoi.value,
         "voxel_size": scenario.search.voxel_size_m,
         "tolerance": scenario.tolerance_m,
+        "slivers": scenario.slivers.settings,
         **_tops(scenario),
     }
 

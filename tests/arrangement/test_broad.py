@@ -133,3 +133,14 @@ def test_search_for_the_picture(rng):
     assert (found.occupied < found.n_cell).all()
     assert len(found.occupied) > 0
     assert search_voxels(top, sheet("F2", [(50, 0, 0), (50, 1, 0), (50, 1, 1), (50, 0, 1)])) is None
+
+
+def test_the_size_that_is_chosen_is_never_refused(monkeypatch):
+    """Large models have more faces than voxels may be; flat ones round an axis up."""
+    monkeypatch.setattr("geosurf.arrangement.broad._MOST_VOXELS", 1000)
+    rng = np.random.default_rng(3)
+    for height in (1e-3, 1.0, 30.0, 1000.0):
+        low = rng.random((5000, 3)) * (1000.0, 1000.0, height)
+        boxes = np.concatenate([low, low + 1e-4], axis=1)
+        grid = fit_voxels(boxes, boxes)
+        assert 100 < np.prod(grid.shape) <= 1000

@@ -75,7 +75,7 @@ def test_walls_of_a_turned_area_ask_few_triangles():
     )
     x = np.concatenate([x, wall])
     t = np.concatenate([low, high, n * n + np.arange(6).reshape(2, 3)])
-    pairs = crossing._near_pairs(x, t, len(t))
+    pairs = crossing._near_pairs(x, t, len(t), np.full(len(t), -1))
     walls = (pairs >= len(t) - 2).any(axis=1).sum()
     assert n < walls < 12 * n
     assert len(crossing.crossing_pairs(x, t)) > n

@@ -217,7 +217,11 @@ BUILDING = {
     ),
     "carve_units.slivers": (
         lambda g, v: gs.carve_units(g.patches, slivers=v),
-        lambda g: [v for v in wrong.lengths() if v != {}],
+        lambda g: [v for v in wrong.lengths() if not isinstance(v, dict)],
+    ),
+    "run_ensemble": (
+        lambda g, v: gs.run_ensemble(v, 2, uncertain=[5], progress=False),
+        lambda g: [None, 5, [], {}, object()],
     ),
     "Scene": (lambda g, v: gs.Scene(v), lambda g: [*wrong.mappings()[:5], {}]),
     "Scene.horizon": (

@@ -52,7 +52,7 @@ def test_a_scene_with_a_longer_fault_has_all_horizons_at_it(world):
     points += np.maximum(deepest + 8.0 - points[:, 2], 0.0)[:, None] * dip / dip[2]
     short = gs.TriSurface("F1", "fault", points, given.triangles)
     scene = gs.Scene({"Top": top, "Base": lower}, {"F1": short}, tear=2)
-    with pytest.warns(gs.GeosurfWarning, match=r"'F1' ends above or below the cut-offs"):
+    with pytest.warns(gs.GeosurfWarning, match=r"'F1' ends before the cut-offs"):
         sheets = scene.sheets
     one, two = (sheet.faults[0].vertices for sheet in sheets.values())
     np.testing.assert_array_equal(one, two)
