@@ -207,7 +207,7 @@ def _append(path: Path, *rows: Row) -> None:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Rows of a file; none if there is no such file."""
+    """Rows of a file; none if the file does not exist."""
     if not path.exists():
         return []
     lines = path.read_text(encoding="utf-8").splitlines()

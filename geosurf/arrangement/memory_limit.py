@@ -57,10 +57,10 @@ def refusal(
     else:
         who = f"{len(named)} surfaces have"
     free = free_memory()
-    have = "" if free is None else f" and {_gigabytes(free)} are free"
+    have = "" if free is None else f" and {gigabytes(free)} are free"
     count = f"{n:,}".replace(",", " ")
     return InputError(
-        f"{who} {count} {what}, which need {_gigabytes(n * size)} of memory{have}. "
+        f"{who} {count} {what}, which need {gigabytes(n * size)} of memory{have}. "
         "Remove duplicate surfaces, coarsen the others (triangulate_horizon(..., "
         "tolerance=...)), or use a larger machine.",
         surfaces=named,
@@ -75,5 +75,12 @@ def lack_of_room(needed: int) -> int | None:
     return free if free is not None and free < needed else None
 
 
-def _gigabytes(n: int) -> str:
+def gigabytes(n: int) -> str:
+    """A number of bytes in GB.
+
+    Examples
+    --------
+    >>> gigabytes(5_200_000_000), gigabytes(12_300_000_000)
+    ('5.2 GB', '12 GB')
+    """
     return f"{n / 1e9:,.0f} GB".replace(",", " ") if n >= 1e10 else f"{n / 1e9:.1f} GB"

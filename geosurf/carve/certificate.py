@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve.check_merged import merged
 from geosurf.carve.check_names import named
@@ -18,6 +19,7 @@ from geosurf.carve.check_partition import matched, numbered, partition
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume
 from geosurf.conventions import place
+from geosurf.errors import InputError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.kernels.meshes.shells import are_copies, count_open_edges, sums_of_triangles
@@ -25,6 +27,7 @@ from geosurf.model import Certificate, Check, Patches, Units
 
 VOLUME_TOLERANCE = 1e-12
 EPS = 2.0**-53
+ROOM = 610  # bytes per triangle: 13.9 GB for 21 million (docs/validation/results.md)
 MANY = 100_000  # triangles, from which units and mesh are checked in two threads
 
 
@@ -48,6 +51,11 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
         and vertices (exact, on the rounded mesh). Each triangle lies on its input triangle and
         keeps its orientation (exact). Areas add up.
 
+    Raises
+    ------
+    InputError
+        If it needs more memory than is free: about 0.6 GB per million triangles.
+
     Examples
     --------
     >>> from geosurf import TriSurface, rebuild_surfaces
@@ -56,6 +64,8 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     >>> certify(rebuild_surfaces([flat, wall])).ok
     True
     """
+    _refuse_if_too_large(patches.n_triangle)
+
     # both halves use these arrays: they are listed once, before threads start
     _ = patches.local, patches.triangles, patches.surface_of_triangle, patches.parent_of_triangle
     halves: list[tuple[Callable[[], list[Check]]]] = [(partial(_checks_of_mesh, patches),)]
@@ -64,6 +74,18 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     worth = patches.n_triangle > MANY
     found = map_threads(lambda half: half(), halves, worth=worth)
     return Certificate(tuple(itertools.chain.from_iterable(found)))
+
+
+def _refuse_if_too_large(n_triangle: int) -> None:
+    """Raise an error with numbers, before the system has to end the process."""
+    needed = n_triangle * ROOM
+    free = lack_of_room(needed)
+    if free is not None:
+        raise InputError(
+            f"a certificate of {n_triangle / 1e6:.3g} million triangles needs {gigabytes(needed)} "
+            f"of memory, and {gigabytes(free)} are free. Check a smaller part of the model "
+            "(aoi=...), simplify the horizons (tolerance=...), or use a larger machine."
+        )
 
 
 def _checks_of_units(patches: Patches, units: Units) -> list[Check]:

@@ -104,14 +104,20 @@ def _sum(area: np.ndarray) -> float:
     return float(f"{math.fsum(area.ravel().tolist()):.{DIGITS}g}")
 
 
-def shared_faces(faces: Faces, home: Sequence[int], u: int) -> list[int]:
-    """Rows of the faces between a sliver and the other parts of the unit that it is a part of."""
-    return [
-        row
-        for (one, two), rows in faces.items()
-        if u in (one, two) and home[one] == home[two]
-        for row in rows
-    ]
+def shared_faces(faces: Faces, home: Sequence[int]) -> dict[int, list[int]]:
+    """Rows of the faces between each unit and the other parts of the unit that it is a part of.
+
+    Examples
+    --------
+    >>> shared_faces({(0, 1): [0, 3], (1, 2): [4]}, [0, 0, 2])
+    {0: [0, 3], 1: [0, 3]}
+    """
+    found: dict[int, list[int]] = {}
+    for pair, rows in faces.items():
+        if home[pair[0]] == home[pair[1]]:
+            for u in pair:
+                found.setdefault(u, []).extend(rows)
+    return found
 
 
 def surfaces_of(cells: Cells, faces: Sequence[int]) -> tuple[str, ...]:

@@ -203,11 +203,11 @@ def _without_slivers(
     position = {u: k for k, u in enumerate(wholes.tolist())}
     still = {name: [position[u] for u in of if u in position] for name, of in left.items()}
     report = {**units.report, "without_contact": _uncovered(renamed, still)}
-    merged = []
+    merged, inner = [], shared_faces(faces, home)
     for one in units.slivers:
         u = number[one.name]
         if home[u] != u:
-            shared = shared_faces(faces, home, u)
+            shared = inner[u]
             into = renamed.name(int(np.searchsorted(stay, home[u])))
             merged.append(
                 MergedSliver(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scenario.new import NewScenario
 
 VARIANTS = ("grids", "points", "network")
+MOST_REPEATED = 200  # characters of a command that is shown again
 
 
 def new_command(options: argparse.Namespace) -> int:
@@ -67,12 +67,14 @@ def _print_end(new: NewScenario, options: argparse.Namespace) -> None:
     if new.runs:
         print(f"{new.path} is written. Next: {run}")
         return
-    again = [a for a in sys.argv[1:] if a != "--replace"] if sys.argv[1:2] == ["new"] else ["new"]
-    line = " ".join(map(shlex.quote, again)) if len(again) > 1 else "new ..."
-    if len(line) > 200:
-        line = f"new {shlex.quote(str(options.folder))} FILES..."
-    print(f"{new.path} is written, but a run needs the answer above. Edit that line, or repeat:")
-    print(f"  geosurf {line} --positive down --replace")
+    again = " ".join(map(shlex.quote, ["new", str(options.folder), *options.files]))
+    if len(again) > MOST_REPEATED:
+        again = f"new {shlex.quote(str(options.folder))} FILES..."
+    unit = "" if options.length_unit is None else f" --length-unit {options.length_unit}"
+    print(f"{new.path} is written, but a run needs the answer above. Edit that line, or repeat")
+    print("with down if z is depth, with up if it is elevation:")
+    print(f"  geosurf {again} --positive down --replace{unit}")
+    print(f"  geosurf {again} --positive up --replace{unit}")
     print(f"Then: {run}")
 
 

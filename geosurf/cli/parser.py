@@ -59,8 +59,16 @@ def build_parser() -> argparse.ArgumentParser:
         return command
 
     _add_new(add)
+    _add_scenario_commands(add)
+    _add_curves(add)
+    add("doctor", doctor_command, "check the installation")
+    add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)")
+    _add_tests(add)
+    return parser
 
-    # commands that take a scenario
+
+def _add_scenario_commands(add: Callable[..., Any]) -> None:
+    """Add the commands that take a scenario."""
     run = add("run", run_command, "build the model of a scenario: volumes, pictures and a report")
     check = add(
         "check",
@@ -90,6 +98,11 @@ def build_parser() -> argparse.ArgumentParser:
         command.add_argument("--no-pictures", action="store_true", help="do not draw pictures")
         command.add_argument("--quiet", action="store_true", help="do not print progress")
 
+    _add_render_options(render)
+
+
+def _add_render_options(render: argparse.ArgumentParser) -> None:
+    """Add the options of pictures."""
     # no defaults here: `_draw_view` takes them from the scenario, and `_draw_section` refuses what
     # is given for views only
     render.add_argument("-o", "--out", required=True, help="output file (.png)")
@@ -110,7 +123,9 @@ def build_parser() -> argparse.ArgumentParser:
     render.add_argument("--clip", action=argparse.BooleanOptionalAction,
                         help="draw the inside of the model only")  # fmt: skip
 
-    # commands without a scenario
+
+def _add_curves(add: Callable[..., Any]) -> None:
+    """Add the command that takes two surfaces."""
     curves = add("curves", curves_command, "find the intersection lines of two surface files")
     curves.add_argument("first", help="surface file: .gri .zmap .nc .ts .vtp .pol .obj ...")
     curves.add_argument("second", help="second surface file")
@@ -119,11 +134,6 @@ def build_parser() -> argparse.ArgumentParser:
         "--positive", choices=("up", "down"), help="direction of z, if a file does not state it"
     )
     curves.add_argument("--length-unit", help="length unit, if a file does not state it")
-
-    add("doctor", doctor_command, "check the installation")
-    add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)")
-    _add_tests(add)
-    return parser
 
 
 def _add_ensemble_options(ensemble: argparse.ArgumentParser) -> None:

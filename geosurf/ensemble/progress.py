@@ -93,7 +93,8 @@ def console_line(line: str, stream: TextIO | None = None) -> None:
     stream = sys.stderr if stream is None else stream
     if stream is None or not stream.isatty():
         return
-    end = "\n" if "left" not in line and line.split(" of ")[0] in line.split(" of ")[1] else ""
+    done, _, rest = line.partition(" of ")
+    end = "\n" if done == rest.split(" ", 1)[0] else ""  # the last line stays
     stream.write(f"\r\x1b[K{line}{end}")
     stream.flush()
 

@@ -126,9 +126,10 @@ def _rule(fault: str, entry: Any, faults: Sequence[str] | None, horizons: Sequen
     main, keep, extend = (*entry, False)[:3]
     _refuse_unknown(fault, main, faults, horizons)
     if keep not in KEEP:
+        words = LEVELS if main in horizons else KEEP
         raise InputError(
-            f"truncations: {fault} is to keep {keep!r} of {main}; it can keep one of "
-            f"{LEVELS if main in horizons else KEEP}.{did_you_mean(str(keep), KEEP)}"
+            f"truncations: {fault} is to keep {keep!r} of {main}; it can keep "
+            f"{', '.join(map(repr, words[:-1]))} or {words[-1]!r}.{did_you_mean(str(keep), words)}"
         )
     if main in horizons and keep not in LEVELS:
         raise InputError(

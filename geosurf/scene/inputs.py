@@ -39,6 +39,31 @@ SAMPLES = {
 RECTANGLE = "rectangle"  # as an area: the largest axis-parallel one that all horizons cover
 
 
+def _refuse_together(
+    tear: Any,
+    tolerance: float | None,
+    at_horizons: tuple[Rule, ...],
+    filling: Mapping[str, bool | str],
+) -> None:
+    """Refuse settings that exclude each other, and one that would have no effect."""
+    if tear is not None and tolerance is not None:
+        raise InputError(
+            f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
+            "their nodes. Leave one of them out."
+        )
+    if at_horizons and tolerance is not None:
+        raise InputError(
+            f"tolerance={tolerance:g} cannot be combined with the truncation of "
+            f"{at_horizons[0].fault!r} by horizon {at_horizons[0].main!r}: a tolerance would "
+            "move the end of the fault. Leave one of them out."
+        )
+    if any(filling.values()) and tear is None:
+        raise InputError(
+            "fill_empty_blocks applies to horizons that are torn. Give tear=True as well, or "
+            "tear_horizon(..., fill_empty_blocks=...)."
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class SceneInputs:
     """
@@ -135,27 +160,12 @@ class SceneInputs:
 
         # settings that exclude each other are refused here, before a file is read
         tear = tear_setting(halves.spread(self.tear), tuple(faults))
-        if tear is not None and tolerance is not None:
-            raise InputError(
-                f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
-                "their nodes. Leave one of them out."
-            )
         rules = read_truncations(halves.truncations, tuple(faults), tuple(horizons))
         at_horizons = tuple(rule for rule in rules if rule.main in horizons)
-        if at_horizons and tolerance is not None:
-            raise InputError(
-                f"tolerance={tolerance:g} cannot be combined with the truncation of "
-                f"{at_horizons[0].fault!r} by horizon {at_horizons[0].main!r}: a tolerance would "
-                "move the end of the fault. Leave one of them out."
-            )
+        filling = filling_by_horizon(self.fill_empty_blocks, tuple(horizons))
+        _refuse_together(tear, tolerance, at_horizons, filling)
 
         # a tie without tops would silently do nothing
-        filling = filling_by_horizon(self.fill_empty_blocks, tuple(horizons))
-        if any(filling.values()) and tear is None:
-            raise InputError(
-                "fill_empty_blocks applies to horizons that are torn. Give tear=True as well, or "
-                "tear_horizon(..., fill_empty_blocks=...)."
-            )
         tie = tie_settings(self.tie)
         if tie is not None and self.tops is None:
             raise InputError("tie needs well tops. Give them, too: tops=geosurf.read_tops(path).")

@@ -10,11 +10,13 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
+from geosurf.arrangement import memory_limit
 from geosurf.carve.certificate import certify, crossing_pairs, same_bytes
 from geosurf.carve.check_names import named
 from geosurf.carve.check_partition import matched, numbered, partition
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.shells import unit_name
+from geosurf.errors import InputError
 from geosurf.model import Units
 from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, faulted_worlds, grid, sheet
@@ -385,3 +387,12 @@ def test_a_gap_of_one_bit_is_no_crossing_and_an_overlap_of_one_bit_is():
         tip = np.array([[1.0, 1, z], [1, 1, 3], [2, 1, 3]])
         pairs = crossing_pairs(np.concatenate([flat, tip]), np.arange(6).reshape(2, 3))
         assert len(pairs) == n
+
+
+def test_a_certificate_beyond_what_is_free_is_an_error_with_numbers(patches, units, monkeypatch):
+    monkeypatch.setattr(memory_limit, "_SMALL", 0)
+    monkeypatch.setattr(memory_limit, "free_memory", lambda: 20_000)
+    with pytest.raises(InputError, match=r"triangles needs .* GB are free\. Check"):
+        certify(patches, units)
+    monkeypatch.setattr(memory_limit, "free_memory", lambda: 10**9)
+    assert certify(patches, units).ok

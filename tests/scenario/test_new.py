@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from geosurf import cli
 from geosurf.errors import InputError, OutputError
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.new import NewScenario, new_scenario
+from geosurf.scenario.new.found import Found
+from geosurf.scenario.new.network import surface_of
 from geosurf.synthetic import FieldTruth, field_export
 
 VARIANTS = ("grids", "points", "network")
@@ -74,6 +77,7 @@ def test_the_console_names_the_line_of_an_open_question(
     (question,) = (line for line in out.splitlines() if "needs an answer" in line)
     number = int(question.split("line ")[1].split(" ")[0])
     assert "--positive down" in out
+    assert "--positive up" in out
     with pytest.raises(InputError, match="elevation"):
         build_scene(read_scenario(path))
 
@@ -204,3 +208,30 @@ def test_an_example_by_one_command(tmp_path: Path, capsys: pytest.CaptureFixture
     assert read_scenario(folder / "scenario.toml").tear is not None
     assert cli.main(["new", str(folder), "--example"]) == 2
     assert cli.main(["new", str(folder), "--example", "points", "--replace"]) == 0
+
+
+def test_a_folder_stands_for_all_files_below_it(
+    exports: dict[str, FieldTruth], tmp_path: Path
+) -> None:
+    """Exports keep horizons and faults apart; hidden files and folders are not data."""
+    truth = exports["grids"]
+    for name, path in truth.files.items():
+        folder = tmp_path / "data" / ("faults" if name in truth.faults else "horizons")
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "data" / ".old").mkdir()
+    (tmp_path / "data" / ".old" / "Copy.gri").write_bytes(truth.files["Top"].read_bytes())
+    new = new_scenario(tmp_path / "field", [tmp_path / "data"])
+    used = {one.name for one in new.found if one.kind in ("horizon", "fault")}
+    assert used == {*truth.horizons, *truth.faults}
+    assert "Copy" not in {one.path.stem for one in new.found}
+
+
+def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> None:
+    """The network is found with elevations in metres, whatever the files have."""
+    path = exports["grids"].files["F1"]
+    metres = Found(path, "fault", data=gs.read_fault(path, positive="up"), positive="down")
+    feet = replace(metres, length_unit="ft")
+    z = [surface_of(one).vertices[:, 2] for one in (metres, feet)]
+    np.testing.assert_allclose(z[1], 0.3048 * z[0], rtol=1e-12)
+    assert z[0].max() < 0.0

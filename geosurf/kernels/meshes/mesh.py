@@ -51,7 +51,7 @@ def weld(x):
 
 
 @scalar
-def _bucket(t, n_vertex):
+def half_edges_by_vertex(t, n_vertex):
     """Half-edges by their lower vertex: first place of each vertex, half-edges, upper vertices."""
     start = np.zeros(n_vertex + 2, dtype=np.int64)
     for i in range(t.shape[0]):
@@ -84,7 +84,7 @@ def edges(t, n_vertex):
     a vertex with thousands of triangles, each upper vertex stores the last half-edge that led to
     it.
     """
-    start, half, upper = _bucket(t, n_vertex)
+    start, half, upper = half_edges_by_vertex(t, n_vertex)
     ring = np.arange(3 * t.shape[0])
     last = np.empty(0, dtype=np.int64)
     count = 0

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.meshes.mesh import half_edges_by_vertex
 
 _LONG = 32  # half-edges of one lower vertex that are matched by searching
 
@@ -113,26 +114,16 @@ def count_open_edges(t, n_vertex):
 
     An edge that is run through twice more often one way than the other counts twice.
     """
-    start = np.zeros(n_vertex + 2, dtype=np.int64)
+    start, half, upper = half_edges_by_vertex(t, n_vertex)
     used = np.zeros(n_vertex, dtype=np.bool_)
     for i in range(t.shape[0]):
         for c in range(3):
-            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
-            start[min(a, b) + 2] += 1
-            used[a] = True
-    for v in range(2, n_vertex + 2):
-        start[v] += start[v - 1]
+            used[t[i, c]] = True
 
-    # Upper vertices by lower vertices, and which way each half-edge runs.
-    upper = np.empty(3 * t.shape[0], dtype=np.int64)
-    way = np.empty(3 * t.shape[0], dtype=np.int64)
-    for i in range(t.shape[0]):
-        for c in range(3):
-            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
-            v = min(a, b) + 1
-            upper[start[v]] = max(a, b)
-            way[start[v]] = 1 if a < b else -1
-            start[v] += 1
+    # 1 where a half-edge runs from its lower vertex, else -1.
+    way = np.empty(half.shape[0], dtype=np.int64)
+    for p in range(half.shape[0]):
+        way[p] = 1 if t[half[p] // 3, half[p] % 3] < upper[p] else -1
 
     # Each half-edge adds to the first one of its edge; long buckets find that by a table.
     first_of = np.empty(0, dtype=np.int64)
@@ -155,20 +146,13 @@ def count_open_edges(t, n_vertex):
                     found += 1
             if found < p:
                 way[found] += way[p]
+                way[p] = 0
             else:
                 n_edge += 1
 
-        # The first half-edge of each edge has the balance now; the others are out of use.
+        # The first half-edge of each edge has its balance now, the others have none.
         for p in range(low, high):
-            if long:
-                lead = first_of[upper[p]] == p
-            else:
-                found = low
-                while upper[found] != upper[p]:
-                    found += 1
-                lead = found == p
-            if lead:
-                n_open += abs(way[p])
+            n_open += abs(way[p])
     return n_open, n_edge, n_used
 
 

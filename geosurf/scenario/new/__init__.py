@@ -73,7 +73,7 @@ def new_scenario(
     folder : path-like
         Is created if it is missing.
     files : list of path-like
-        Files of any kind; a folder stands for the files in it.
+        Files of any kind; a folder stands for all files in it and in its folders.
     positive : {"up", "down"}, optional
         Whether z is elevation or depth in files that do not state it.
     length_unit : str, optional
@@ -136,20 +136,26 @@ def _check_words(positive: str | None, length_unit: str | None) -> None:
 
 
 def _files_of(files: list[str] | list[Path]) -> list[Path]:
-    """Paths as they were given, each once; a folder stands for its files, by name."""
+    """Paths as they were given, each once; a folder stands for all files below it, by name."""
     found: dict[Path, None] = {}
     for word in files:
         path = path_of(word, "geosurf new")
         inside = [path]
         if path.is_dir():
-            names = sorted(path.iterdir())
-            inside = [p for p in names if p.is_file() and not p.name.startswith(".")]
+            # exports keep horizons and faults in folders of their own; hidden files are not data
+            below = [(p, p.relative_to(path).parts) for p in sorted(path.rglob("*"))]
+            inside = [p for p, parts in below if p.is_file() and not _is_hidden(parts)]
             if not inside:
                 raise InputError(f"{path}: the folder has no files. Give the files of a field.")
         found |= dict.fromkeys(inside)
     if not found:
         raise InputError("no files are given. Write: geosurf new FOLDER FILES...")
     return list(found)
+
+
+def _is_hidden(parts: tuple[str, ...]) -> bool:
+    """Whether a file or a folder around it is hidden."""
+    return any(part.startswith(".") for part in parts)
 
 
 def _require_model(found: list[Found]) -> None:

@@ -64,10 +64,13 @@ class Found:
     @property
     def elevations(self) -> np.ndarray:
         """Points with elevations [m], as far as direction and unit are known."""
+        return self.points * [1.0, 1.0, self.scale]
+
+    @property
+    def scale(self) -> float:
+        """What z as it was read is multiplied by to give elevations [m]."""
         scale = 1.0 if self.states_unit else METRES_PER_UNIT[self.length_unit or "m"]
-        if not self.states_direction and self.positive == "down":
-            scale = -scale
-        return self.points * [1.0, 1.0, scale]
+        return -scale if not self.states_direction and self.positive == "down" else scale
 
     def leave_out(self, reason: str) -> None:
         """Keep the file out of the model, for a reason."""

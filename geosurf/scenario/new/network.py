@@ -43,7 +43,7 @@ def truncations_among(ready: Ready) -> list[End]:
     high = np.max([c[:, :2].max(axis=0) for c in clouds], axis=0)
     box = (low[0], high[0], low[1], high[1], bottom - 50.0, top + 50.0)
     try:
-        surfaces = {one.name: _fault(one) for one in faults}
+        surfaces = {one.name: surface_of(one) for one in faults}
         network = Scene({}, surfaces, box).propose_fault_network()
     except GeosurfError:
         return []  # the run names what is wrong with them, with a picture
@@ -75,16 +75,16 @@ def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
     return done
 
 
-def _fault(one: Found) -> Any:
+def surface_of(one: Found) -> Any:
     """A fault as a surface, with elevations."""
     surface = one.data
     if not hasattr(surface, "triangles"):
         surface = triangulate_fault(surface, name=one.name)
     surface = surface.renamed(one.name, "fault")
-    if one.states_direction or one.positive != "down":
+    if one.scale == 1.0:
         return surface
-    turned = np.asarray(surface.vertices) * [1.0, 1.0, -1.0]
-    return TriSurface(name=one.name, role="fault", vertices=turned, triangles=surface.triangles)
+    vertices = np.asarray(surface.vertices) * [1.0, 1.0, one.scale]
+    return TriSurface(name=one.name, role="fault", vertices=vertices, triangles=surface.triangles)
 
 
 def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End:
@@ -123,4 +123,4 @@ def _throw_at(
     return float(np.median(steps)) if steps else np.nan
 
 
-__all__ = ["SIDES", "End", "truncations_among"]
+__all__ = ["SIDES", "End", "surface_of", "truncations_among"]

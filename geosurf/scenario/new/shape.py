@@ -36,7 +36,7 @@ def mean_dip(vertices: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def cell_means(points: np.ndarray, frame: tuple[float, float, float, float]) -> np.ndarray:
-    """Mean z in each cell of a frame (west, south, width, height); NaN where there is no point."""
+    """Mean z in each cell of a frame (west, south, width, height); NaN in cells without points."""
     west, south, width, height = frame
     column = np.clip((points[:, 0] - west) / width * CELLS, 0, CELLS - 1).astype(np.int64)
     row = np.clip((points[:, 1] - south) / height * CELLS, 0, CELLS - 1).astype(np.int64)
