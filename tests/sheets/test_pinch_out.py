@@ -9,9 +9,11 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, ScenarioError
 from geosurf.scenario import build_scene, read_scenario
-from tests.sheets.test_missing import BOX, X, Y, wall
+from tests.sheets.test_missing import CELL, X, wall
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+Y = np.arange(-200.0, 801.0, CELL)  # nothing changes along the faults: a short field will do
+BOX = (0, 4000, 0, 600, -2000, -1400)
 DEEP = (*BOX[:4], -2100, -1400)
 
 
@@ -108,7 +110,7 @@ def test_refusal_is_the_default_and_every_refusal_names_a_remedy():
     # a fault that ends inside does not close the block off
     short = wall("F1", 2003.0)
     corners = short.vertices.copy()
-    corners[corners[:, 1] > 0, 1] = 1000.0
+    corners[corners[:, 1] > 0, 1] = 400.0  # in the middle of the field
     half = {"F1": gs.TriSurface("F1", "fault", corners, short.triangles)}
     base = gs.tear_horizon(grids["Base"], half, name="Base")
     with pytest.raises(GeometryError, match=r"no faults close the part without data off"):
@@ -154,5 +156,5 @@ def test_a_scenario_pinches_out(tmp_path):
 
 def test_a_scene_that_is_pinched_out_warns_once(recwarn):
     faults = {"F1": wall("F1", 2003.0)}
-    with pytest.warns(GeosurfWarning, match="'Mid' has no data over 4.41 km²"):
+    with pytest.warns(GeosurfWarning, match="'Mid' has no data over 2.25 km²"):
         _ = gs.Scene(world(X < 1950), faults, DEEP, tear=True, fill_empty_blocks="lower").units
