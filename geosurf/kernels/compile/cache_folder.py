@@ -18,6 +18,7 @@ def cache_root() -> Path:
     OSError
         Where a user has neither a cache nor a home.
     """
+    # What the user chose goes first, also for read-only homes and shared machines.
     chosen = os.environ.get(CHOICE)
     if chosen:
         return Path(chosen).absolute()
@@ -25,9 +26,11 @@ def cache_root() -> Path:
     if base.is_absolute():  # a relative one is to be ignored, by the rules of XDG
         return base / "geosurf"
     try:
+        # A process without an account, as in some containers, has no home.
         home = Path.home()
     except RuntimeError as error:
         raise FileNotFoundError(errno.ENOENT, str(error)) from error
+    # A relative home would spread caches over working folders.
     if not home.is_absolute():
         raise FileNotFoundError(errno.ENOENT, f"the home folder {home} is relative")
     return home / ".cache" / "geosurf"
@@ -42,4 +45,5 @@ def cache_folder(part: str = "") -> Path:
     OSError
         Where a user has neither a cache nor a home.
     """
+    # A folder that was chosen is used as it is; the default one has a part for each purpose.
     return cache_root() if os.environ.get(CHOICE) else cache_root() / part

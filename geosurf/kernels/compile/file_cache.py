@@ -30,7 +30,9 @@ from geosurf.warning import issue
 
 MARK = b"geosurf keeps 1\n"
 LARGEST = 64 * 2**20  # [bytes]; the largest kernel has one or two millions
+# Whoever can write a pickle can run code here: group and others must not.
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+# O_NOFOLLOW: a link could lead to a file of another user.
 _READ = (
     os.O_RDONLY
     | getattr(os, "O_NOFOLLOW", 0)
@@ -63,6 +65,7 @@ class Store:
 
     def __init__(self, part: str = "") -> None:
         self._no_folder = ""
+        # No problem with a folder may prevent the import of geosurf: it is reported on first use.
         try:
             self.root, self.folder = cache_root(), cache_folder(part)
         except OSError as error:
@@ -79,6 +82,7 @@ class Store:
         wrong = "its checksum is wrong"
         try:
             found = _content(name, _read(self.folder / name))
+        # Missing is the normal case of a first run, and no reason to warn.
         except (FileNotFoundError, NotADirectoryError):
             return None
         except OSError as error:
@@ -95,10 +99,12 @@ class Store:
             return False
         try:
             self._make_folder()
+            # Written aside and renamed, so that no process sees half a file.
             write_whole(self.folder / name, _sealed(name, payload), 0o600)
         except OSError as error:
             self._report_unwritable(_reason(error))
             return False
+        # Once per process: remove what interrupted writers left behind.
         if not self._cleaned:
             self._cleaned = True
             remove_abandoned(self.folder)
@@ -121,6 +127,7 @@ class Store:
     def _make_folder(self) -> None:
         if self._no_folder:
             raise FileNotFoundError(errno.ENOENT, self._no_folder)
+        # Folders from the outermost missing one inwards, each closed to other users.
         missing = [self.folder]
         while not missing[-1].exists():
             missing.append(missing[-1].parent)
@@ -134,7 +141,9 @@ class Store:
         """Return why files in this folder are not used; empty if only this user can write them."""
         if not hasattr(os, "getuid"):
             return ""  # Windows protects user profiles by access lists
+        # Whoever can write the folder above could exchange this one.
         for folder in {self.folder, self.root}:
+            # A folder that is not there yet is made by this user.
             with suppress(OSError):
                 found = folder.stat()
                 if not stat.S_ISDIR(found.st_mode):
@@ -176,6 +185,7 @@ class Store:
 
 def _report(folder: Path, effect: str, remedy: str) -> None:
     """Issue one warning for all problems of a process."""
+    # One problem shows at every kernel; the first warning names the remedy for all.
     if not _reported:
         _reported.append(GeosurfWarning("kernel cache", str(folder), effect, remedy))
         issue(_reported[0])
@@ -185,11 +195,13 @@ def _report(folder: Path, effect: str, remedy: str) -> None:
 
 
 def _sealed(name: str, payload: bytes) -> bytes:
+    # The name is part of the checksum: a file that is renamed serves no other kernel.
     return MARK + _digest(name, payload) + b"\n" + payload
 
 
 def _content(name: str, data: bytes) -> bytes | None:
     """The payload of a file; None if it is not what was saved under this name."""
+    # 64 hexadecimal digits and a line break follow the mark.
     start = len(MARK) + 65
     payload = data[start:]
     return payload if data[:start] == MARK + _digest(name, payload) + b"\n" else None
@@ -211,6 +223,8 @@ def _is_folder(path: Path) -> bool:
 def _read(path: Path) -> bytes:
     """The bytes of a regular file of this user; OSError for anything else."""
     handle = os.open(path, _READ)
+    # Everything is asked of the open file: between a test of its name and reading, the file behind
+    # the name could change.
     with os.fdopen(handle, "rb") as file:
         found = os.fstat(handle)
         if not stat.S_ISREG(found.st_mode):
@@ -220,11 +234,13 @@ def _read(path: Path) -> bytes:
             raise PermissionError(errno.EPERM, f"it {why}")
         if found.st_size > LARGEST:
             raise OSError(errno.EFBIG, f"it has more than {LARGEST >> 20} MB")
+        # Never more than was allowed, even if the file is growing.
         return file.read(LARGEST)
 
 
 def _not_ours(found: os.stat_result) -> str:
     """Why other users could have written something; root always could."""
+    # Files of root are accepted: root could do anything in any case.
     if found.st_uid not in (os.geteuid(), 0):
         return f"belongs to another user ({found.st_uid})"
     if found.st_mode & _OTHERS_WRITE:

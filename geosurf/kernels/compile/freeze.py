@@ -57,19 +57,25 @@ def freeze(out: Path, package: str = "geosurf.kernels") -> dict[str, Any]:
     InputError
         If a kernel cannot be frozen.
     """
+    # First what may be missing: compiling takes minutes.
     compiler = find_compiler()
     folder = Path(str(import_module(package).__file__)).parent
+
+    # The stamp of the sources before they are compiled: a change meanwhile makes the library unfit,
+    # not wrong.
     stamp = stamp_of(folder)
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         objects, names = _objects(package, Path(scratch))
         _link(compiler, objects, out / LIBRARY)
+    # A wheel must not tell where it was built, and builds should be equal to the byte.
     _look_for_paths(
         out / LIBRARY, [folder.parents[1], Path(sys.prefix), Path(tempfile.gettempdir())]
     )
     import llvmlite
     import numba
 
+    # What has to agree before `frozen_runner` loads the library, and which arguments are written.
     manifest = {
         "stamp": stamp,
         "sha256": hashlib.sha256((out / LIBRARY).read_bytes()).hexdigest(),
@@ -89,6 +95,7 @@ def find_compiler() -> list[str]:
         raise DependencyError(f"Kernels can be frozen on {known}, not on {platform_name()}.")
     if find_spec("numba") is None:
         raise DependencyError("Kernels cannot be frozen, since numba is not installed.")
+    # CC may hold options too, as in `CC="gcc -m64"`.
     for command in filter(None, [os.environ.get("CC"), "cc", "gcc", "clang"]):
         words = shlex.split(command)
         if shutil.which(words[0]):
@@ -103,8 +110,11 @@ def _objects(package: str, scratch: Path) -> tuple[list[Path], list[str]]:
     """Object files, one for each level, and the names of the kernels in each."""
     module = scratch / "kernels.bc"
     levels = LEVELS[platform_name()]
+    # Lowering is the same for all levels and is done once, at the lowest.
     (names,) = _run([_start(min(levels), "--package", package, "--module", str(module))])
     targets = {level: scratch / f"{level}.o" for level in levels}
+
+    # Optimising differs by level: one process for each, at the same time.
     _run(
         _start(level, "--module", str(module), "--level", level, "--out", str(target))
         for level, target in targets.items()
@@ -114,6 +124,7 @@ def _objects(package: str, scratch: Path) -> tuple[list[Path], list[str]]:
 
 def _start(level: str, *words: str) -> subprocess.Popen[str]:
     """Start a step for a level; numba reads the CPU from its environment."""
+    # numba reads the CPU from these variables when it is imported, hence a process each.
     environment = {
         **os.environ,
         "GEOSURF_JIT": "1",
@@ -134,6 +145,7 @@ def _run(processes: Iterable[subprocess.Popen[str]]) -> list[str]:
     """Run some steps at the same time; their output."""
     running = list(processes)
     try:
+        # Read to the end before any return code: a full pipe would stop a process.
         outputs = [process.communicate() for process in running]
     finally:
         for process in running:
@@ -149,6 +161,8 @@ def _run(processes: Iterable[subprocess.Popen[str]]) -> list[str]:
 
 def _link(compiler: list[str], objects: Sequence[Path], library: Path) -> None:
     """Make one library; whatever it would lack when loaded is an error here."""
+    # No contraction of a * b + c into one rounding: results have the bits of `numba_runner`. A
+    # symbol that is missing is an error of the linker (-z defs), not of a user.
     command = [
         *compiler,
         *("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off"),
@@ -164,6 +178,7 @@ def _look_for_paths(library: Path, folders: Sequence[Path]) -> None:
     """Refuse a library that contains folders of the machine."""
     held = library.read_bytes()
     for folder in folders:
+        # The root folder is part of every path.
         if len(folder.parts) > 1 and str(folder).encode() in held:
             raise InputError(
                 f"{library} contains the path {folder}; it must not contain paths of this machine."
@@ -176,6 +191,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder")
     parser.add_argument("--package", default="geosurf.kernels")
     options = parser.parse_args(argv)
+    # The build of a wheel goes on without a library where this is returned.
     try:
         manifest = freeze(options.out, options.package)
     except DependencyError as error:

@@ -57,13 +57,16 @@ def stamp_of(folder: Path) -> str:
     -------
     str
     """
+    # Files are told apart by name and size, so that moving text between files changes the stamp.
     digest = hashlib.sha256()
     machinery = folder / MACHINERY
+    # The machinery decides the machine code and how it is called, so it counts.
     machine_files = [
         *folder.glob("**/__init__.py"),
         *machinery.glob("*.py"),
         *machinery.glob("*.c"),
     ]
+    # In order of names: no file system lists them in another order.
     for path in sorted({*kernel_files(folder), *machine_files}):
         digest.update(f"{path.name}\0{path.stat().st_size}\0".encode())
         digest.update(path.read_bytes())
@@ -91,6 +94,7 @@ class Library:
     """
 
     def __init__(self, folder: Path, stamp: str) -> None:
+        # From cheap to costly, and each reason in words: `geosurf doctor` shows it.
         try:
             self.manifest: dict[str, Any] = json.loads((folder / MANIFEST).read_bytes())
         except FileNotFoundError:
@@ -109,6 +113,7 @@ class Library:
             self._library = ctypes.CDLL(str(folder / LIBRARY))
         except OSError as error:
             raise Unfit(f"the frozen library cannot be loaded ({error})") from error
+        # The library asks the CPU itself, since Python has no portable way to.
         self.level = self._best_level()
         self._release = self._library.geosurf_release
         self._release.argtypes, self._release.restype = [ctypes.c_void_p], None
@@ -116,6 +121,7 @@ class Library:
     def _best_level(self) -> str:
         here = self._library.geosurf_level()
         known = LEVELS[self.manifest["platform"]]
+        # Levels are listed with the most demanding one last.
         fit = [level for level in self.manifest["levels"] if known[level] <= here]
         if not fit:
             raise Unfit(f"the frozen library needs a CPU of level {self.manifest['levels'][0]}")
@@ -124,6 +130,7 @@ class Library:
     def function(self, name: str) -> Any:
         """Return the C function of a kernel."""
         try:
+            # One symbol for each level and kernel.
             return self._library[symbol(self.level, name)]
         except AttributeError:
             raise InvariantError(
@@ -156,6 +163,7 @@ class FrozenRunner:
 
     def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
         """Return the places of the arguments that an entry writes."""
+        # Known since the library was made: sources are not read again.
         return tuple(self._library.manifest["written"][name])
 
     def describe(self) -> str:
@@ -179,10 +187,12 @@ class FrozenKernel:
         self._library = library
         self._letters = signature.arguments
         self._results = signature.results
+        # Hundreds of kernels are imported, a few dozen are called.
         self._function: Any = None  # looked up when first called
         self._frame: Any = None
 
     def _bind(self) -> Any:
+        # Built once per kernel: result structure and C types of all arguments.
         function = self._library.function(self._name)
         words: list[Any] = [ctypes.c_void_p, ctypes.c_void_p]
         for letters in self._letters:
@@ -195,6 +205,8 @@ class FrozenKernel:
 
     def __call__(self, *arguments: Any) -> Any:
         words: list[Any] = []
+        # An array goes as owner, parent, size, item size, address, shape, strides. No owner: Python
+        # keeps the memory alive during the call.
         for value in arguments:
             if isinstance(value, np.ndarray):
                 address = value.__array_interface__["data"][0]
@@ -203,16 +215,19 @@ class FrozenKernel:
                 words += value.strides
             else:
                 words.append(value)
+        # A kernel is bound at its first call.
         function = self._function or self._bind()
         frame = self._frame()
         failure = ctypes.c_void_p()
         status = function(ctypes.byref(frame), ctypes.byref(failure), *words)
+        # Exceptions of a kernel are constants of the library, pickled when it was made.
         if status > 0:
             raise _exception(failure, self._name)
         if status not in (_DONE, _NOTHING):
             raise InvariantError(
                 f"kernel {self._name} ended with status {status}; please report it."
             )
+        # Arrays come back as words, numbers as they are.
         found = [
             self._array(getattr(frame, f"r{i}"), letters, arguments)
             if len(letters) > 1
@@ -227,6 +242,7 @@ class FrozenKernel:
         _, _, address = words[2:5]
         shape, strides = tuple(words[5 : 5 + n_dim]), tuple(words[5 + n_dim :])
         dtype = DTYPES[letters[0]]
+        # An owner: the kernel has allocated this memory, and numpy has to give it back.
         if words[0]:
             fields = {
                 "version": 3,
@@ -237,6 +253,7 @@ class FrozenKernel:
                 "owner": words[0],
             }
             return np.asarray(self._library.adopt(fields))
+        # No owner: the result is a part of an argument, found by its address.
         for array in arguments:
             if isinstance(array, np.ndarray):
                 start = array.__array_interface__["data"][0]
@@ -249,6 +266,7 @@ class _Owner:
     """Memory that a kernel has allocated, given back when the last array on it is gone."""
 
     def __init__(self, fields: Mapping[str, Any], release: Callable[[int], None]) -> None:
+        # numpy reads the interface and keeps this object alive with the array.
         self.__array_interface__ = dict(fields)
         self._block = self.__array_interface__.pop("owner")
         self._release = release
@@ -272,6 +290,7 @@ class _Exception(ctypes.Structure):
 def _exception(failure: ctypes.c_void_p, name: str) -> BaseException:
     """The exception that a kernel has raised; its text is part of the library."""
     info = _Exception.from_address(failure.value or 0)
+    # The pickle is part of a library whose checksum was verified.
     kind, arguments, place = pickle.loads(ctypes.string_at(info.pickled, info.size))
     error: BaseException = kind(*(arguments or ()))
     where = f" ({place[1]}, line {place[2]})" if place else ""

@@ -20,7 +20,9 @@ _LIMIT = 2**63
 
 
 def _whole(value: Any) -> int:
+    # Refuses floats, which would lose their fractions silently.
     number = operator.index(value)
+    # ctypes would cut the upper bits off.
     if not -_LIMIT <= number < _LIMIT:
         raise OverflowError(f"{number} does not fit into 64 bits")
     return number
@@ -49,6 +51,7 @@ class Signature:
         """Read ``"d2 l -> l1 l"``; nothing or a dot stands for no result."""
         left, arrow, right = text.partition("->")
         arguments, results = tuple(left.split()), tuple(right.split())
+        # A dot states that there are no results; forgetting the arrow is an error.
         if results == (".",):
             results = ()
         fit = arrow and all(re.fullmatch("[dlb][1-9]?", letters) for letters in arguments)
@@ -84,7 +87,10 @@ class Gate:
         self, kernel: str, signature: Signature, written: Callable[[], Iterable[int]]
     ) -> None:
         self._kernel = kernel
+
+        # Analysing the source takes half a second, so it is asked once and only if needed.
         self._written = cache(written)
+        # Parsed once per kernel: calls only compare.
         self._kinds = [
             (None, 0, NUMBERS[letters])
             if len(letters) == 1
@@ -102,6 +108,7 @@ class Gate:
             value = passed[place]
             if number is not None:
                 passed[place] = number(value)
+            # Four quick tests; nearly every array passes them and goes on as it is.
             elif not (
                 type(value) is np.ndarray
                 and value.dtype == dtype
@@ -118,11 +125,13 @@ class Gate:
             raise TypeError(
                 f"{self._kernel}: argument {place} has {array.ndim} dimensions, expected {n_dim}"
             )
+        # A copy of an argument that is written would be written in vain.
         if place in self._written():
             self._as_it_is(place, value, array, dtype)
             return array
         if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
             return array  # read-only, and only read
+        # An empty array has whatever type numpy gave it, and no value to lose.
         if array.size and not np.can_cast(array.dtype, dtype, "same_kind"):
             raise TypeError(f"{self._kernel}: argument {place} is {array.dtype}, expected {dtype}")
         return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])

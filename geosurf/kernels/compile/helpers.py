@@ -35,6 +35,8 @@ from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typed_passes import NativeLowering
 from numba.np import arrayobj
 
+# nogil: stages call kernels from threads. The error model of numpy: a division by zero gives
+# infinity instead of an exception and a branch.
 _OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy"}
 # what makes arrays or lists inside a kernel; a maker that is missing here does not compile
 _MAKERS = frozenset(
@@ -49,6 +51,7 @@ class HelperLibrary(JITCodeLibrary):
     def finalize(self) -> None:
         """Leave it as it is, ready to be merged into any number of entries."""
         self._raise_if_finalized()
+        # Several entries may be linked into one process: equal helpers count as one definition.
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"
@@ -61,6 +64,7 @@ class EntryLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link everything below, each library once, then optimise."""
+        # Helpers of helpers too, each once; numba would link finished copies.
         self._linking_libraries = below(self)
         super().finalize()
 
@@ -70,12 +74,14 @@ class EntryLibrary(JITCodeLibrary):
         So it may drop the parts of an array that a helper never looks at: an array goes by value,
         in seven words or nine, and exact cutting hands on ten. A third of its time is gone.
         """
+        # Only helpers: numba's own runtime keeps its linkage.
         helpers = {
             function.name
             for library in self._linking_libraries
             if isinstance(library, HelperLibrary)
             for function in library._final_module.functions
         }
+        # Internal functions have no other callers, so LLVM may drop and reorder their arguments.
         for function in self._final_module.functions:
             if function.name in helpers and not function.is_declaration:
                 function.linkage = llvm.Linkage.internal
@@ -98,11 +104,14 @@ def below(*libraries: CPUCodeLibrary) -> list[CPUCodeLibrary]:
     """
     helpers: dict[CPUCodeLibrary, None] = {}
     finished: dict[CPUCodeLibrary, None] = {}
+
+    # Reversed, since the list is worked off from its end.
     waiting = [part for library in reversed(libraries) for part in library._linking_libraries[::-1]]
     while waiting:
         found = waiting.pop()
         if not isinstance(found, HelperLibrary):
             finished[found] = None
+        # A helper that is reached again is in the list already.
         elif found not in helpers:
             helpers[found] = None
             waiting += found._linking_libraries[::-1]
@@ -116,9 +125,11 @@ def makes_arrays(function: Callable[..., Any]) -> bool:
     caller: counting there, atomic and once per argument and call, took half of the time of
     exact cutting, where helpers have ten arrays and a few nanoseconds of work.
     """
+    # Names that the code refers to: an upper bound of what it calls.
     names = function.__code__.co_names
     if not _MAKERS.isdisjoint(names):
         return True
+    # The helpers it calls are defined before it, so they know the answer.
     called = (function.__globals__.get(name) for name in names)
     return any(getattr(helper, "counts", False) for helper in called)
 
@@ -135,6 +146,7 @@ class Helper(CPUDispatcher):
 
     def __init__(self, function: Callable[..., Any], counts: bool | None = None) -> None:
         self.counts = makes_arrays(function) if counts is None else counts
+        # Without wrappers for Python and C, which nothing calls.
         options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": self.counts}
         super().__init__(function, {}, _OPTIONS | options, _HelperCompiler)
 
@@ -167,6 +179,7 @@ def names_of_its_own() -> None:
     call each other's parts: a kernel that sorted in place was linked to the `argsort` of
     another, which crashed. So each kernel counts from a place that is its own.
     """
+    # 56 random bits: two processes do not meet.
     FunctionIdentity._unique_ids = itertools.count(int.from_bytes(os.urandom(7), "big"))
 
 
@@ -186,9 +199,11 @@ def _indices_as_they_are(module: str) -> Iterator[None]:
     module : str
         Of the function that is lowered.
     """
+    # numba has no option for this, so its function is exchanged while one of ours is lowered.
     from_end = arrayobj.fix_integer_index
 
     def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
+        # Unsigned indices, and functions of other modules, go numba's way.
         if builder.module.name != module or not kind.signed:
             return from_end(context, builder, kind, value, size)
         return context.cast(builder, value, kind, types.intp)
@@ -208,11 +223,14 @@ class _HelperLowering(NativeLowering):
 
     def run_pass(self, state: Any) -> bool:
         """Lower without machine code."""
+        # Machine code is made for entries only.
         state.flags.no_compile = True
         state.library = _library(state, HelperLibrary)
         with _indices_as_they_are(state.func_id.unique_name):
             super().run_pass(state)
         lowered = state["cr"]
+
+        # numba identifies code by an object with this attribute; no code stands behind it.
         state["cr"] = lowered._replace(cfunc=_Handle())
         state.library.finalize()
         state.targetctx.insert_user_function(state["cr"].cfunc, lowered.fndesc, [state.library])
@@ -228,6 +246,7 @@ class _EntryLowering(NativeLowering):
     def run_pass(self, state: Any) -> bool:
         """Lower, link, optimise and compile."""
         state.library = _library(state, EntryLibrary)
+        # What is compiled can be pickled, for the cache.
         state.library.enable_object_caching()
         with _indices_as_they_are(state.func_id.unique_name):
             return super().run_pass(state)
@@ -243,6 +262,7 @@ def _with(lowering: type[NativeLowering]) -> type[CompilerBase]:
     class Lowering(Compiler):
         def define_pipelines(self) -> list[Any]:
             passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+            # All passes of numba stay as they are, except the one that lowers.
             places = [i for i, (kind, _) in enumerate(passes.passes) if kind is NativeLowering]
             passes.passes[places[0]] = (lowering, "lowering")
             passes._finalized = False

@@ -75,6 +75,8 @@ def choose() -> Runner:
         If GEOSURF_FROZEN names a folder whose library cannot be used.
     """
     if _asked("NUMBA_DISABLE_JIT"):
+        # Runners are imported where they are chosen: a frozen installation has no numba, and
+        # importing numba takes a second.
         from geosurf.kernels.compile.plain_runner import PlainRunner
 
         return PlainRunner("NUMBA_DISABLE_JIT is set")
@@ -84,14 +86,17 @@ def choose() -> Runner:
 
         folder = os.environ.get("GEOSURF_FROZEN")
         try:
+            # A library that fits is taken even where numba is installed: it starts at once.
             return FrozenRunner(Library(Path(folder or ROOT / "frozen"), stamp_of(ROOT)))
         except Unfit as unfit:
             reason = str(unfit)
+            # A library that was asked for by name must not be replaced silently.
             if folder:
                 raise DependencyError(
                     f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze "
                     "the kernels again."
                 ) from unfit
+    # No library fits: compile here.
     from geosurf.kernels.compile.numba_runner import JitRunner
 
     return JitRunner(reason)
@@ -115,6 +120,8 @@ def entry(signature: str) -> Callable[[Callable[..., Any]], Entry]:
 
     def wrap(function: Callable[..., Any]) -> Entry:
         kernel = Entry(function, Signature.parse(signature), RUNNER)
+
+        # All kernels by name, for `warmup` and `freeze`.
         ENTRIES[kernel.name] = kernel
         return kernel
 
@@ -135,9 +142,12 @@ class Entry:
     def __init__(self, function: Callable[..., Any], signature: Signature, runner: Runner) -> None:
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
+        # File and function: file names are unique among the kernels.
         self.name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
         self.python = function
         self.signature = signature
+
+        # Which arguments are written is asked only when an array does not fit as it is.
         self._gate = Gate(function.__name__, signature, lambda: runner.written(self.name, function))
         self._run = runner.caller(self.name, function, signature)
 
@@ -150,4 +160,5 @@ class Entry:
         return loaded
 
     def __call__(self, *arguments: Any) -> Any:
+        # The gate is the only check: machine code behind it checks nothing.
         return self._run(*self._gate(arguments))

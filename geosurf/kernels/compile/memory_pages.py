@@ -15,4 +15,5 @@ LARGEST = 32 * 2**20 - 2**16  # [bytes]; the C library learns nothing from more
 
 def retain_pages() -> None:
     """Free a large block that was never touched. No memory is used, and nothing is set."""
+    # Freed at once: the C library has then seen a block of this size, and keeps pages.
     np.empty(LARGEST, dtype=np.uint8)

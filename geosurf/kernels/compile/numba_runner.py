@@ -59,6 +59,7 @@ def types_of(letters: tuple[str, ...]) -> tuple[Any, ...]:
 
 def check_results(name: str, found: Any, signature: Signature) -> None:
     """Refuse a kernel that returns something else than its signature says."""
+    # One result is a type, several are a tuple of types, and none is the type `none`.
     parts = tuple(found.types) if isinstance(found, numba.types.BaseTuple) else (found,)
     if found == numba.types.none:
         parts = ()
@@ -84,8 +85,10 @@ def kernel_folder() -> Path:
 @cache
 def closure(path: Path) -> frozenset[Path]:
     """Kernel files that a kernel file needs, itself and the choices for numba included."""
+    # The options of numba in `helpers` are a part of each kernel.
     found = {path, _HELPERS}
     text = path.read_text(encoding="utf-8")
+    # Read from the text, so that nothing is imported; import statements of kernels have this form.
     for other in re.findall(r"^from (geosurf\.kernels\.[\w.]+) import", text, flags=re.MULTILINE):
         if other.split(".")[2] != MACHINERY and file_of(other) != path:
             found |= closure(file_of(other))
@@ -96,6 +99,7 @@ def closure(path: Path) -> frozenset[Path]:
 def _stamp(path: Path) -> str:
     """Hash over a kernel file and everything that it imports."""
     digest = hashlib.sha256()
+    # In order, so that the hash is the same in every process.
     for part in sorted(closure(path)):
         digest.update(part.read_bytes())
     return digest.hexdigest()
@@ -104,8 +108,10 @@ def _stamp(path: Path) -> str:
 @cache
 def _made_with() -> str:
     """What else decides the machine code of a kernel, or how it is pickled."""
+    # The layout of arrays may change with minor versions of numpy.
     numpy = ".".join(np.__version__.split(".")[:2])
     python = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
+    # Variables of the environment that change machine code belong to the name as well.
     choices = [f"{name}={getattr(numba.config, name, None)}" for name in _CHOICES]
     return " ".join([python, numpy, numba.__version__, llvmlite.__version__, *choices])
 
@@ -144,6 +150,7 @@ class KernelCache(_Cache):
         """Name of the file for some types of arguments on this machine."""
         code = self._function.__code__
         file = Path(code.co_filename)
+        # The line of the function is a part of its debug information.
         what = [_made_with(), _stamp(file), str(code.co_firstlineno), str(types)]
         what += map(str, codegen.magic_tuple())
         digest = hashlib.sha256("\0".join(what).encode()).hexdigest()
@@ -154,18 +161,21 @@ class KernelCache(_Cache):
         target_context.refresh()
         if self._enabled:
             name = self.name(sig, target_context.codegen())
+            # Verified by its checksum before anything is unpickled.
             cached = self._store.load(name)
             if cached is not None:
                 try:
                     return CompileResult._rebuild(target_context, *pickle.loads(cached))
                 except _UNFIT as error:
                     self._store.report_damage(name, f"{type(error).__name__}: {error}")
+        # A miss: numba compiles next.
         _announce(self._function.__name__)
         names_of_its_own()
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save a kernel, if it can be saved."""
+        # Code with pointers of this process, or with loops that run as Python, fits no other one.
         fit = not data.library.has_dynamic_globals and all(part.can_cache for part in data.lifted)
         if self._enabled and fit:
             self._store.save(self.name(sig, data.codegen), dumps(data._reduce()))
@@ -173,6 +183,7 @@ class KernelCache(_Cache):
 
 def _announce(kernel: str) -> None:
     """Announce once that kernels are being compiled, since it takes a while."""
+    # Only where a person watches; log files stay clean.
     if not _announced and sys.stderr is not None:
         if sys.stderr.isatty() or "ipykernel" in sys.modules:
             sys.stderr.write("geosurf: compiling kernels, a minute or more, once per version\n")
@@ -200,6 +211,7 @@ class JitRunner:
     compiles = True
 
     def __init__(self, reason: str) -> None:
+        # Its decorators would then return plain functions without types.
         if numba.config.DISABLE_JIT:
             raise DependencyError(
                 "A configuration file of numba disables compilation. Remove that setting, or set "
@@ -243,6 +255,7 @@ class JitKernel:
     def __init__(self, function: Callable[..., Any], signature: Signature, store: Store) -> None:
         self._signature = signature
         self._compiled = entry_dispatcher(function)
+        # Our cache in place of numba's, which checks less.
         self._compiled._cache = KernelCache(function, store)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -280,6 +293,7 @@ def _writeable(value: Any) -> Any:
     """The same memory as an array that a kernel takes; most read-only arrays are all of another."""
     if type(value) is not np.ndarray or value.flags.writeable:
         return value
+    # Mostly a view that was made read-only: its owner has the same memory and may be passed.
     owner = value.base
     if type(owner) is np.ndarray and owner.flags.carray and _is_all_of(value, owner):
         return owner if owner.shape == value.shape else owner.reshape(value.shape)

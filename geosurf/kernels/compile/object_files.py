@@ -83,18 +83,22 @@ def lower(package: str) -> tuple[bytes, list[str]]:
 
     from geosurf.kernels.compile.helpers import below
 
+    # Before anything is lowered: both change what is written into code.
     _forget_folders()
     _forget_shapes()
     entries = _entries(package)
     if not entries:
         raise InputError(f"{package} has no entries, so that there is nothing to freeze.")
+    # In order of names, so that equal sources make equal libraries.
     made = {name: _lower(name, kernel) for name, kernel in sorted(entries.items())}
     libraries = [library for library, _ in made.values()]
     for library, name in made.values():
         library._final_module.get_function(name).linkage = "external"  # or nobody asks for it
     module = llvm.parse_assembly("")
+    # Callers first: the linker takes from each library what was asked for so far.
     for part in [*libraries, *below(*libraries)]:
         module.link_in(part._get_module_for_linking(), preserve=True)
+    # A mark instead of numba's names, which differ from run to run.
     for name, (_, llvm_name) in made.items():
         module.get_function(llvm_name).name = _MARK + name
     return module.as_bitcode(), sorted(entries)
@@ -104,6 +108,7 @@ def _entries(package: str) -> dict[str, Entry]:
     from geosurf.kernels.compile.jit import ENTRIES
 
     folder = Path(str(import_module(package).__file__)).parent
+    # Importing a kernel file registers its entries.
     for path in kernel_files(folder):
         import_module(".".join([package, *path.relative_to(folder).with_suffix("").parts]))
     return {n: e for n, e in ENTRIES.items() if e.python.__module__.startswith(f"{package}.")}
@@ -114,6 +119,7 @@ def _lower(name: str, kernel: Entry) -> tuple[Any, str]:
     from geosurf.kernels.compile.helpers import Helper
     from geosurf.kernels.compile.numba_runner import check_results, types_of
 
+    # As a helper an entry has no wrappers; it counts references, since it may return arrays.
     helper = Helper(kernel.python, counts=True)
     types = types_of(kernel.signature.arguments)
     helper.compile(types)
@@ -143,6 +149,7 @@ def _forget_shapes() -> None:
     """
     from numba.np import arrayobj
 
+    # The function object is referenced already, so its code is exchanged.
     named = arrayobj.ol_raise_with_shape_context_cpu
     named.__code__ = arrayobj.ol_raise_with_shape_context_generic.__code__
 
@@ -171,6 +178,7 @@ def emit(bitcode: bytes, level: str) -> bytes:
     """
     import llvmlite.binding as llvm
 
+    # Once per process; numba initialises only the CPU of this machine.
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     module = llvm.parse_bitcode(bitcode)
@@ -179,10 +187,12 @@ def emit(bitcode: bytes, level: str) -> bytes:
         cpu=level, features="", opt=3, reloc="pic", codemodel="default"
     )
     module = _optimised(module, marked, machine)
+    # All together are quick to test. Only if something is wrong: kernel by kernel, to name it.
     if foreign(module):
         for name in marked:  # which one was it?
             alone = _optimised(llvm.parse_bitcode(bitcode), [name], machine)
             refuse_foreign(name.removeprefix(_MARK), alone)
+    # Each level has its own names, as all levels share one library.
     for name in marked:
         module.get_function(name).name = symbol(level, name.removeprefix(_MARK))
     return bytes(machine.emit_object(module))
@@ -192,6 +202,8 @@ def _optimised(module: Any, names: Iterable[str], machine: Any) -> Any:
     """The same functions after numba's passes, and only what they need."""
     from geosurf.kernels.compile.helpers import optimise
 
+    # Before, so that the passes see what is internal; afterwards, to drop what was inlined
+    # everywhere.
     _keep(module, set(names), machine)
     module = optimise(module)
     _keep(module, set(names), machine)
@@ -208,6 +220,7 @@ def _keep(module: Any, names: set[str], machine: Any) -> None:
     for variable in module.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"
+    # Removes functions and constants that nothing refers to any more.
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
@@ -216,6 +229,7 @@ def _keep(module: Any, names: set[str], machine: Any) -> None:
 
 def foreign(module: Any) -> set[str]:
     """Names that a module calls and the library will not have."""
+    # A declaration without a body is something that the library has to find elsewhere.
     called = {f.name for f in module.functions if f.is_declaration}
     return {name for name in called if not name.startswith("llvm.")} - _BROUGHT
 

@@ -45,9 +45,11 @@ class PlainRunner:
         """Return the kernel, with arrays that are only read protected."""
 
         def run(*arguments: Any) -> Any:
+            # Places are asked at each call: cheap after the first, and only in this slow mode.
             written = self.written(name, function)
             return function(
                 *(
+                    # Writing an argument that the analysis calls read-only raises in numpy.
                     _protected(value) if place not in written else value
                     for place, value in enumerate(arguments)
                 )
@@ -70,6 +72,7 @@ class PlainRunner:
 
 def _protected(value: Any) -> Any:
     if isinstance(value, np.ndarray):
+        # A view, so that the caller's array stays writeable.
         value = value.view()
         value.flags.writeable = False
     return value

@@ -25,6 +25,7 @@ def kernel_files(folder: Path) -> list[Path]:
     >>> [path.name for path in kernel_files(ROOT) if path.parent.name == "search"][:2]
     ['large_triangles.py', 'rays.py']
     """
+    # A flat folder, as in tests, or rooms.
     found = [*folder.glob("*.py"), *folder.glob("*/*.py")]
     return sorted(
         path
@@ -36,6 +37,7 @@ def kernel_files(folder: Path) -> list[Path]:
 def folder_of(file: Path) -> Path:
     """Return the folder that the kernels of a file belong to: that above its room."""
     parent = file.parent
+    # Outside of geosurf, as in tests, kernels lie in one folder.
     return ROOT if ROOT in parent.parents else parent
 
 

@@ -54,6 +54,7 @@ def warm(progress: Progress | None = None) -> str:
         raise OutputError(f"Compiled kernels could not be reused. {obstacle}")
     start = time.perf_counter()
     files = {module_of(path): path for path in kernel_files(ROOT)}
+    # Files with the largest imports take longest and go first: both processes end together.
     weight = {name: -sum(p.stat().st_size for p in closure(files[name])) for name in files}
     found = _compile_all(sorted(weight, key=weight.__getitem__), progress)
     n_loaded = sum(found.values())
@@ -65,11 +66,13 @@ def warm(progress: Progress | None = None) -> str:
 def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
     """Whether each kernel was there already; files are shared out among processes."""
     found: dict[str, bool] = {}
+    # Workers of somebody else, a notebook for example, are left alone.
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")  # a fork would take over threads and their locks
     with ProcessPoolExecutor(N_PROCESS, spawn, _begin_worker) as pool:
         jobs = [pool.submit(_compile_file, name) for name in names]
         try:
+            # As they end: an error shows at once.
             for n_done, job in enumerate(as_completed(jobs), start=1):
                 found |= job.result()
                 if progress is not None:
@@ -84,6 +87,7 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
 
 def _begin_worker() -> None:
     """Let a worker end with its parent, whatever ends that one: nobody else would end it."""
+    # Ctrl-C reaches the whole group: workers end without a traceback each.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -101,6 +105,7 @@ def _compile_file(name: str) -> dict[str, bool]:
     module = import_module(name).__name__
     return {
         kernel.name: kernel.compile()
+        # Importing a file imports others; only its own entries are compiled in this job.
         for kernel in jit.ENTRIES.values()
         if kernel.python.__module__ == module
     }

@@ -36,6 +36,7 @@ def cached_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
     store, name = Store(), _name_for(folder)
     cached = store.load(name)
     if cached is not None:
+        # JSON has lists only.
         return {key: tuple(places) for key, places in json.loads(cached).items()}
     found = written_arguments(folder)
     store.save(name, json.dumps(found).encode())
@@ -46,6 +47,7 @@ def _name_for(folder: str) -> str:
     """Name of the file for what a folder holds."""
     digest = hashlib.sha256()
     for path in kernel_files(Path(folder)):
+        # Names and lengths keep the contents of neighbouring files apart.
         data = path.read_bytes()
         digest.update(f"{path.name} {len(data)}\n".encode() + data)
     return f"geosurf-writes-{digest.hexdigest()[:40]}.json"
@@ -70,6 +72,7 @@ def written_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
     >>> found["predicates.orient3d_rows"]  # m counts, w is the workspace, out the result
     (2, 3, 4)
     """
+    # First every function of every file, then who calls whom.
     functions: dict[Name, _Function] = {}
     bundles: dict[str, list[str]] = {}
     for path in kernel_files(Path(folder)):
@@ -91,6 +94,7 @@ def written_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
 
 def _fields(node: ast.ClassDef) -> list[str]:
     """Names of the fields of a named tuple, in order; none for other classes."""
+    # Only named tuples bundle arrays in kernels.
     if not any(isinstance(base, ast.Name) and base.id == "NamedTuple" for base in node.bases):
         return []
     return [
@@ -105,6 +109,7 @@ def _names(file: str, tree: ast.Module) -> Iterator[tuple[str, Name]]:
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
             yield node.name, (file, node.name)
+        # Kernels import functions by name; the last part of a module is its file.
         elif isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 yield alias.asname or alias.name, (node.module.rpartition(".")[2], alias.name)
@@ -124,7 +129,9 @@ class _Function:
 
     def __post_init__(self) -> None:
         self.parameters = [a.arg for a in (*self.node.args.posonlyargs, *self.node.args.args)]
+        # At first each parameter is known by its own name only.
         self.memory = {name: {(place, "")} for place, name in enumerate(self.parameters)}
+        # The order of statements is ignored: repeating until nothing is new makes up for it.
         self._steps = [node for node in ast.walk(self.node) if isinstance(node, _STEPS)]
 
     def learn(self, functions: Mapping[Name, _Function]) -> bool:
@@ -142,6 +149,7 @@ class _Function:
                 self.returns |= self._behind(node.value, functions)
             elif isinstance(node, ast.Call):
                 self._call(node, functions)
+        # Sets only grow, so equal sizes mean that nothing was learned.
         return self._size() != before
 
     def _size(self) -> tuple[int, int, int]:
@@ -151,6 +159,7 @@ class _Function:
         self, target: ast.expr, value: ast.expr, functions: Mapping[Name, _Function]
     ) -> None:
         """``a, b = c, d`` pair by pair; a new bundle field by field; anything else as a whole."""
+        # Pair by pair, so that swapping two arrays does not mix up what lies behind them.
         if (
             isinstance(target, ast.Tuple)
             and isinstance(value, ast.Tuple)
@@ -159,6 +168,7 @@ class _Function:
             for part, source in zip(target.elts, value.elts, strict=True):
                 self._assign_value(part, source, functions)
             return
+        # A bundle that is made here: each field remembers its own arrays.
         if isinstance(target, ast.Name) and isinstance(value, ast.Call):
             fields = self.bundles.get(getattr(value.func, "id", ""), [])
             if fields:
@@ -171,7 +181,9 @@ class _Function:
             for part in target.elts:
                 self._assign(part, memory)
         elif isinstance(target, ast.Name):
+            # A name may be assigned several times: all arrays that it ever stood for.
             self.memory[target.id] = self.memory.get(target.id, set()) | memory
+        # An assignment to an element writes the array.
         elif isinstance(target, ast.Subscript):
             self.writes |= self._behind(target.value, {})
 
@@ -185,18 +197,22 @@ class _Function:
     def _behind(self, node: ast.expr, functions: Mapping[Name, _Function]) -> set[Place]:
         """Arguments whose memory an expression may be."""
         if isinstance(node, ast.Name):
+            # A bundle as a whole is everything in its fields.
             parts = self.parts.get(node.id, {})
             return set(self.memory.get(node.id, ())).union(*parts.values())
         if isinstance(node, ast.Attribute):
             return self._part(node.value, node.attr, functions)
+        # A part of an array is in the same memory.
         if isinstance(node, ast.Subscript | ast.Starred):
             return self._behind(node.value, functions)
         if isinstance(node, ast.Tuple | ast.List):
             return set().union(*(self._behind(part, functions) for part in node.elts))
+        # Either branch may be taken.
         if isinstance(node, ast.IfExp):
             return self._behind(node.body, functions) | self._behind(node.orelse, functions)
         if not isinstance(node, ast.Call):
             return set()
+        # A method of an array, or a function of numpy.
         if isinstance(node.func, ast.Attribute):
             if node.func.attr not in _SAME_MEMORY:
                 return set()
@@ -208,6 +224,7 @@ class _Function:
         """Arguments behind a field of an expression; all of it where it is not a bundle."""
         if not name:
             return self._behind(node, functions)
+        # A bundle of this function; a bundle that was passed in has fields by name.
         if isinstance(node, ast.Name) and node.id in self.parts:
             return self.parts[node.id].get(name, set())
         return {(place, old or name) for place, old in self._behind(node, functions)}
@@ -225,9 +242,12 @@ class _Function:
         self, node: ast.Call, functions: Mapping[Name, _Function], what: str
     ) -> set[Place]:
         """Arguments of this function that come back from, or are written by, one it calls."""
+        # A function that is no kernel, of numpy for example, writes no argument unless listed
+        # above.
         called = functions.get(self.names.get(getattr(node.func, "id", ""), ("", "")))
         if called is None:
             return set()
+        # Arguments by place and by name.
         handed = dict(enumerate(node.args))
         handed |= {called.parameters.index(k.arg): k.value for k in node.keywords if k.arg}
         touched: set[Place] = getattr(called, what)

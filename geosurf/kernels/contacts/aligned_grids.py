@@ -41,6 +41,8 @@ def map_height(p, q, a):
     vy = (q[a[3] + last_row * a[4]] - q[a[3]]) / last_row
     det = ux * vy - uy * vx
     u, v = np.sqrt(ux * ux + uy * uy), np.sqrt(vx * vx + vy * vy)
+
+    # A frame that is nearly a line, or not finite, gives no bound.
     if not (abs(det) > _PLAIN_ANGLE * u * v and u + v < 1e300):
         return 0.0
 
@@ -53,6 +55,7 @@ def map_height(p, q, a):
                 sx = p[a[0] + i * a[1] + (j + 1) * a[2]] - x
                 sy = q[a[3] + i * a[4] + (j + 1) * a[5]] - y
                 along, aside = rx * sx + ry * sy, cx * sx + cy * sy
+                # Written so that NaN fails too: a hole leaves the map without a bound.
                 if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
                     return 0.0
             if i < last_row:
@@ -91,6 +94,7 @@ def _mark_whole_cells(z, a, s, b, first_row, first_col, full):
         for col in range(max(first_col - 1, 0), min(first_col + BLOCK + 1, a[N_COL] - 1)):
             c, d = _cell(z, a, row, col), _cell(s, b, row, col)
             total = c[0] + c[1] + c[2] + c[3] + d[0] + d[1] + d[2] + d[3]
+            # A missing node makes the total NaN, which differs from itself.
             full[row - first_row + 1, col - first_col + 1] = total == total
 
 
@@ -100,6 +104,8 @@ def _above_one_triangle(c, d, rising, key, slip, steepness, pairs, n):
     for half in range(2):
         u, v, w = _half(c, rising, half)
         e, f, g = _half(d, rising, half)
+        # Both triangles have the same corners in the map. So their difference in height is linear,
+        # and its extremes are at the corners.
         low, high = min(u - e, min(v - f, w - g)), max(u - e, max(v - f, w - g))
         if low > slip or high < -slip:
             # excluded, unless a move of all coordinates by `slip` could change it
@@ -117,6 +123,7 @@ def _all_pairs(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
     for half in range(2):
         u, v, w = _half(c, rising_c, half)
         for other in range(2):
+            # Two diagonals divide the cell differently: elevations of whole triangles are compared.
             e, f, g = _half(d, rising_d, other)
             total = u + v + w + e + f + g
             if (
@@ -167,6 +174,7 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
     n = 0
     visited = 0
     rim = 0 if whole else 1
+    # Without holes this stays as it is: every cell is whole.
     full = np.ones((BLOCK + 2, BLOCK + 2), dtype=np.bool_)
     for i in range(levels[0, 1]):
         for j in range(levels[0, 2]):

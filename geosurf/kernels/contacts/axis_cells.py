@@ -11,6 +11,8 @@ from geosurf.kernels.compile.jit import scalar
 def _guess(axis, n, value, pace):
     """Cell of a value among n cells of even steps; 0 if that is not a number."""
     steps = (value - axis[0]) * pace
+    # NaN and values before the axis give 0; the bound comes first, as int() of infinity is
+    # undefined.
     return int(min(steps, 1.0 * n)) if steps > 0.0 else 0
 
 
@@ -21,6 +23,7 @@ def cells_in_interval(axis, n, pace, low, high):
     `pace` is cells per metre: where steps are even, the guess is off by one cell at most.
     """
     first = _guess(axis, n, low, pace)  # the first cell that ends at `low` or after
+    # One step corrects the rounding of a guess.
     if first > 0 and axis[first] >= low:
         first -= 1
     elif first < n and axis[first + 1] < low:

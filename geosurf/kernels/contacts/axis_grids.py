@@ -35,6 +35,7 @@ def _heights_over(nodes, levels, r0, r1, c0, c1, most):
 
     At most `most` + 1 nodes per row and column are read.
     """
+    # Blocks of the pyramid's lowest level that hold the rectangle.
     r0, r1, c0, c1 = r0 // BLOCK, (r1 - 1) // BLOCK, c0 // BLOCK, (c1 - 1) // BLOCK
     level = 0
 
@@ -109,6 +110,7 @@ def _load_cell(p, q, r, a, i, j, origin, c):
 @scalar
 def _set_reach(x, y, at, floor, roof, box, slip, reach):
     """Largest distance of nodes of a patch from corners of a cell with a box, by axis."""
+    # The terms with `slip` cover every move of a node and of a corner.
     reach[0] = max(x[at[3]], box[3]) - min(x[at[2]], box[0]) + 8.0 * slip
     reach[1] = max(y[at[1]], box[4]) - min(y[at[0]], box[1]) + 8.0 * slip
     reach[2] = max(roof, box[5]) - min(floor, box[2]) + 8.0 * slip
@@ -126,8 +128,11 @@ def _near_heights(grid, boxes, block, fine):
     r0, r1 = cells_in_interval(
         grid.y, grid.a[N_ROW] - 1, grid.pace_y, boxes[block, 1], boxes[block, 4]
     )
+    # Outside of A's map, or a block that consists of holes.
     if not (c0 < c1 and r0 < r1 and boxes[block, 2] <= boxes[block, 5]):
         return np.inf, -np.inf
+
+    # Two nodes per axis exclude most blocks; up to eight sharpen the answer for the others.
     low, high = _heights_over(grid.nodes, grid.levels, r0, r1, c0, c1, 1)
     if fine and low <= boxes[block, 5] and boxes[block, 2] <= high:
         low, high = _heights_over(grid.nodes, grid.levels, r0, r1, c0, c1, _FINE)
@@ -163,6 +168,7 @@ def _push_children(nodes, levels, level, i, j, stack, top):
 @scalar
 def _near_blocks(grid, nb, lb):
     """Blocks of B (row, column) with nodes of A near, and the lowest and highest of these nodes."""
+    # Depth first: at most four children of each level wait.
     stack = np.empty((4 * lb.shape[0] + 4, 3), dtype=np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = lb.shape[0] - 1, 0, 0
     blocks, levels = np.empty((64, 2), dtype=np.int64), np.empty((64, 2))
@@ -219,6 +225,7 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
     requested.
     """
     row0, row1, col0, col1 = block
+    # Boxes of the last two columns of nodes alternate in `ends`, by parity.
     _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
     for j in range(col0, col1):
         _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
@@ -229,6 +236,8 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
         spans[k, 0], spans[k, 1] = np.inf, -np.inf
         if not (low <= box[5] and box[2] <= high):
             continue
+
+        # The lowest and highest node of A below or above this column only, which exclude more.
         least, most = _patch_near(grid, box, at)
         if least <= box[5] and box[2] <= most:
             spans[k, 0], spans[k, 1] = least, most
@@ -278,6 +287,7 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
             if not least <= most:
                 continue
             for i in range(row0, row1):
+                # Elevation excludes most cells and costs four loads.
                 _cell_box(rb, ab, 2, i, j, box)
                 if not (least <= box[5] and box[2] <= most):
                     continue

@@ -40,6 +40,7 @@ _EPS = 2.0**-53
 def corners_of_cell(a, v, first):
     """Write the corners of both triangles of a cell into two rows of v: see `strips.corner_of`."""
     rising = a[RISING] == 1
+    # Triangles 0 and 1 belong to the patch, 2 and 3 to the cell.
     for half in range(2):
         tri = half if first == 0 else 2 + half
         v[tri, 0] = first + (1 if half == 1 and not rising else 0)
@@ -113,6 +114,7 @@ def set_edge_query(c, f, v, tri, reach, slip, h):
     height, off = _largest_height(f, tri, reach), h[BOUND]
     axis, turn = _main_axis(f, tri, slip)
     h[_AXIS] = axis
+    # Along the largest component of its normal, a triangle projects without collapsing.
     u, w = (axis + 1) % 3, (axis + 2) % 3
     for k in range(3):
         p, q = v[tri, k], v[tri, (k + 1) % 3]
@@ -126,6 +128,7 @@ def set_edge_query(c, f, v, tri, reach, slip, h):
         error = _SLACK * (ORIENT2D_BOUND * inside + 2.0 * slip * far) + TINY
         # of a difference of two products of a height and a distance
         both = height * error + off * (inside + error) + 4.0 * _EPS * height * inside
+        # Without a certain direction of the normal every answer counts as undecided.
         h[at + _OFF] = np.inf if turn == 0 else error
         h[at + _BOTH] = np.inf if turn == 0 else 2.0 * _SLACK * both + TINY
 
@@ -136,6 +139,7 @@ def edge_distances(c, h, w):
 
     False if all of them are certainly beyond one edge.
     """
+    # The columns are constants, so that the loop can be specialised for each projection.
     if h[_AXIS] == 0.0:
         return _insides(c, 1, 2, h, w)
     if h[_AXIS] == 1.0:
@@ -152,6 +156,7 @@ def _insides(c, u, v, h, w):
         two = on * (c[1, v] - q) - up * (c[1, u] - p)
         three = on * (c[2, v] - q) - up * (c[2, u] - p)
         four = on * (c[3, v] - q) - up * (c[3, u] - p)
+        # `&` evaluates all four: branches could be mispredicted.
         if (one < -off) & (two < -off) & (three < -off) & (four < -off):
             return False
         w[1 + k, 0], w[1 + k, 1], w[1 + k, 2], w[1 + k, 3] = one, two, three, four
@@ -173,6 +178,7 @@ def _order(c, p, p1, q, q1, slip):
     """Sign that orders, on the common line, the points of edges p-p1 and q-q1; or 0."""
     ax, ay, az = c[p1, 0] - c[p, 0], c[p1, 1] - c[p, 1], c[p1, 2] - c[p, 2]
     bx, by, bz = c[q, 0] - c[p, 0], c[q, 1] - c[p, 1], c[q, 2] - c[p, 2]
+    # Plane of p, p1, q; q1 lies on the side that tells which edge passes first.
     g, h = ay * bz, az * by
     r, s = az * bx, ax * bz
     u, v = ax * by, ay * bx
@@ -202,6 +208,8 @@ def _outside(w, p, q, h):
         & (abs(second) > h[_EDGE + _STEP + _BOTH])
         & (abs(third) > h[_EDGE + 2 * _STEP + _BOTH])
     )
+
+    # Bit k is set where the edge passes outside edge k of the triangle.
     out = (1 if first < 0.0 else 0) + (2 if second < 0.0 else 0) + (4 if third < 0.0 else 0)
     return out if certified else UNKNOWN_SIDE
 
@@ -274,6 +282,7 @@ def decide_contact(c, f, v, one, two, slip, swapped):
     a0 = _side(c, f, two, o, v[one, 0], slip)
     a1 = _side(c, f, two, o, v[one, 1], slip)
     a2 = _side(c, f, two, o, v[one, 2], slip)
+    # A zero means undecided here: exact signs tell touching from near.
     if a0 * a1 * a2 == 0:
         return NEEDS_EXACT
     if a0 == a1 and a1 == a2:
@@ -295,6 +304,7 @@ def decide_contact(c, f, v, one, two, slip, swapped):
     s21, s22 = _order(c, p, p2, q, q1, slip), _order(c, p, p2, q, q2, slip)
     if s11 * s12 * s21 * s22 == 0:
         return NEEDS_EXACT
+    # Both ends of one part come before both ends of the other: the parts do not overlap.
     if s11 == s12 and s21 == s22 and s11 == s21:
         return 0
 

@@ -83,6 +83,7 @@ def _extremes_of_rows(z, a, at, rows):
     n = at[1] - at[0] + 1
     for i in range(n):
         rows[0, i], rows[1, i] = np.inf, -np.inf
+    # Columns outside, rows inside: see above.
     for j in range(at[2], at[3] + 1):
         start = a[6] + at[0] * a[7] + j * a[8]
         for i in range(n):
@@ -97,6 +98,7 @@ def _evaluate_row(grid, i, first, last, query, work):
     x, y, z, a = grid.x, grid.y, grid.z, grid.a
     origin, box = query.origin, query.box
     h, heights, marks = work.h, work.heights, work.marks
+    # Two rows of scratch in turns: a row of cells needs its lower and its upper nodes.
     row = i & 1
 
     # Local names keep the loop free of index arithmetic, so that it is vectorised.
@@ -105,8 +107,10 @@ def _evaluate_row(grid, i, first, last, query, work):
     far, off = h[0, BOUND], h[1, BOUND]
     ox, oz, roof, floor = origin[0], origin[2], box[5], box[2]
     level = y[i] - origin[1]
+    # Northing is constant along a row: its term is computed once per plane.
     ny = (level - h[0, CORNER + 1]) * h[0, NORMAL + 1]
     my = (level - h[1, CORNER + 1]) * h[1, NORMAL + 1]
+    # The loop has no branch on the data; marks are sums of selections.
     start, step = a[6] + i * a[7] + first * a[8], a[8]
     for k in range(last - first + 1):
         value = z[start + k * step]
@@ -136,6 +140,7 @@ def _load_patch_cell(x, y, z, a, i, j, origin, c):
 
 @scalar
 def _add_pair(pairs, n, key_a, key_b, codes, swapped):
+    # Beyond the capacity pairs are only counted; the caller repeats with larger arrays.
     if n < pairs.shape[0]:
         pairs[n, 0] = key_b if swapped else key_a
         pairs[n, 1] = key_a if swapped else key_b
@@ -158,9 +163,11 @@ def _pairs_of_cell(work, row, k, other, key_a, key_b, query, pairs, n):
     )
 
     # Heights of the four corners, counter-clockwise.
+    # The lower row of nodes is the one of parity row & 1.
     low, high = 2 * (row & 1) + other, 2 - 2 * (row & 1) + other
     w[0, 0], w[0, 1] = heights[low, k], heights[low, k + 1]
     w[0, 2], w[0, 3] = heights[high, k + 1], heights[high, k]
+    # All four corners beyond one edge: neither triangle of the patch can meet this one.
     if not edge_distances(c, h[other], w):
         return n
     for half in range(2):
@@ -180,6 +187,7 @@ def _set_plane_queries(c, f, v, reach, slip, h):
         if set_plane_query(c, f, v, 2 + other, reach, slip, h[other]):
             present |= 1 << other
         else:
+            # A missing triangle: with a zero normal and bound, no node is marked above or below.
             h[other, : BOUND + 1] = 0.0
     return present
 
@@ -190,6 +198,8 @@ def _pairs_of_row(grid, i, first, last, present, key_b, query, work, asked, pair
     x, y, z, a = grid.x, grid.y, grid.z, grid.a
     reach, origin, slip = query.reach, query.origin, query.slip
     c, f, v, h, marks = work.c, work.f, work.v, work.h, work.marks
+    # Bits that both nodes of a column share; the right column of a cell is the left one of the
+    # next.
     right = marks[0, 0] & marks[1, 0]
     for k in range(last - first):
         # A bit that all four corners share excludes the cell.
@@ -235,6 +245,7 @@ def pairs_in_columns(grid, at, key_b, query, work, pairs, n):
         low, high = min(rows[0, k], rows[0, k + 1]), max(rows[1, k], rows[1, k + 1])
         if not (low <= box[5] and box[2] <= high):
             continue
+        # Planes are set up for the first row that is near, which most cells never reach.
         if present < 0:
             present = _set_plane_queries(c, f, v, reach, slip, h)
         if present == 0:

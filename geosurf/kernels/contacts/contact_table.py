@@ -33,6 +33,7 @@ def contact_codes(swapped):
     """
     table = np.full(3 * N_SIDE * N_SIDE, UNDECIDED)
     for i in range(3):
+        # Rows of UNKNOWN_SIDE stay UNDECIDED.
         for first in range(UNKNOWN_SIDE):
             for last in range(UNKNOWN_SIDE):
                 table[(N_SIDE * i + first) * N_SIDE + last] = _codes_of_sides(
@@ -55,5 +56,8 @@ def _codes_of_sides(i, first, last, swapped):
     # Anything but one edge passing beyond one edge needs more signs.
     if (first != 0 and last != 0) or out & (out - 1) != 0:
         return UNDECIDED
+
+    # The edge that passes inside pierces the face. Where the other passes outside, the contact ends
+    # on that edge of the second triangle.
     own, other = code_of_edge(i if last != 0 else i2, not swapped), code_of_edge(out >> 1, swapped)
     return 64 * other + own if swapped else 64 * own + other

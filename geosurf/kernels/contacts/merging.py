@@ -90,6 +90,7 @@ def _suspects(x, t, m, count):
     `count` is 0 for faces without a contact; their corners are skipped.
     """
     n_vertex, n_point = m[N_VERTEX], m[N_POINT]
+    # Constructed points only; there are many more vertices, and they differ from each other.
     once, twice, place = _filter(x, n_vertex, n_point)
     size, bits = once.shape[0] * _WORD, x.view(np.int64)
     found = np.empty(n_vertex + n_point, dtype=np.int64)
@@ -126,6 +127,7 @@ def _compact(x, d, m, same):
     for row in range(same.shape[0]):
         # A merged point refers to a vertex or to an earlier point, which has moved already.
         if same[row] != n_vertex + row:  # a vertex, or a point before it
+            # Ids of points before this one are final already.
             i = same[row]
             same[row] = i if i < n_vertex else same[i - n_vertex]
             continue
@@ -150,10 +152,12 @@ def merge_points(frame, count):
     suspects, n_corner = _suspects(x, t, m, count)
     n_vertex, n_point = m[N_VERTEX], m[N_POINT]
     none = np.empty(0, dtype=np.int64)
+    # Corners alone: no point shares a bit with another point or with a corner.
     if suspects.shape[0] == n_corner:
         return none
 
     # A table of the suspects only; equal coordinates are compared exactly.
+    # At most half full, so that every search ends at an empty slot.
     size = 16
     while size < 2 * suspects.shape[0] + 2:
         size *= 2
@@ -165,6 +169,7 @@ def merge_points(frame, count):
         slot = slot_at_coordinates(x, places, i, hash_of_row(x, i) & (size - 1))
         if places[slot] < 0:
             places[slot] = i
+        # The first suspect at these coordinates represents the others; vertices come first.
         else:  # no vertex: corners differ from each other
             same[i - n_vertex] = id_after_collision(frame, places, i, slot)
             merged += 1 if same[i - n_vertex] != i else 0

@@ -57,6 +57,7 @@ _EARLY = 16  # prefetch distance in contacts: second faces are anywhere in memor
 @scalar
 def _edge_and_face(t, a, b, code):
     """The edge (lower vertex first) and the face that define a corner of a contact."""
+    # Features of A and of B: a corner below 3, an edge 3 + i, or FACE.
     fa, fb = (code >> 3) & 7, code & 7
 
     # The edge of A defines the point, unless the code says that of B.
@@ -64,6 +65,7 @@ def _edge_and_face(t, a, b, code):
         of, i, face = a, fa - 3, b
     else:
         of, i, face = b, fb - 3, a
+    # The lower vertex first: both triangles of an edge name its points alike.
     p, q = t[of, i], t[of, 0 if i == 2 else i + 1]
     return min(p, q), max(p, q), face
 
@@ -83,6 +85,7 @@ def _count_rows(t, rows):
 @scalar
 def _grown_table(m, names):
     """The table of names, rebuilt at twice the size if one more contact could fill it."""
+    # One contact adds fewer than 16 names.
     if 2 * (m[N_NAME] + 16) < names.shape[0]:
         return names
 
@@ -126,6 +129,7 @@ def _point_by_list(d, m, names, heads, onward, head, p, q, face):
     first = heads[head]
     row = first
     for _ in range(_LONG):
+        # The end of the list: the point is new.
         if row < 0:
             row = _new_point(d, m, p, q, face)
             onward[row] = first
@@ -175,6 +179,7 @@ def _name_corners(frame, rows, count, ids):
             prefetch(heads, rows[k + _EARLY, TRIANGLE_B])
         names = _grown_table(m, names)
         coplanar = lies_in_plane(rows[k, HOW])
+        # The axis along which coplanar triangles are projected.
         axis = 0
         if coplanar:
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
@@ -209,6 +214,7 @@ def _append_record(records, n, t, tri, p, q, support):
     elif is_corner(t, tri, p) and is_corner(t, tri, q):
         return n
     records[n, 0] = tri
+    # Both triangles of a contact write the segment alike: lower id first.
     if 0 <= q < p:
         p, q = q, p
     records[n, 1], records[n, 2], records[n, 3] = p, q, support
@@ -227,10 +233,12 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
         second = -1
         for c in range(n_corner_of(rows[k, HOW])):
             feature = (code_of(rows[k, HOW], c) >> shift) & 7
+            # On edge i: one of its corners, or the edge itself.
             if feature == i or feature == (i + 1) % 3 or feature == 3 + i:
                 if first < 0:
                     first = ids[k, c]
                 elif ids[k, c] != first:
+                    # The outline is convex: an edge has no more than two different points of it.
                     second = ids[k, c]
         if second >= 0 and not (is_corner(t, tri, first) and is_corner(t, tri, second)):
             support = edge_plane(e, m, names, t[of, i], t[of, (i + 1) % 3], axis)
@@ -246,6 +254,7 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
 
     # Corners first, then the edges of each triangle inside the other.
+    # Points of the common outline, for both faces; those on own corners are left out.
     for c in range(n_corner_of(rows[k, HOW])):
         n = _append_record(records, n, t, a, ids[k, c], -1, -1)
         n = _append_record(records, n, t, b, ids[k, c], -1, -1)
@@ -272,6 +281,7 @@ def name_contacts(x, t, e, d, m, w, rows, ids):
     """
     frame = Frame(x, t, e, d, m, w)
     count, n_corner = _count_rows(t, rows)
+    # Room for the worst case, one point per corner: the loops below need no test.
     if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
         return FULL
     if not _name_corners(frame, rows, count, ids):
@@ -306,6 +316,7 @@ def write_records(x, t, e, m, w, rows, ids, records):
     `records` needs room for two per contact and twelve more for a coplanar one, `e` for six of
     these.
     """
+    # The table of the naming is gone: edge planes are entered again, to be found by name.
     names = _edge_planes(e, m)
     n = 0
     for k in range(rows.shape[0]):

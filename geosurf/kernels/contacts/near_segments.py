@@ -40,6 +40,7 @@ def is_near_segment(x, a, b, p, reach):
     vx, vy, vz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
     wx, wy, wz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     away, along = wx * wx + wy * wy + wz * wz, ux * ux + uy * uy + uz * uz
+    # Both sides multiplied by the squared length: no division, also at length 0.
     most = reach * reach * along
     return away <= most or most < 1e-280  # squares of tiny numbers underflow: count as near
 
@@ -54,6 +55,7 @@ def _widest(x, points, low, high, box, node):
             value = x[points[i], k]
             box[node, k] = min(box[node, k], value)
             box[node, 3 + k] = max(box[node, 3 + k], value)
+    # Halving the widest axis keeps boxes compact.
     axis = 0
     for k in range(1, 3):
         if box[node, 3 + k] - box[node, k] > box[node, 3 + axis] - box[node, axis]:
@@ -79,6 +81,7 @@ def _halve(x, points, low, high, axis):
                 points[i], points[j] = points[j], points[i]
                 i += 1
                 j -= 1
+        # Only one part holds the middle, so the cost is linear on average.
         if middle <= j:
             last = j
         elif middle >= i:
@@ -95,6 +98,7 @@ def _tree(x, points):
     The children of node i are 2 i + 1 and 2 i + 2.
     """
     # A complete binary tree with at most LEAF points per leaf.
+    # As many leaves as the next power of two.
     n_node = 1
     while n_node * LEAF < points.shape[0]:
         n_node *= 2
@@ -123,9 +127,12 @@ def _passes(x, a, b, box, node, reach):
         start, span_k = x[a, k], x[b, k] - x[a, k]
         if max(start, x[b, k]) < low or min(start, x[b, k]) > high:
             return False
+        # A shorter span lies inside the widened slab anyway, and a quotient would overflow.
         if abs(span_k) > 4.0 * reach:
             one, two = (low - start) / span_k, (high - start) / span_k
             first, last = max(first, min(one, two)), min(last, max(one, two))
+
+    # Room for rounding: a box too many costs time, one too few would lose a pair.
     return first <= last + 1e-9
 
 

@@ -43,10 +43,12 @@ def code_of(how, corner):
 @scalar
 def lies_on_boundaries(how):
     """Whether a contact is a point or a line on edges and corners of both faces."""
+    # Three corners or more: an area.
     if n_corner_of(how) >= 3:
         return False
     for corner in range(n_corner_of(how)):
         code = code_of(how, corner)
+        # A corner in the face of either triangle is not on its boundary.
         if (code >> 3) & 7 >= FACE or code & 7 >= FACE:
             return False
     return True
@@ -90,6 +92,7 @@ def pack_contacts(rows):
 def pack_crossings(rows):
     """Pack crossings in two points, where rows hold ``64 * first + second`` of the codes."""
     for k in range(rows.shape[0]):
+        # Codes of crossings fit six bits: EDGE_OF_SECOND occurs in other contacts only.
         one, two = rows[k, HOW] >> 6, rows[k, HOW] & 63
         rows[k, HOW] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
 
@@ -122,6 +125,7 @@ def _sort_many(rows, low, high):
 
     # Sort indices by the second number, then permute all columns.
     part = rows[low:high].copy()
+    # Second faces of one first face differ, so the order is unique.
     order = np.argsort(second)
     for k in range(high - low):
         for column in range(rows.shape[1]):
@@ -132,6 +136,7 @@ def _sort_many(rows, low, high):
 def sorted_by_faces(rows, n_face):
     """Rows sorted by their first two numbers; no pair of faces occurs twice."""
     # Counting sort by the first face.
+    # Entry face + 1 counts the rows of a face; sums make it the first place of each.
     start = np.zeros(n_face + 1, dtype=np.int32)
     for k in range(rows.shape[0]):
         start[rows[k, 0] + 1] += 1

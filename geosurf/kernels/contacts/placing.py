@@ -82,6 +82,7 @@ def _prefetch_blocks(x, t, d, m, first):
 def _normals_double(f):
     """Normals of the planes in plain doubles, and the sizes of their terms."""
     for i in range(LANES):
+        # Two sides of the triangle, from its corner o.
         g0, g1, g2 = f[_P0 + i] - f[_O0 + i], f[_P1 + i] - f[_O1 + i], f[_P2 + i] - f[_O2 + i]
         h0, h1, h2 = f[_Q0 + i] - f[_O0 + i], f[_Q1 + i] - f[_O1 + i], f[_Q2 + i] - f[_O2 + i]
         f[_N0 + i], f[_S0 + i] = g1 * h2 - g2 * h1, abs(g1 * h2) + abs(g2 * h1)
@@ -120,6 +121,7 @@ def _along_double(start, end, part, error):
     step = end - start
     s, r = two_sum(start, step * part)
     level = start == end
+    # `|` and selections instead of branches: all lanes do the same work.
     certified = rounds_to(s, r, error * abs(step) + 1e-300) | level
     return (start if level else s) + 0.0, 1.0 if certified else 0.0
 
@@ -129,6 +131,7 @@ def _positions_double(f):
     """Coordinates of the points in plain doubles, written over those of the first end."""
     for i in range(LANES):
         part, error = f[_FRACTION + i], f[_ERROR + i]
+        # The first end is not needed any more: the point takes its place.
         f[_A0 + i], s0 = _along_double(f[_A0 + i], f[_B0 + i], part, error)
         f[_A1 + i], s1 = _along_double(f[_A1 + i], f[_B1 + i], part, error)
         f[_A2 + i], s2 = _along_double(f[_A2 + i], f[_B2 + i], part, error)
@@ -139,6 +142,7 @@ def _positions_double(f):
 def _normals_dd(f):
     """Normals of the planes in double-double, and the sizes of their terms."""
     for i in range(LANES):
+        # Differences are exact as pairs.
         g0, g1 = two_sum(f[_P0 + i], -f[_O0 + i])
         g2, g3 = two_sum(f[_P1 + i], -f[_O1 + i])
         g4, g5 = two_sum(f[_P2 + i], -f[_O2 + i])
@@ -190,6 +194,7 @@ def _fractions_dd(f):
         ha, la = f[_HA + i], f[_HA + LANES + i]
         dh, dl = dd_add(ha, la, -f[_HB + i], -f[_HB + LANES + i])
         size = f[_SIZE + i]
+        # The conditions of `lpi_dd`.
         known = (size > 1e-200) & (abs(dh) > 1e-24 * size) & (abs(ha) <= 2.0 * abs(dh))
         f[_CERTIFIED + i] = 1.0 if known else 0.0
         below = dh if known else 1.0
@@ -260,10 +265,12 @@ def _place_in_doubles(frame, f):
         # The last block repeats its last point.
         for lane in range(LANES):
             _load(x, t, d, m, min(first + lane, n_point - 1), lane, f)
+        # Each step is a loop over all lanes; a block of 17 kB stays in the fastest cache.
         _normals_double(f)
         _fractions_double(f)
         _positions_double(f)
         for row in range(first, min(first + LANES, n_point)):
+            # These lanes hold the results of an arbitrary triangle, which are ignored.
             if d[row, 3] >= m[N_TRIANGLE]:
                 round_point(frame, m[N_VERTEX] + row)
             elif not _store(x, m, row, row - first, f):
@@ -281,6 +288,7 @@ def place_points(x, t, e, d, m, w):
     n = undecided.shape[0]
 
     # What is left goes through double-double, then through exact integers.
+    # Blocks again, filled with undecided points only.
     for first in range(0, n, LANES):
         for lane in range(LANES):
             _load(x, t, d, m, undecided[min(first + lane, n - 1)], lane, f)

@@ -52,6 +52,7 @@ def _line_misses(x, t, p, q, b, slip):
     """Whether the line of vertices p, q certainly passes two edges of triangle b differently."""
     # A line that passes the edges on different sides misses the triangle.
     left = right = False
+    # The side on which the line passes edge k, from the volume of both.
     for k in range(3):
         side = _stable_turn(x, p, q, t[b, k], t[b, (k + 1) % 3], slip)
         left = left or side > 0
@@ -80,6 +81,7 @@ def _edges_miss(x, t, a, b, slip):
 @scalar
 def _on_one_side(x, t, a, b, slip):
     """Whether all corners of triangle a certainly lie on one side of the plane of b."""
+    # The other corners have to agree with the first one.
     side = _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 0], slip)
     return side != 0 and (
         side == _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 1], slip)
@@ -128,6 +130,7 @@ def _is_near_plane(x, t, m, w, a, b, slip):
     p, q, r = t[b, 0], t[b, 1], t[b, 2]
     for k in range(3):
         o = t[a, k]
+        # Undecided by floats, but not exactly in the plane: a move could change its side.
         if _stable_side(x, p, q, r, o, slip) == 0 and orient3d(x, m, w, p, q, r, o, slip) != 0:
             return True
     return False

@@ -45,6 +45,8 @@ def _feature_of_zeros(s0, s1, s2):
     """Feature from the signs of a point against the three edges; OUTSIDE if one is -1."""
     if s0 < 0 or s1 < 0 or s2 < 0:
         return OUTSIDE
+
+    # Two zeros: the point is the corner that both edges share; one zero: inside that edge.
     if s0 == 0:
         if s1 == 0:
             return 1
@@ -59,12 +61,15 @@ def _feature_of_zeros(s0, s1, s2):
 @scalar
 def locate_in_plane(x, t, m, w, tri, axis, turn, vertex):
     """Feature of a triangle that holds a vertex of its plane, or OUTSIDE."""
+    # Shared vertices are recognised by number, without arithmetic.
     if t[tri, 0] == vertex:
         return 0
     if t[tri, 1] == vertex:
         return 1
     if t[tri, 2] == vertex:
         return 2
+
+    # Turns in the projection along the largest component of the normal.
     u = (axis + 1) % 3
     v = (axis + 2) % 3
     s0 = turn * orient2d(x, m, w, t[tri, 0], t[tri, 1], vertex, u, v)
@@ -98,6 +103,8 @@ def _pierce(x, t, m, w, p, q, tri, slip):
             signs = s
         elif signs != s:
             return OUTSIDE
+
+    # All edges on one side: the line hits the face; one zero: it hits that edge.
     if zeros == 0:
         return FACE
     if zeros == 1:
@@ -116,6 +123,7 @@ def _side_signs(x, t, m, w, tri, of, slip):
     """Signs of the corners of triangle `of` over the plane of triangle `tri`."""
     a, b, c = t[tri, 0], t[tri, 1], t[tri, 2]
     frame = plane_terms(x, a, b, c)
+    # A shared corner lies in the plane by definition.
     s0 = 0 if is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame, slip)
     s1 = 0 if is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame, slip)
     s2 = 0 if is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame, slip)
@@ -125,6 +133,7 @@ def _side_signs(x, t, m, w, tri, of, slip):
 @scalar
 def _coplanar(x, t, m, w, rows, n, a, b):
     """Corners of the intersection of two triangles of one plane."""
+    # Coplanar triangles have the same axis, since the first one wins ties.
     axis, turn_a = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
     axis, turn_b = normal_axis(x, m, w, t[b, 0], t[b, 1], t[b, 2])
     u = (axis + 1) % 3
@@ -146,8 +155,10 @@ def _coplanar(x, t, m, w, rows, n, a, b):
         p, q = t[a, i], t[a, (i + 1) % 3]
         for j in range(3):
             r, s = t[b, j], t[b, (j + 1) % 3]
+            # Edges with a common corner meet there; the corner is in the list already.
             if p == r or p == s or q == r or q == s:
                 continue
+            # A zero is an end on the other edge, which is in the list as a corner.
             if orient2d(x, m, w, p, q, r, u, v) * orient2d(x, m, w, p, q, s, u, v) >= 0:
                 continue
             if orient2d(x, m, w, r, s, p, u, v) * orient2d(x, m, w, r, s, q, u, v) < 0:
@@ -253,6 +264,8 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
     rows[n, TRIANGLE_B] = b
     rows[n, N_CORNER] = 0
     rows[n, CROSSING] = 0
+
+    # All corners of A in the plane of B.
     if a0 == 0 and a1 == 0 and a2 == 0:
         rows[n, COPLANAR] = 1
         _coplanar(x, t, m, w, rows, n, a, b)
@@ -262,6 +275,7 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
     # Corners of A in the plane of B.
     sa = (a0, a1, a2)
     sb = (b0, b1, b2)
+    # Axes of projection are computed on first use: most contacts have no zeros.
     axis_b, turn_b = -1, 0
     axis_a, turn_a = -1, 0
     for i in range(3):
@@ -276,6 +290,7 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
     for i in range(3):
         if sa[i] * sa[(i + 1) % 3] < 0:
             feature = _pierce(x, t, m, w, t[a, i], t[a, (i + 1) % 3], b, slip)
+            # A line through a corner of B is found from that corner below.
             if feature >= 3:
                 _add(rows, n, 3 + i, feature)
 
@@ -285,6 +300,7 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
             if axis_a < 0:
                 axis_a, turn_a = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
             feature = locate_in_plane(x, t, m, w, a, axis_a, turn_a, t[b, j])
+            # Corners of A at corners of B are in the list already.
             if feature >= 3:
                 _add(rows, n, feature, j)
     for j in range(3):
@@ -315,6 +331,7 @@ def meet_pairs(x, t, pairs, m, w, slip, rows, near):
     n = 0
     n_near = 0
     for k in range(pairs.shape[0]):
+        # This counter rises with each sign that a small move could change.
         before = m[NEAR]
         if intersect_triangles(x, t, m, w, pairs[k, 0], pairs[k, 1], slip, rows, n):
             n += 1

@@ -39,6 +39,8 @@ def face_workspace(limbs: int, n_local: int) -> np.ndarray:
     """Return a limb workspace with a cache for the points of a face of this size."""
     n = max(int(limbs), 4)
     rows = min(_MOST, 24 * n * n_local)
+
+    # However few points a face has, the rows that one sign needs always fit.
     return np.empty(WORK * n + max(rows, 5 * (20 * n + _HEAD)), dtype=np.int64)
 
 
@@ -55,6 +57,7 @@ def _zeros_below(w, a, n):
 def _shortened(w, a, n):
     """Length of a number without upper limbs that only repeat its sign."""
     while n > 1 and (w[a + n - 1] == 0 or w[a + n - 1] == -1):
+        # A top limb of -1 only repeats the sign: the limb below takes it over.
         w[a + n - 2] += w[a + n - 1] << BITS
         n -= 1
     return n
@@ -76,6 +79,8 @@ def _row(frame, points, p):
     if q[p, CACHED] >= 0:
         return q[p, CACHED]
     n = m[LIMBS]
+
+    # U and V share one shift, so that they remain comparable; W has its own.
     lx, lw = point(frame, 0, q[p, 0])
     u, v, below = ((s[AXIS] + 1) % 3) * 7 * n, ((s[AXIS] + 2) % 3) * 7 * n, 21 * n
 
@@ -89,6 +94,7 @@ def _row(frame, points, p):
 
     # Append the row to the cache.
     at = WORK * max(n, 4) + s[USED]
+    # A factor common to U, V and W changes no sign: the shift is stored relative to that of W.
     w[at], w[at + 1], w[at + 2], w[at + 3] = low - low_w, nu, nv, nw
     to = _store(w, at + _HEAD, u + low, nu)
     to = _store(w, to, v + low, nv)
@@ -113,6 +119,7 @@ def _minor(w, r, a, b):
     """r = U_a V_b - V_a U_b for the rows a, b, without their shifts; returns its length."""
     ua, va = a + _HEAD, a + _HEAD + w[a + 1]
     ub, vb = b + _HEAD, b + _HEAD + w[b + 1]
+    # One limb to spare for the difference.
     n = max(w[a + 1] + w[b + 2], w[a + 2] + w[b + 1]) + 1
     clear(w, r, n)
     mul_add(w, r, n, ua, w[a + 1], vb, w[b + 2], 1)
@@ -137,6 +144,7 @@ def cached_orient2d(frame, points, a, b, c):
     j = _row(frame, points, b)
     k = _row(frame, points, c)
     # det of the rows (U, V, W), by W: shifts of the three terms are those of the other rows
+    # The smallest of the three shifts is a common factor and does not change the sign.
     shift = min(w[j] + w[k], min(w[k] + w[i], w[i] + w[j]))
 
     # Length of the accumulator: the longest product, shifted by the largest difference.
@@ -151,6 +159,7 @@ def cached_orient2d(frame, points, a, b, c):
     # Three terms: a minor of two rows times W of the third, in cyclic order.
     for _ in range(3):
         n = _minor(w, minor, i, j)
+        # Limbs by which this term is above the common shift.
         up = w[i] + w[j] - shift
         mul_add(w, acc + up, total - up, minor, n, _below(w, k), w[k + 3], 1)
         i, j, k = j, k, i
@@ -176,6 +185,7 @@ def cached_compare(frame, points, a, b, second):
     acc = _SCRATCH * m[LIMBS]
     clear(w, acc, total)
     mul_add(w, acc + up, total - up, at, n, _below(w, j), w[j + 3], 1)
+    # Both W are positive, so the sign is that of the difference of coordinates.
     mul_add(w, acc + lift, total - lift, other, n_other, _below(w, i), w[i + 3], -1)
     return sign(w, acc, total)
 
@@ -244,6 +254,7 @@ def cached_incircle(frame, points, a, b, c, o):
 
     # Laplace expansion: six pairs of rows (i, j), complements (k, 6 - i - j - k).
     for i in range(3):
+        # Two rows give the minor of U and V, the other two that of the lifted columns.
         for j in range(i + 1, 4):
             k = 0
             while k == i or k == j:

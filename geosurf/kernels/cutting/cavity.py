@@ -30,6 +30,7 @@ _IN_CAVITY, _ADDED = -2, -3  # marks of half-edges: in the corridor; of an added
 def side_of_segment(frame, points, a, b, p):
     """Side of p of the line of the current segment from a to b."""
     q, s = points.q, points.s
+    # Points that were constructed on this segment lie on its line by definition.
     if q[p, 3] == s[SEGMENT]:
         return 0
     return turn(frame, points, a, b, p)
@@ -44,6 +45,8 @@ def _cut_ear(mesh, free, tri, a, b, point):
     set_triangle(h, v, slot, k[a, 0], k[b, 0], point)
     _join(h, i, k[a, 1], k[a, 2], k[a, 3])
     _join(h, i + 1, k[b, 1], k[b, 2], k[b, 3])
+
+    # Row a now links to the open edge of the ear, which has no twin and no constraint yet.
     k[a, 1], k[a, 2], k[a, 3] = i + 2, -1, -1
 
 
@@ -65,12 +68,14 @@ def _fill(frame, mesh, points, low, high, free, tri):
     # cut every other ear while at least a quarter of the chain disappears
     while many and high - low > _FEW:
         n = high - low
+        # Rows are compacted in place: `top` is the last row that remains.
         top = low
         c = low + 1
         while c < high - 1:
             if turn(frame, points, k[top, 0], k[c, 0], k[c + 1, 0]) > 0:
                 _cut_ear(mesh, free, tri, top, c, k[c + 1, 0])
                 tri += 1
+                # The corner after an ear is skipped: consecutive ears would make a fan.
                 c += 1
             top += 1
             _move_row(k, top, c)
@@ -102,6 +107,7 @@ def _legalize_ears(frame, mesh, points, free, n):
     h, v, k = mesh.h, mesh.v, mesh.k
     for r in range(n - 1, -1, -1):
         slot = k[free + r, 3]
+        # From now on flips may involve this ear.
         h[3 * slot, 3] = _ADDED
         k[0, 0] = 3 * slot + 2
         count = 1
@@ -111,6 +117,8 @@ def _legalize_ears(frame, mesh, points, free, n):
             # Only edges to ears that were added already can be illegal.
             i = k[count, 0]
             j = h[i, 1]
+            # Borders and constraints are never flipped, nor edges to triangles outside of the
+            # cavity.
             if j < 0 or h[i, 2] >= 0 or h[j - j % 3, 3] != _ADDED:
                 continue
 
@@ -148,6 +156,7 @@ def _corridor(frame, mesh, points, first, a, b, goal):
     n = 0
     i = first
     while True:
+        # A constraint in the way has to be split before the segment can pass.
         if h[i, 2] >= 0:
             return 0, -1, i
         k[n, 0] = i
@@ -159,6 +168,8 @@ def _corridor(frame, mesh, points, first, a, b, goal):
         side = 0 if apex == goal else side_of_segment(frame, points, a, b, apex)
         if side == 0:
             return n, apex, -1
+
+        # An apex on the right: the segment leaves between the apex and the left end.
         i = previous_half_edge(j) if side < 0 else next_half_edge(j)
 
 
@@ -185,6 +196,7 @@ def _build_chains(mesh, n, p, left, right, free):
         j = h[i, 1]
         k[free + c + 1, 3] = j // 3
         y, z = next_half_edge(j), previous_half_edge(j)  # y: right end -> apex, z: apex -> left end
+        # Both edges of the last triangle are on the borders.
         onward = k[c + 1, 0] if c + 1 < n else -1
         if onward != y:  # the edge y is on the right border
             _push_link(h, k, right + nr, h[i, 0], y)
@@ -203,6 +215,7 @@ def _note_inner(h, k, low, high, behind, n):
     """Links with both sides on this corridor: cut them and list them, to be joined again later."""
     for c in range(low, high):
         if k[c, 1] >= 0 and h[k[c, 1], 3] == _IN_CAVITY:
+            # Each inner link is seen from both sides; the lower half-edge lists it.
             if k[c, 3] < k[c, 1]:
                 k[behind + n, 0], k[behind + n, 1], k[behind + n, 2] = k[c, 3], k[c, 1], k[c, 2]
                 n += 1

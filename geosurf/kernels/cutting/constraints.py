@@ -54,6 +54,7 @@ def _crossing(frame, names, places, s, one, two):
     _index_points(frame, names, places)
 
     # Choose the definition with the lowest degree.
+    # Edges through planes need shorter integers than three planes.
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
     if one >= n:  # an edge plane: the line is that edge
@@ -69,6 +70,8 @@ def _first_crossed(frame, mesh, points, a, b, p, goal):
     h, v = mesh.h, mesh.v
     start = v[p]
     i = start
+    # Triangles around p are visited counter-clockwise; at the border of the face, the rest from the
+    # start on clockwise.
     forward = True
     while True:
         # The other two corners of the triangle: is one the goal, or on the line?
@@ -94,6 +97,7 @@ def _first_crossed(frame, mesh, points, a, b, p, goal):
             if i < 0:
                 forward = False
                 i = start
+            # A full turn without an exit: the caller reports the broken invariant.
             elif i == start:
                 return -1, -1
         if not forward:
@@ -152,6 +156,7 @@ def constrain_edge(h, v, a, b, support):
 @scalar
 def _constrain(h, i, support):
     """Make the edge of half-edge i a constraint, unless it is one or lies on the border."""
+    # A constraint keeps its first plane: coplanar faces define equal points with either.
     if h[i, 2] < 0 and h[i, 1] >= 0:
         link(h, i, h[i, 1], support)
 
@@ -202,6 +207,8 @@ def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support)
         if number == FULL:
             return FULL
         goal = add_local(frame, points, number, 0)
+
+        # The point lies on both lines, which proves later turns without arithmetic.
         add_line(q, goal, support)
         add_line(q, goal, h[wall, 2])
         q[goal, 3] = s[SEGMENT]
@@ -219,6 +226,7 @@ def insert_segment(frame, names, places, mesh, points, a, b, support):
     h, v = mesh.h, mesh.v
 
     # Points known to lie on this segment carry its number.
+    # A new number replaces clearing the marks of the segment before.
     s[SEGMENT] += 1
     q[a, 3] = q[b, 3] = s[SEGMENT]
     low, high = a, b

@@ -42,6 +42,7 @@ _SMALL = 16  # faces with fewer points are searched triangle by triangle
 def _bits_on_edges(t, d, m, tri, i):
     """Edges of a face that hold constructed point i according to its definition: bits 1, 2, 4."""
     row = i - m[N_VERTEX]
+    # Vertices have no definition, and points of three planes lie on no edge.
     if row < 0 or d[row, 0] != 1:
         return 0
     for k in range(3):
@@ -59,6 +60,8 @@ def _start_face(x, t, points, mesh):
     tri = s[FACE_ID]
     s[POINTS], s[TRIANGLES], s[SEGMENT] = 0, 1, 0
     s[START], s[USED], s[LINES], s[KNOWN_LINE], s[N_SEARCH] = 0, 0, 0, -1, 0
+
+    # The triangulation is counter-clockwise on its axis, whichever way the face looks.
     second, third = (1, 2) if s[SIDE] > 0 else (2, 1)
     # bits: edge k joins corners k and k + 1
     add_corner(x, q, f, s, t[tri, 0], 1 | 4)
@@ -90,6 +93,7 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
     h = mesh.h
     tri = s[FACE_ID]
     one, two = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
+    # Ends inside the face, or on one edge, take the general way.
     if one == 0 or two == 0 or one == two:
         return False
 
@@ -110,6 +114,7 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
     a, b, c, o = (1, 2, 3, 4) if s[SIDE] > 0 else (4, 3, 2, 1)
 
     # The triangle at the lone corner, then the quadrilateral by its Delaunay diagonal.
+    # Only corners are written: no flip or walk follows.
     h[0, 0], h[1, 0], h[2, 0] = 0, a, o
     if in_circle(frame, points, a, c, o, b):
         h[3, 0], h[4, 0], h[5, 0] = a, b, o
@@ -168,6 +173,7 @@ def _insert_between(frame, mesh, points, scratch, low, high, step):
     s = points.s
     v = mesh.v
     for c in range(low + step // 2, high, step):
+        # The walk starts at a point that is near in rank, hence near in space.
         s[START] = v[scratch[c - step // 2]]
         if not insert_point(frame, mesh, points, scratch[c], False):
             return False
@@ -186,6 +192,7 @@ def _insert_segments(frame, names, places, records, low, high, local, mesh, poin
     # Edges first; what is left goes into the scratch list.
     n = 0
     for r in range(low, high):
+        # Records without a second point are single points, which are inserted already.
         if records[r, 2] >= 0:
             a, b = local[records[r, 1]], local[records[r, 2]]
             if not constrain_edge(h, v, a, b, records[r, 3]):
@@ -224,6 +231,7 @@ def _cut_face(frame, names, places, records, low, high, local, mesh, points, scr
     # General case: corners, points of all records, then segments.
     _start_face(x, t, points, mesh)
     for c in range(3):
+        # Corners come first; records may refer to them.
         local[q[c, 0]] = c
     for r in range(low, high):
         a = _local_of(local, frame, points, tri, records[r, 1])
@@ -243,6 +251,8 @@ def _turns_left(f, a, b, c):
     left = (f[b, 0] - f[a, 0]) * (f[c, 1] - f[a, 1])
     right = (f[b, 1] - f[a, 1]) * (f[c, 0] - f[a, 0])
     size = abs(left) + abs(right)
+
+    # Collinear or undecided children count as suspects: exact arithmetic tests them later.
     return size > TINY and left - right > ORIENT2D_BOUND * size
 
 
@@ -265,6 +275,8 @@ def _write_children(points, mesh, local, children, parents, out, suspect, n_susp
         children[out, 2] = q[p2 if s[SIDE] > 0 else p1, 0]
         parents[out] = s[FACE_ID]
         out += 1
+
+    # Clear only what this face has set: the table has an entry for each point of the model.
     for c in range(s[POINTS]):
         if q[c, 0] < local.shape[0]:
             local[q[c, 0]] = -1
@@ -291,6 +303,8 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     local = np.full(x.shape[0], -1, dtype=np.int32)  # local index of each id
     scratch = np.empty(2 * n_local + N_EXTRA, dtype=np.int64)
     suspect = np.empty(children.shape[0], dtype=np.int64)
+
+    # One pass over the faces; arrays of a face are used again for the next one.
     out, n_suspect = 0, 0
     for g in range(offsets.shape[0] - 1):
         # The face needs at most two points per record and its corners.
@@ -298,6 +312,7 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
         tri = records[low, 0]
         need = 3 + 2 * (high - low)
         if need >= n_local or 6 * need + 6 >= half:
+            # The caller repeats the call with larger arrays.
             return FULL, suspect[:0].copy()
         status = _cut_face(
             frame, names, places, records, low, high, local, mesh, points, scratch, tri

@@ -124,6 +124,7 @@ def _legalize(frame, mesh, points, p, n):
         n -= 1
         i = k[n, 0]
         j = h[i, 1]
+        # Neither the border nor a constraint is ever flipped.
         if j < 0 or h[i, 2] >= 0:
             continue
 
@@ -173,6 +174,7 @@ def _split_half(h, v, s, i, p, twin):
     t1, c1 = h[i1, 1], h[i1, 2]
     new = 3 * s[TRIANGLES]
     s[TRIANGLES] += 1
+    # The part behind p inherits the constraint of the edge.
     _write(h, new, p, twin, h[i, 2])
     _write(h, new + 1, b, t1, c1)
     _write(h, new + 2, c, i1, -1)
@@ -209,12 +211,14 @@ def _locate(frame, mesh, points, p, scan):
     tri = 0 if scan else s[START] // 3
     entered = -1  # the half-edge that was crossed last: p is on its left
     first = 0  # start with another edge at each step, so that the walk cannot cycle among ties
+    # More steps than this would mean a broken triangulation; the point is then not found.
     for _ in range(4 * s[TRIANGLES] + 9):
         # Test the three edges in doubles; edges with sign 0 stay open.
         on, out, is_open = -1, -1, 0
         for r in range(first, first + 3):
             c = r if r < 3 else r - 3
             i = 3 * tri + c
+            # p is certainly on the inner side of the edge just crossed.
             if i == entered:
                 continue
             side = filtered_turn(f, h[i, 0], h[i + 1 if c < 2 else i - 2, 0], p)
@@ -247,6 +251,7 @@ def _locate(frame, mesh, points, p, scan):
                 break
         else:
             entered = h[out, 1]
+            # The walk left the face.
             if entered < 0:
                 break
             tri = entered // 3
@@ -267,6 +272,7 @@ def insert_point(frame, mesh, points, p, scan):
     n = 3
     if on < 0:
         _split_triangle(h, v, s, tri, p)
+        # The three edges of the old triangle are opposite to p now.
         k[0, 0], k[1, 0], k[2, 0] = 3 * tri, new, new + 3
     else:
         split_edge(h, v, s, on, p)
@@ -275,6 +281,8 @@ def insert_point(frame, mesh, points, p, scan):
         if h[new, 1] >= 0:
             k[2, 0], k[3, 0] = new + 4, previous_half_edge(h[new, 1])
             n = 4
+
+    # With few points one round of flips follows at the end.
     if not scan:
         _legalize(frame, mesh, points, p, n)
     s[START] = v[p]
@@ -297,18 +305,21 @@ def legalize_all(frame, mesh, points):
     for i in range(3 * s[TRIANGLES]):
         h[i, 3] = 0
         k[i, 2] = 0
+        # Once per edge, from its lower half-edge.
         if h[i, 1] > i and h[i, 2] < 0:
             h[i, 3] = 1
             k[n, 0] = i
             n += 1
     lap = 0
     while n > 0:
+        # Two columns of scratch take the queue of this round and of the next in turns.
         this, other = lap % 2, (lap + 1) % 2
         lap += 1
         later = 0
         for row in range(n):
             i = k[row, this]
             h[i, 3] = 0
+            # A flip queues its outer edges, also the border and constraints.
             if h[i, 1] < 0 or h[i, 2] >= 0:
                 continue
             j = h[i, 1]

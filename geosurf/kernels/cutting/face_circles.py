@@ -60,6 +60,7 @@ def filtered_circle(f, a, b, c, o):
     size = la * (abs(p) + abs(r)) + lb * (abs(g) + abs(y)) + lc * (abs(i) + abs(j))
 
     # The bound: rounding of the arithmetic, then errors of the points.
+    # Vertices have no error, so most faces skip this term.
     slip = f[a, 2] + f[b, 2] + f[c, 2] + f[o, 2]
     bound = INCIRCLE_BOUND * size
     if slip > 0.0:
@@ -71,6 +72,7 @@ def filtered_circle(f, a, b, c, o):
 @scalar
 def exact_circle(frame, points, a, b, c, o):
     """Side of the circle where doubles are undecided: definitions, double-doubles, integers."""
+    # Four points of a grid lie on one circle: proven without the determinant.
     if _rectangle(frame, points, a, b, c, o):
         return 0
     sign = _incircle_dd(frame, points, a, b, c, o)
@@ -99,6 +101,7 @@ def _rectangle(frame, points, a, b, c, o):
     Model grids contain many; equal coordinates are cheaper to prove than one circle.
     """
     f = points.f
+    # Which of c, o shares the first coordinate with a, by rounded values.
     one, two = (c, o) if f[a, 0] == f[c, 0] else (o, c)  # `one` has the first coordinate of a
     if f[a, 0] != f[one, 0] or f[b, 0] != f[two, 0] or f[a, 1] != f[two, 1] or f[b, 1] != f[one, 1]:
         return False
@@ -114,6 +117,7 @@ def _rectangle(frame, points, a, b, c, o):
 def _equal(frame, points, a, b, second):
     """Whether coordinates U or V with equal rounded values are equal."""
     f = points.f
+    # Neither has an error on this axis: equal doubles are equal numbers.
     if f[a, 3 + second] == 0.0 and f[b, 3 + second] == 0.0:
         return True
     if equal_by_construction(frame, points, a, b, second):
@@ -152,6 +156,7 @@ def _incircle_dd(frame, points, a, b, c, o):
     det, low = dd_add(det, low, more, more_low)
 
     # Bound of the determinant from the sizes of all terms.
+    # The terms are larger than their sum; the bound has to follow the terms.
     size = la * (abs(bu * cv) + abs(cu * bv))
     size += lb * (abs(cu * av) + abs(au * cv))
     size += lc * (abs(au * bv) + abs(bu * av))

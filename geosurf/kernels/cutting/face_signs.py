@@ -50,6 +50,7 @@ def add_corner(x, q, f, s, i, bits):
     """Add a local point for id i that is exact: a vertex; returns its local index."""
     p = s[POINTS]
     s[POINTS] = p + 1
+    # No cached integers, no segment, no known line.
     q[p, 0], q[p, 1], q[p, 2], q[p, 3] = i, bits, -1, -1
     q[p, 4], q[p, 5], q[p, 6], q[p, 7] = -1, -1, -1, -1
     f[p, 0], f[p, 1] = x[i, (s[AXIS] + 1) % 3], x[i, (s[AXIS] + 2) % 3]
@@ -73,6 +74,7 @@ def add_local(frame, points, i, bits):
         if not is_exact(frame, row, (s[AXIS] + 2) % 3):
             f[p, 4] = _half_ulp(f[p, 1])
         f[p, 2] = max(f[p, 3], f[p, 4])
+        # Low parts are computed on first use; a point that is exact needs none.
         if f[p, 2] > 0.0:
             f[p, 7] = -1.0
     return p
@@ -95,6 +97,7 @@ def filtered_turn(f, a, b, c):
     # The bound: rounding of the arithmetic, then errors of the points.
     slip = f[a, 2] + f[b, 2] + f[c, 2]
     span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
+    # Both differences of each product may be off by the errors of two points.
     bound = ORIENT2D_BOUND * size + slip * (1.01 * span + 2.1 * slip)
     return certified_sign(det, bound) if size > TINY else 0
 
@@ -116,6 +119,7 @@ def exact_turn(frame, points, a, b, c):
     q, f, s = points.q, points.f, points.s
 
     # Collinear by definition: equal points, one edge of the face, one recorded line.
+    # The cheapest proofs come first: faces with thousands of collinear points stay fast.
     if a == b or b == c or a == c:
         return 0
     if q[a, 1] & q[b, 1] & q[c, 1] != 0:
@@ -154,6 +158,8 @@ def _turn_dd(frame, points, a, b, c):
     refine_point(frame, points, a)
     refine_point(frame, points, b)
     refine_point(frame, points, c)
+
+    # The determinant of the two differences, as in `filtered_turn`.
     bu, bul, bv, bvl = difference(f, b, a)
     cu, cul, cv, cvl = difference(f, c, a)
     det, _ = dd_minor(bu, bul, cv, cvl, bv, bvl, cu, cul)
@@ -184,6 +190,7 @@ def refine_point(frame, points, p):
     """
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     q, f, s = points.q, points.f, points.s
+    # Computed before, or exact.
     if f[p, 7] >= 0.0:
         return
 
@@ -191,6 +198,7 @@ def refine_point(frame, points, p):
     row = q[p, 0] - m[N_VERTEX]
     known, at, low, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
+    # Double-double may round to a neighbouring double: the step to it goes into the low part.
     low_u, low_v = (at[u] - f[p, 0]) + low[u], (at[v] - f[p, 1]) + low[v]
     bound = max(slack[u], slack[v]) + 2.0**-52 * max(abs(low_u), abs(low_v))
 
@@ -216,6 +224,7 @@ def precedes(frame, points, a, b):
             refine_point(frame, points, a)
             refine_point(frame, points, b)
             gap = f[a, 5 + i] - f[b, 5 + i]
+            # Low parts decide unless their errors could exchange the points.
             if abs(gap) > 1.01 * (f[a, 7] + f[b, 7]):
                 return gap < 0.0
             order = cached_compare(frame, points, a, b, i)
@@ -234,5 +243,7 @@ def same_direction(frame, points, a, b, p, o):
     for i in range(2):
         if f[a, i] != f[b, i] and f[p, i] != f[o, i]:
             return (f[a, i] < f[b, i]) == (f[p, i] < f[o, i])
+
+    # Points that round to one place: the exact order decides.
     ahead = precedes(frame, points, a, b)
     return precedes(frame, points, p, o) == ahead

@@ -38,6 +38,7 @@ def _write_turns(scratch, at):
 @scalar
 def _place_by_turns(scratch, at, u, v, n_level):
     """Place of a point of the unit square on the curve, below 4**n_level; `n_level` is even."""
+    # Cell of the point in a grid of 2**n_level by 2**n_level cells.
     last = (1 << n_level) - 1
     i, j = int(u * last), int(v * last)
     orientation, place = 0, 0
@@ -65,6 +66,7 @@ def _sort_digit(scratch, source, to, n, shift):
         count = scratch[i]
         scratch[i] = place
         place += count
+    # In order, so that keys with equal digits keep theirs: the next digit relies on it.
     for i in range(source, source + n):
         digit = places + ((scratch[i] >> shift) & mask)
         scratch[scratch[digit]] = scratch[i]
@@ -82,6 +84,7 @@ def rank_points(f, low, high, scratch):
         u0, u1 = min(u0, f[p, 0]), max(u1, f[p, 0])
         v0, v1 = min(v0, f[p, 1]), max(v1, f[p, 1])
     size = max(u1 - u0, v1 - v0)
+    # Without extent all points share one place, and their index orders them.
     scale = 1.0 / size if size > 1e-290 else 0.0
     n_level = 8 if n <= _FEW else 16
     turns = 2 * n + (1 << _DIGIT)

@@ -27,6 +27,7 @@ def is_exact(frame, row, axis):
     """Whether a constructed point is exact on an axis: a plane or edge of it is constant there."""
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     a, b, c = d[row, 1], d[row, 2], d[row, 3]
+    # The whole edge, or the whole plane, has this coordinate.
     if d[row, 0] == 1:
         return x[a, axis] == x[b, axis] or plane_is_level(x, t, e, m, c, axis)
     return (
@@ -45,6 +46,7 @@ def collinear_by_planes(x, d, m, w, points, a, b, c):
     """
     q, s = points.q, points.s
     n = m[N_VERTEX]
+    # Vertices are not intersections of edges, whatever plane they lie in.
     if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
         return False
 
@@ -140,6 +142,7 @@ def equal_by_construction(frame, points, a, b, second):
     axis = (s[AXIS] + 1 + second) % 3
     for r in range(1, 3):
         level = (axis + r) % 3
+        # Each plane has to be flat on this axis, so that its intersections have that height.
         if not plane_is_level(x, t, e, m, d[i, 3], level):
             continue
         if not plane_is_level(x, t, e, m, d[j, 3], level):
@@ -149,6 +152,7 @@ def equal_by_construction(frame, points, a, b, second):
 
         # The two edges have to agree in the projection along the third axis.
         one, two = d[i, 1], d[i, 2]
+        # The second edge may run either way.
         for three, four in ((d[j, 1], d[j, 2]), (d[j, 2], d[j, 1])):
             if (
                 x[one, level] == x[three, level]
@@ -179,6 +183,7 @@ def add_line(q, p, line):
     for i in range(_FIRST_LINE, _LAST_LINE + 1):
         if q[p, i] == line:
             return True
+        # Slots are filled in order: the first free one ends the list.
         if q[p, i] == -1:
             q[p, i] = line
             return True
@@ -218,6 +223,7 @@ def record_line(q, s, a, b, c):
     if line == -1:
         if q[a, _LAST_LINE] != -1 or q[b, _LAST_LINE] != -1 or q[c, _LAST_LINE] != -1:
             return -1
+        # Lines found by arithmetic have numbers below -1, planes from 0 on.
         line = -2 - s[LINES]
         s[LINES] += 1
     add_line(q, a, line)

@@ -108,6 +108,7 @@ def thin_children(x, t, m, w, rows, y, children, parent, part):
     # The limit scales with the largest coordinate: rounding does.
     largest = 0.0
     for c in range(children.shape[0]):
+        # Children of one parent are adjacent: each parent is read once.
         if c == 0 or parent[c] != parent[c - 1]:
             for k in range(3):
                 for axis in range(3):
@@ -121,6 +122,7 @@ def thin_children(x, t, m, w, rows, y, children, parent, part):
         _, _, _, square, longest = _cross_of_sides(
             y, children[c, 0], children[c, 1], children[c, 2]
         )
+        # Written so that NaN counts as thin.
         if not square * flattest[parent[c]] > reach * longest:  # heights are square / longest
             thin[n] = c
             n += 1

@@ -63,6 +63,9 @@ def load(w, r, n, x, k):
     # Write the mantissa limb by limb; the carry propagates the sign upwards.
     while i < n - 1:
         t = carry
+
+        # 53 bits, shifted by up to 25, fill 78 bits: three limbs. Above them only the carry is
+        # left.
         if j < 3:
             t += factor * (((mantissa >> (BITS * j)) & MASK) << s)
         elif carry == 0:
@@ -97,6 +100,7 @@ def sub(w, r, a, b, n):
     """r = a - b, all of n limbs."""
     carry = 0
     for i in range(n - 1):
+        # The arithmetic shift rounds down, so a negative difference borrows from the next limb.
         t = w[a + i] - w[b + i] + carry
         w[r + i] = t & MASK
         carry = t >> BITS
@@ -122,6 +126,7 @@ def accumulate(w, r, n, a, la, factor):
         t = w[r + i] + carry
         if i < la:
             t += factor * w[a + i]
+        # Above the operand only the carry changes limbs; without one, the upper limbs of r stay.
         elif carry == 0:
             return
         w[r + i] = t & MASK
@@ -138,6 +143,7 @@ def mul(w, r, a, la, b, lb):
     carry = 0
 
     # Column k collects all products of limbs i and k - i.
+    # The mask keeps limbs in [0, 2**26) for negative columns too: the shift rounds down.
     for k in range(la + lb - 1):
         low = 0 if k < lb else k - lb + 1
         high = k + 1 if k < la else la
@@ -193,6 +199,7 @@ def leading(w, a, n):
     i = n - 1
     while i > 0 and w[a + i] == 0:
         i -= 1
+    # Four limbs are enough for 53 bits even if the highest holds a single bit.
     low = i - 3
     if low < 0:
         low = 0

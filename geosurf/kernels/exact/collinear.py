@@ -51,6 +51,7 @@ def _is_in_planes(frame, p):
         at = (_POINT + 9 * k) * n
         clear(w, _SUM * n, total)
         for axis in range(3):
+            # A normal has 2 n limbs per component, the offset 3 n (see `plane`).
             mul_add(w, _SUM * n, total, at + 2 * axis * n, 2 * n, 7 * axis * n, lx, 1)
         mul_add(w, _SUM * n, total, at + 6 * n, 3 * n, 21 * n, lw, -1)
         if sign(w, _SUM * n, total) != 0:
@@ -79,6 +80,9 @@ def inside_segments(x, t, e, d, m, w, rows, out):
         if not _is_in_planes(frame, p):
             continue
         loaded = -1  # the following signs overwrite the planes
+
+        # On one pair of axes the segment may project to a point, so all three pairs have to agree.
+        # Then p lies between the ends in lexicographic order.
         if (
             exact_orient2d(frame, a, b, p, 0, 1) == 0
             and exact_orient2d(frame, a, b, p, 1, 2) == 0

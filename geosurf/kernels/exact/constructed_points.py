@@ -56,6 +56,8 @@ def hash_of_row(x, i):
     bits = x[i].view(np.int64)
     h = 0
     for axis in range(3):
+        # 0.0 and -0.0 are equal numbers with different bits: zeros do not change the hash. The
+        # lowest 16 bits enter through h, the other 48 as the key.
         if x[i, axis] != 0.0:
             h = _mixed(h + (bits[axis] & 0xFFFF), (bits[axis] >> 16) & 0xFFFFFFFFFFFF)
     return h
@@ -71,6 +73,8 @@ def hash_of_name(kind, a, b, c):
 def same_point(frame, a, b):
     """Whether points a and b, whose rounded coordinates are equal, are one point."""
     m = frame.m
+
+    # Vertices are defined by their coordinates: equal coordinates mean equal points.
     if a < m[N_VERTEX] and b < m[N_VERTEX]:
         return True
     for axis in range(3):
@@ -106,6 +110,8 @@ def id_after_collision(frame, places, i, slot):
             return j
         collided = 1
         slot = slot_at_coordinates(x, places, i, (slot + 1) & (places.shape[0] - 1))
+
+    # A new point at coordinates that another point has: both round to the same doubles.
     places[slot] = i
     m[COLLISIONS] += collided
     return i
@@ -127,6 +133,8 @@ def slot_of(names, kind, a, b, c):
     """Slot of a definition in the table of names, or the empty one where it belongs."""
     size = names.shape[0]
     slot = hash_of_name(kind, a, b, c) & (size - 1)
+
+    # Linear probing ends at an empty slot: the table is at most half full.
     while names[slot, 0] != 0:
         if (
             names[slot, 0] == kind
@@ -150,6 +158,7 @@ def insert_name(m, names, slot, kind, a, b, c, i):
 @scalar
 def edge_plane(e, m, names, a, b, axis):
     """Id of the plane through edge a-b along an axis; FULL if there is no room."""
+    # Both directions of an edge name the same plane.
     if a > b:
         a, b = b, a
     slot = slot_of(names, EDGE_PLANE, a, b, axis)
@@ -190,6 +199,9 @@ def lpi_in_doubles(x, t, a, b, c):
     ha, fa = _height(x, n, o, a)
     hb, fb = _height(x, n, o, b)
     below = ha - hb
+    # Certify only where the ends are on different sides, or one on the plane, and where their
+    # heights differ by much more than their errors. Otherwise the fraction has too few certain
+    # digits.
     if not (ha * hb <= 0.0 and 4.0 * (fa + fb) < abs(below) < np.inf):
         return False, 0.0, 0.0, 0.0
 
@@ -208,6 +220,8 @@ def _interpolate(start, end, part, relative):
     """Point at a fraction of the way from start to end: (certified, coordinate)."""
     if start == end:
         return True, start + 0.0
+
+    # The rounding error of this last sum is known exactly and takes nothing from the bound.
     p, low = two_sum(start, (end - start) * part)
     return rounds_to(p, low, relative * abs(end - start) + 1e-300), p + 0.0
 
@@ -220,6 +234,8 @@ def round_point(frame, i):
     None is -0.0, see `double_double`.
     """
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
+
+    # Double-doubles first. Integers follow only where the bound allows two roundings.
     row = i - m[N_VERTEX]
     known, p, low, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     x[i, 0], x[i, 1], x[i, 2] = p[0], p[1], p[2]
@@ -254,6 +270,8 @@ def named_point(frame, names, places, kind, a, b, c):
     if names[slot, 0] != 0:
         return names[slot, 4]
     row = m[N_POINT]
+
+    # Constructed points are stored after the vertices.
     i = m[N_VERTEX] + row
     if i >= x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
         return FULL
@@ -261,6 +279,8 @@ def named_point(frame, names, places, kind, a, b, c):
     # Write the definition, then place the point: doubles first.
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
     certified = False
+    # Doubles serve lines through triangles; edge planes and points of three planes start with
+    # double-doubles.
     if kind == LPI and c < m[N_TRIANGLE]:
         certified, x[i, 0], x[i, 1], x[i, 2] = lpi_in_doubles(x, t, a, b, c)
     if not certified:

@@ -26,6 +26,7 @@ UNDERFLOW = 1e-300  # larger than the loss where products underflow
 def two_sum(a, b):
     """a + b as (rounded, error), exact (Knuth)."""
     s = a + b
+    # c is the part of b that the sum holds, s - c the part of a: what is missing is the error.
     c = s - a
     return s, (a - (s - c)) + (b - c)
 
@@ -48,6 +49,7 @@ def two_product(a, b):
 @scalar
 def dd_add(ah, al, bh, bl):
     """a + b."""
+    # Exact sum of the high parts, then the low parts as a correction, then normalised.
     s, r = two_sum(ah, bh)
     return two_sum(s, r + (al + bl))
 
@@ -81,12 +83,15 @@ def plane_dd(x, t, e, m, p):
     """A vertex of plane p, and its normal: three pairs, and the sizes of their terms."""
     if p < m[N_TRIANGLE]:
         a = t[p, 0]
+        # Differences of doubles are exact as pairs, so all error is in the products below.
         g = _span(x, a, t[p, 1])
         h = _span(x, a, t[p, 2])
     else:
         row = p - m[N_TRIANGLE]
         a = e[row, 0]
         g = _span(x, a, e[row, 1])
+
+        # The second span of an edge plane is the unit vector of its axis.
         axis = e[row, 2]
         one, two, three = 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
         h = (one, 0.0, two, 0.0, three, 0.0)
@@ -95,6 +100,7 @@ def plane_dd(x, t, e, m, p):
     n0 = dd_minor(g[2], g[3], h[4], h[5], g[4], g[5], h[2], h[3])
     n1 = dd_minor(g[4], g[5], h[0], h[1], g[0], g[1], h[4], h[5])
     n2 = dd_minor(g[0], g[1], h[2], h[3], g[2], g[3], h[0], h[1])
+    # Sizes are sums of absolute values: error bounds made of them hold under cancellation.
     s0 = abs(g[2] * h[4]) + abs(g[4] * h[2])
     s1 = abs(g[4] * h[0]) + abs(g[0] * h[4])
     s2 = abs(g[0] * h[2]) + abs(g[2] * h[0])
@@ -165,9 +171,11 @@ def _along(x, t, e, m, a, b, c, axis, th, tl, relative):
         return x[o, axis] + 0.0, 0.0, 0.0
     start, end = x[a, axis], x[b, axis]
     if start == end:
+        # The edge runs across the axis: its coordinate is exact whatever the fraction is.
         return start + 0.0, 0.0, 0.0
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(dh, dl, th, tl)
+    # Error of the fraction over the whole span, then that of the product and the sum.
     s, r = dd_add(start, 0.0, ph, pl)
     return s + 0.0, r, relative * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
 
@@ -175,6 +183,7 @@ def _along(x, t, e, m, a, b, c, axis, th, tl, relative):
 @scalar
 def _cofactor(j, k):
     """Cross product of the normals of two planes in doubles: components and sizes of terms."""
+    # Entries 0, 2, 4 are the high parts of a normal; 6, 7, 8 are the sizes of its terms.
     c0, c1, c2 = j[2] * k[4] - j[4] * k[2], j[4] * k[0] - j[0] * k[4], j[0] * k[2] - j[2] * k[0]
     s0 = j[7] * k[8] + j[8] * k[7]
     s1 = j[8] * k[6] + j[6] * k[8]
@@ -225,6 +234,8 @@ def tpi_dd(x, t, e, m, one, two, three):
     if not (abs(below) > 1e-100 and abs(below) > 2.0**-46 * size):
         return False, _UNKNOWN, _UNKNOWN, _UNKNOWN
     slack_w = 2.0**-48 * size
+
+    # Start at a vertex of the first plane. Any start converges, as the equations are linear.
     p0, p1, p2 = x[a1, 0], x[a1, 1], x[a1, 2]
     r0, r1, r2 = 0.0, 0.0, 0.0
     e0, e1, e2 = 0.0, 0.0, 0.0
@@ -255,6 +266,9 @@ def tpi_dd(x, t, e, m, one, two, three):
             2.0 * (f1 * c1[5] + f2 * c2[5] + f3 * c3[5] + slack_w * abs(d2)) / abs(below)
             + UNDERFLOW
         )
+
+        # Low parts of earlier steps are dropped: the next step computes heights at p alone and
+        # finds them again.
         p0, r0 = two_sum(p0, d0)
         p1, r1 = two_sum(p1, d1)
         p2, r2 = two_sum(p2, d2)

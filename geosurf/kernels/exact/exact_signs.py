@@ -59,6 +59,7 @@ N_META = 16
 
 # regions of w, in units of LIMBS
 _POINT = 28  # X, Y, Z of 7 and W of 6 (+ 1) units
+# Four points, then three planes (normal 3 x 2 units, offset 3), then scratch space.
 _PLANES = 4 * _POINT
 _MISC = _PLANES + 27
 WORK = 900
@@ -69,6 +70,7 @@ _LEAST = 5e-324
 def _vector(x, m, w, r, p, q):
     """Three coordinates of q - p at r, one unit each."""
     n = m[LIMBS]
+    # Coordinates are multiples of 2**-k: times 2**k they are integers.
     k = m[SCALE]
     s = (_MISC + 60) * n
     for i in range(3):
@@ -112,6 +114,7 @@ def plane(x, t, e, m, w, r, p):
         a = e[row, 0]
         _vector(x, m, w, u, a, e[row, 1])
         clear(w, u + 3 * n, 3 * n)
+        # The direction matters, not the length: an integer 1 keeps the numbers short.
         w[u + (3 + e[row, 2]) * n] = 1
 
     # The offset is the scalar product of the normal and a vertex.
@@ -196,6 +199,7 @@ def point(frame, r, i):
     else:
         _tpi(x, t, e, m, w, r, d, row)
         lx, lw = 7 * n, 6 * n
+    # All four signs may be turned together; callers rely on W > 0.
     if sign(w, r + 21 * n, lw) < 0:
         negate(w, r + 21 * n, lw)
         for axis in range(3):
@@ -361,6 +365,7 @@ def exact_round(m, w, top, lx, below, lw):
     s = sign(w, top, lx)
     if s == 0:
         return 0.0
+    # Rounding to even is symmetric: round the absolute value.
     if s < 0:
         negate(w, top, lx)
 
@@ -377,6 +382,7 @@ def exact_round(m, w, top, lx, below, lw):
         if mantissa >= 9007199254740992:
             mantissa >>= 1
             exponent += 1
+        # Is the value above the middle between this double and the next one?
         up = _compare_to_half(w, m, scratch, top, lx, below, lw, 2 * mantissa + 1, exponent - 1)
         if up > 0 or (up == 0 and (mantissa & 1) == 1):
             mantissa += 1
@@ -389,6 +395,7 @@ def exact_round(m, w, top, lx, below, lw):
                 mantissa = 9007199254740991
                 exponent -= 1
                 continue
+        # Is it below the middle between this double and the one before?
         else:
             down = _compare_to_half(
                 w, m, scratch, top, lx, below, lw, 2 * mantissa - 1, exponent - 1
@@ -407,6 +414,7 @@ def exact_position(frame, i, axis):
     d, m, w = frame.d, frame.m, frame.w
     n = m[LIMBS]
     kind = d[i - m[N_VERTEX], 0]
+    # Units of X and W: 4 and 3 for a line through a plane (kind 1), 7 and 6 for three planes.
     return exact_round(m, w, axis * 7 * n, (1 + 3 * kind) * n, 21 * n, 3 * kind * n)
 
 

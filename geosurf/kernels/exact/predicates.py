@@ -52,6 +52,7 @@ _BLOCK = 256  # coordinates that are tested together
 @scalar
 def certified_sign(value, bound):
     """Sign of a number with an error of at most `bound`; 0 where the bound allows both signs."""
+    # Comparisons with NaN are false: an overflow counts as undecided.
     if value > bound:
         return 1
     return -1 if -value > bound else 0
@@ -63,6 +64,7 @@ def orient2d(x, m, w, a, b, c, u, v):
     # The filter.
     left = (x[b, u] - x[a, u]) * (x[c, v] - x[a, v])
     right = (x[b, v] - x[a, v]) * (x[c, u] - x[a, u])
+    # Shewchuk's bound A, relative to the sum of both products.
     det = left - right
     size = abs(left) + abs(right)
     sign = certified_sign(det, ORIENT2D_BOUND * size) if size > TINY else 0
@@ -99,6 +101,8 @@ def filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
     det = cx * n0 + cy * n1 + cz * n2
     size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
     reach = abs(cx) + abs(cy) + abs(cz)
+
+    # Rounding errors, and how far the determinant changes if every coordinate moves by `slip`.
     bound = ORIENT3D_BOUND * size + 2.0 * slip * (s0 + s1 + s2 + reach * span)
     return certified_sign(det, bound) if size > TINY else 0
 
@@ -123,6 +127,9 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
     if coplanar_by_zeros(x, a, b, c, o):
         return 0
     sign = exact_orient3d(x, m, w, a, b, c, o)
+
+    # Not on the plane, but so near that a move of the points could change the side: the caller
+    # finds such pairs by this counter.
     if sign != 0:
         m[NEAR] += 1
     return sign
@@ -181,6 +188,8 @@ def normal_axis(x, m, w, a, b, c):
         axis, best, value = 2, abs(n2), n2
     else:
         second = max(second, abs(n2))
+
+    # Both components may be off by their bound, so the gap has to exceed several of them.
     if size > TINY and best - second > 4.0 * ORIENT2D_BOUND * size:
         return axis, (1 if value > 0 else -1)
     return exact_normal_axis(x, m, w, a, b, c)
@@ -191,6 +200,7 @@ def _lowest_bit(value):
     """Exponent of the lowest bit of a double that is not zero."""
     fraction, exponent = math.frexp(value)
     mantissa = abs(int(fraction * 9007199254740992.0))
+    # A number & its negative is its lowest set bit.
     return exponent - 53 + math.frexp(float(mantissa & -mantissa))[1] - 1
 
 
@@ -223,6 +233,7 @@ def scale_of(x):
     for first in range(0, x.shape[0], _BLOCK):
         last = min(first + _BLOCK, x.shape[0])
         if -1000 < low <= 0 and high < 1000:
+            # A power of two as bits: only the exponent field, which is biased by 1023.
             exponents[0], exponents[1] = (1023 - low) << 52, (1023 + high) << 52
             if _all_multiples(x, first, last, powers[0], powers[1]):
                 continue
@@ -232,6 +243,7 @@ def scale_of(x):
             exponent = (bits[i] >> 52) & 0x7FF
             mantissa = bits[i] & 0xFFFFFFFFFFFFF
             if exponent == 0x7FF:
+                # infinite, or not a number
                 return 0, -1
             if exponent == 0:
                 if mantissa == 0:
@@ -241,6 +253,8 @@ def scale_of(x):
             below = low - exponent + 1075  # digits of the number that are below 2**low
             if below > 0 and (below > 52 or mantissa & ((1 << below) - 1) != 0):
                 low = min(low, _lowest_bit(x[i]))
+
+    # All numbers are zero.
     if high == -4000:
         return 0, 1
     return -low, high - low
@@ -252,6 +266,7 @@ def flat_triangles(x, t, m, w):
     flat = np.empty(t.shape[0], dtype=np.int64)
     n = 0
     for i in range(t.shape[0]):
+        # A normal without a largest component is zero: so is the area.
         axis, _ = normal_axis(x, m, w, t[i, 0], t[i, 1], t[i, 2])
         if axis < 0:
             flat[n] = i

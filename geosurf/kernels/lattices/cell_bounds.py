@@ -111,6 +111,7 @@ def _steps_of_tile(values, a, axis, block, first, n, rows, steps):
         fill(steps, k, k + 1, np.inf)
         fill(steps, k + 1, k + 2, -np.inf)
 
+    # Near the last row, the groups begin earlier, so that each has five rows.
     # Two groups of five rows cover the nine rows of nodes of a block.
     step = a[3 * axis + 1]
     start = a[3 * axis] + first * a[3 * axis + 2]
@@ -220,6 +221,9 @@ def bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
     for j in range(ROW_SIZE):
         yz[j] = xz[j]
     _bound_cells(two, three, n, yz)
+
+    # The xy plane decides where cells are vertical, or nearly so. It borrows the scratch rows of
+    # yz, whose gains are then computed again.
     if not _all_open(yz, n):
         _bound_cells(one, two, n, yz)
         if not _all_open(yz, n):
@@ -245,6 +249,8 @@ def add_boundary_normals(p, q, r, a, first, last, left, right, sums):
     """
     x, y, z = load(p, a, 0, first, left), load(q, a, 1, first, left), load(r, a, 2, first, left)
     ux, uy, uz = 0.0, 0.0, 0.0
+
+    # Walk around the cells counter-clockwise; each step spans a triangle with the first corner.
     i, j, up, on = first, left, 0, 1
     for _ in range(2 * (last - first + right - left)):
         # Turn at each corner of the rectangle.

@@ -30,6 +30,7 @@ from geosurf.kernels.compile.jit import entry, scalar
 def _corners(square, i, j, root, path, level):
     """Corners a, b, c of a triangle, as six numbers, from the bisections that lead to it."""
     ai, aj, bi, bj = i, j, i + square, j + square
+    # A square has two triangles with a common longest side, the diagonal a-b.
     ci, cj = (i, j + square) if root == 0 else (i + square, j)
     if root == 1:
         ai, aj, bi, bj = bi, bj, ai, aj
@@ -37,6 +38,7 @@ def _corners(square, i, j, root, path, level):
         # Each bit of the path chooses one half.
         mi, mj = (ai + bi) // 2, (aj + bj) // 2
         if (path >> k) & 1:
+            # The middle of the longest side becomes the right angle of both halves.
             ai, aj, bi, bj, ci, cj = bi, bj, ci, cj, mi, mj
         else:
             ai, aj, bi, bj, ci, cj = ci, cj, ai, aj, mi, mj
@@ -58,6 +60,7 @@ def _plane(z, ai, aj, bi, bj, ci, cj):
 def _span(row, low, high, ai, aj, bi, bj, ci, cj):
     """Columns (low, high) of a closed triangle in a row; all numbers in the same units."""
     turn = (bi - ai) * (cj - aj) - (bj - aj) * (ci - ai)
+    # Each side bounds the row by a half plane; what is left of the interval lies in all three.
     for side in range(3):
         if side == 0:
             pi, pj, qi, qj = ai, aj, bi, bj
@@ -96,6 +99,7 @@ def _too_far(z, whole, rising, tolerance, ai, aj, bi, bj, ci, cj):
 
     # All cells have to be whole, or all outside.
     some, all_of_them = False, True
+    # Coordinates are doubled, so that row 2 i + 1 passes through the middles of cells.
     for i in range(top, bottom):
         low, high = _span(
             2 * i + 1, 2 * left, 2 * right, 2 * ai, 2 * aj, 2 * bi, 2 * bj, 2 * ci, 2 * cj
@@ -136,6 +140,7 @@ def mark_splits(z, whole, rising, square, tolerance, split):
     n_level = 0
     while (1 << n_level) < square:
         n_level += 1
+    # Two bisections halve the side of the square; the last level has half cells.
     n_level *= 2
 
     # Children come before their parents, so that splits propagate upwards.
@@ -179,6 +184,8 @@ def largest_errors(z, rising, corners):
 
                 # Each cell has four quarters: the middle and two neighbouring corners.
                 middle = abs(_middle(z, i, j, rising) - base - 0.5 * (down + along))
+                # A quarter belongs to the triangle if its centroid does, as triangles consist of
+                # quarters.
                 for side in range(4):  # above, right, below, left; centroids in sixths
                     si = 6 * i + (1 if side == 0 else (5 if side == 2 else 3))
                     sj = 6 * j + (1 if side == 3 else (5 if side == 1 else 3))
@@ -191,6 +198,8 @@ def largest_errors(z, rising, corners):
                     qi, qj = (0 if side == 0 else 1), (0 if side == 3 else 1)
                     one = abs(z[i + pi, j + pj] - base - pi * down - pj * along)
                     two = abs(z[i + qi, j + qj] - base - qi * down - qj * along)
+                    # A linear function is largest at a corner. The integral of its absolute value
+                    # is at most the mean at the corners times the area, here 1/4 of a cell.
                     out[n, 0] = max(out[n, 0], max(middle, max(one, two)))
                     out[n, 1] += (middle + one + two) / 12.0
     return out
@@ -201,6 +210,8 @@ def _kind(whole, ai, aj, bi, bj, ci, cj):
     """Kind of the cells of an accepted triangle, from the first of them."""
     left, right = min(aj, min(bj, cj)), max(aj, max(bj, cj))
     for i in range(min(ai, min(bi, ci)), max(ai, max(bi, ci))):
+        # The first cell tells the kind of all: `_too_far` splits triangles on cells of several
+        # kinds.
         low, high = _span(
             2 * i + 1, 2 * left, 2 * right, 2 * ai, 2 * aj, 2 * bi, 2 * bj, 2 * ci, 2 * cj
         )
@@ -222,6 +233,7 @@ def collect_triangles(whole, square, split):
         n_level += 1
     n_level *= 2
     out = np.empty((1024, 7), dtype=np.int64)
+    # Depth first: at most two triangles of each level wait.
     stack = np.empty((2 * n_level + 4, 7), dtype=np.int64)
     n = 0
     for i in range(0, split.shape[0] - 1, square):
@@ -245,6 +257,8 @@ def collect_triangles(whole, square, split):
                         continue
                     if _kind(whole, ai, aj, bi, bj, ci, cj) == 0:
                         continue
+                    # Full: twice the capacity, so that copying stays linear in the number of
+                    # triangles.
                     if n == out.shape[0]:
                         more = np.empty((2 * n, 7), dtype=np.int64)
                         more[:n] = out

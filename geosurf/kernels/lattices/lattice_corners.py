@@ -23,6 +23,8 @@ _DISTANCE = 24  # prefetch distance in nodes, as if they were in the same row
 def may_be_degenerate(ax, ay, az, bx, by, bz):
     """Whether a triangle with edges a and b may have zero area, within rounding."""
     xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
+    # Each component is a difference of two products. None of them differs from zero by more than
+    # rounding: only exact arithmetic can tell.
     return (
         abs(xp - xm) <= _ROUNDING * (abs(xp) + abs(xm)) + _UNDERFLOW
         and abs(yp - ym) <= _ROUNDING * (abs(yp) + abs(ym)) + _UNDERFLOW
@@ -43,6 +45,7 @@ def lattice_normals(p, q, r, a):
     for key in range(2 * max(a[N_ROW] - 1, 0) * max(a[N_COL] - 1, 0)):
         i, j = corner_of(a, key, 0)
         x, y, z = load(p, a, 0, i, j), load(q, a, 1, i, j), load(r, a, 2, i, j)
+        # The edges from corner 0 to the other two corners.
         i, j = corner_of(a, key, 1)
         ax, ay, az = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
         i, j = corner_of(a, key, 2)
@@ -77,6 +80,7 @@ def lattice_corners(a, keys):
         cell = keys[i] >> 1
         low = cell + cell // (n_col - 1)  # one node more than cells in each row
         high = low + n_col
+        # Where diagonals rise, both triangles have corner 0 and 2, else 1 and 3.
         if a[RISING] == 1:
             one, two, three = low, low + 1, high + 1
             if keys[i] & 1 == 1:
@@ -98,6 +102,7 @@ def lattice_nodes(p, q, r, a, nodes):
     n_col = a[N_COL]
     i = 0
     for k in range(nodes.shape[0]):
+        # The node's row is not known yet; that of the current node is mostly the same.
         if k + _DISTANCE < nodes.shape[0]:
             j = nodes[k + _DISTANCE] - i * n_col
             prefetch(p, a[0] + i * a[1] + j * a[2])

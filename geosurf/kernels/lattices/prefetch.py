@@ -27,10 +27,12 @@ def _instruction() -> Any:
     from numba.core import cgutils, types
     from numba.extending import intrinsic
 
+    # Called by numba while it generates code: builds the address and the instruction.
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind, word, byte = signature.args[0], ir.IntType(32), ir.IntType(8).as_pointer()
         array = context.make_array(kind)(context, builder, value=arguments[0])
         row = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        # Address arithmetic without a bounds check: an invalid address is ignored by the processor.
         step = cgutils.unpack_tuple(builder, array.strides, kind.ndim)[0]
         start = builder.ptrtoint(array.data, step.type)
         place = builder.inttoptr(builder.add(start, builder.mul(row, step)), byte)
@@ -45,5 +47,6 @@ def _instruction() -> Any:
     return intrinsic(typed)
 
 
+# Plain Python uses the empty function above.
 if RUNNER.compiles:
     prefetch = _instruction()

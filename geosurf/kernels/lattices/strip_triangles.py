@@ -60,6 +60,7 @@ def write_nodes(p, q, r, a, id_of_node, first, origin, x):
     """Positions of the nodes with new points (`first` and on), in the local frame."""
     for k in range(id_of_node.shape[0]):
         point = id_of_node[k]
+        # Older points have lower numbers; their positions are written already.
         if point >= first:
             i, j = k // a[N_COL], k % a[N_COL]
             x[point, 0] = load(p, a, 0, i, j) - origin[0]
@@ -69,6 +70,7 @@ def write_nodes(p, q, r, a, id_of_node, first, origin, x):
 
 @scalar
 def _fill_places(a, runs, first, last, places):
+    # What no run covers stays -1: cut triangles and missing ones.
     places[:] = -1
     for i in range(first, last):
         places[runs[i, FIRST] : runs[i, LAST] + 1] = i
@@ -78,6 +80,7 @@ def _fill_places(a, runs, first, last, places):
 def write_triangles(a, runs, start, cut, corners, id_of_node, t):
     """Corners of cut triangles and of those of runs, in the order of keys."""
     n_col = a[N_COL]
+    # A turned lattice lists corners 1 and 2 of each triangle in the other order.
     rising = a[RISING] == 1
     two, three = (2, 1) if a[TURNED] == 1 else (1, 2)
     places = np.empty(2 * (n_col - 1), dtype=np.int64)
@@ -94,6 +97,8 @@ def write_triangles(a, runs, start, cut, corners, id_of_node, t):
                     t[n, 0], t[n, 1], t[n, 2] = corners[m, 0], corners[m, 1], corners[m, 2]
                     m += 1
                     n += 1
+                # Along the strip, the halves of a cell come in the other order where diagonals
+                # rise.
                 if places[2 * col + (1 - half if rising else half)] < 0:
                     continue
                 # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
@@ -118,6 +123,7 @@ def write_labels(a, runs, start, cut, elements, first_run, keys, out):
         _fill_places(a, runs, start[row], start[row + 1], places)
         for k in range(2 * (n_col - 1)):
             key = 2 * row * (n_col - 1) + k
+            # The order of `write_triangles`: cut triangles of a key first, then the one of a run.
             while m < cut.shape[0] and cut[m] == key:
                 keys[n], out[n] = key, elements[m]
                 m += 1

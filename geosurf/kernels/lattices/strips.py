@@ -43,6 +43,8 @@ def _place_of(a, key):
 def _across(a, row, place):
     """Row and place of the triangle that shares the edge along the rows."""
     half = place % 2 if a[RISING] == 0 else 1 - place % 2
+
+    # The neighbour is in the same column of its row, in the other half of its cell.
     # half 0 has the lower edge, half 1 the upper one, with either diagonal
     other = place + 1 if place % 2 == 0 else place - 1
     return (row - 1 if half == 0 else row + 1), other
@@ -76,6 +78,7 @@ def _is_at_boundary(a, absent, row, first, last):
 @scalar
 def _add_run(a, absent, runs, n, row, first, last):
     """Write a run while there is capacity; the number of runs."""
+    # Beyond the capacity runs are only counted: the caller repeats with larger arrays.
     if n < runs.shape[0]:
         runs[n, ROW], runs[n, FIRST], runs[n, LAST] = row, first, last
         runs[n, RIM] = 1 if _is_at_boundary(a, absent, row, first, last) else 0
@@ -87,6 +90,7 @@ def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
     """Runs between the removed places (sorted) of a strip."""
     first = 0
     width = 2 * (a[N_COL] - 1)
+    # The last turn takes what follows the last removed place.
     for k in range(n_taken + 1):
         # Between two removed places, missing triangles divide runs further.
         stop = taken[k] if k < n_taken else width
@@ -121,6 +125,7 @@ def find_runs(a, keys, absent, runs):
         count = 0
 
         # Removed places of this row, sorted by insertion.
+        # Keys are increasing, so those of one row are adjacent.
         while p < keys.shape[0] and (keys[p] >> 1) // (a[N_COL] - 1) == row:
             place = _place_of(a, keys[p])
             k = count  # halves of one cell may come in the other order
@@ -147,6 +152,7 @@ def _columns(a, runs, i, half):
 @entry("l1 l2 l1 -> l2")
 def join_runs(a, runs, start):
     """Pairs of runs of neighbouring rows that share an edge."""
+    # The merge below ends a run with each step, and a run takes part in two merges.
     pairs = np.empty((2 * runs.shape[0] + 1, 2), dtype=np.int64)
     n = 0
     for row in range(start.shape[0] - 2):
@@ -154,6 +160,7 @@ def join_runs(a, runs, start):
 
         # Two sorted lists of runs: compare column ranges, advance the one that ends first.
         while i < start[row + 1] and j < start[row + 2]:
+            # Half 1 of this row has its edge above, half 0 of the next row has that edge below.
             upper_first, upper_last = _columns(a, runs, i, 1)
             lower_first, lower_last = _columns(a, runs, j, 0)
             if max(upper_first, lower_first) <= min(upper_last, lower_last):
@@ -239,6 +246,8 @@ def corner_of(a, key, corner):
     half = key & 1
     row, col = cell // (a[N_COL] - 1), cell % (a[N_COL] - 1)
     # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
+    # `at` counts the corners around the cell: 0 lower left, 1 lower right, 2 upper right, 3 upper
+    # left.
     if corner == 0:
         at = 1 if half == 1 and a[RISING] == 0 else 0
     elif corner == 1:

@@ -74,6 +74,7 @@ def _has_minus_zero(values, a, axis, block, first, n):
 def _five_rows(values, start, step, last, n, work):
     """Extend extremes by column with rows 0 to `last`, at most 4; number of columns with a NaN."""
     one = values[start : start + n]
+    # Rows beyond the last one repeat it: extremes stay the same.
     two = values[start + min(1, last) * step : start + min(1, last) * step + n]
     three = values[start + min(2, last) * step : start + min(2, last) * step + n]
     four = values[start + min(3, last) * step : start + min(3, last) * step + n]
@@ -92,6 +93,7 @@ def _five_rows(values, start, step, last, n, work):
 @scalar
 def _least(work, j):
     """The least of nine numbers: those of a block with its boundary in a row."""
+    # Blocks share the nodes at their boundary: eight cells have nine nodes.
     a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
     e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
 
@@ -164,6 +166,7 @@ def _axis_extremes(values, a, axis, boxes, n_block):
             low = value if value < low else low
             high = value if value > high else high
             found |= (1 if value != value else 0) | (2 if _is_minus_zero(value) else 0)
+        # All blocks of that column, or row, of blocks have these extremes.
         for k in range(n_row if along else n_block):
             row = k * n_block + b if along else b * n_block + k
             boxes[row, axis], boxes[row, 3 + axis] = low, high
@@ -204,6 +207,8 @@ def _add_corner(c, one, two, three, sums):
 @scalar
 def _add_cell(c, missing, sums):
     """Add one cell: whole (missing is -1), or with one corner missing."""
+    # Without a or c the three others form the triangle at the diagonal b-d, which falls; without b
+    # or d, the one at a-c.
     if missing >= 0:
         nx, ny, nz = _add_corner(c, (missing + 1) % 4, (missing + 2) % 4, (missing + 3) % 4, sums)
         place = ONLY_FALLING if missing % 2 == 0 else ONLY_RISING
@@ -225,6 +230,7 @@ def _add_cell(c, missing, sums):
 
 @scalar
 def _load_cell(values, a, axis, i, j, c):
+    # Strides of a step to the next row and to the next column.
     up, on = a[3 * axis + 1], a[3 * axis + 2]
     at = a[3 * axis] + i * up + j * on
     c[0, axis] = values[at]
@@ -245,6 +251,7 @@ def _add_cells(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
             # Cells with two or more missing corners have no triangle.
             missing = -1
             n = 0
+            # A corner is missing if any of its coordinates is; infinite ones count as missing.
             for k in range(4):
                 if not (abs(c[k, 0]) < np.inf and abs(c[k, 1]) < np.inf and abs(c[k, 2]) < np.inf):
                     missing = k
@@ -278,6 +285,7 @@ def _is_far(boxes):
 def _extremes(p, q, r, a, block, first, work, boxes, n_block):
     """Extremes of all coordinates with a number for each node: bits of findings, by axis."""
     bits = 0
+    # Coordinates that are equal in all rows or columns are left to `_axes`, once for all tiles.
     if a[1] != 0 and a[2] != 0:
         bits |= _tile_extremes(p, a, 0, block, first, work, boxes, n_block)
     if a[4] != 0 and a[5] != 0:
@@ -303,6 +311,7 @@ def _axes(p, q, r, a, boxes, n_block):
 @scalar
 def _add_boundaries(p, q, r, a, clear, sums):
     """Add the normals of bounded tiles: around all of them if all are, else around each."""
+    # One walk around the lattice instead of one around every tile.
     if clear.all():
         add_boundary_normals(p, q, r, a, 0, a[N_ROW] - 1, 0, a[N_COL] - 1, sums)
         return
@@ -325,6 +334,7 @@ def survey_lattice(p, q, r, a, quads):
     boxes = nodes[: n_row * n_col]
     marks = np.zeros(N_MARK, dtype=np.int64)
     sums = np.zeros(N_SUM, dtype=np.float64)
+    # A minimum over all corners starts at infinity.
     sums[MARGIN] = np.inf
 
     # Scratch rows of a tile.
@@ -333,6 +343,7 @@ def survey_lattice(p, q, r, a, quads):
     totals = np.zeros(N_TOTAL * ROW_SIZE)
     clear = np.zeros((n_row, (n_col * BLOCK + TILE - 1) // TILE), dtype=np.bool_)
     axes = _axes(p, q, r, a, boxes, n_col)
+    # Two bits per axis: a value is not a number; a value is -0.0.
     bits = axes
     for block in range(n_row):
         for first in range(0, n_col * BLOCK, TILE):
@@ -358,6 +369,7 @@ def survey_lattice(p, q, r, a, quads):
     if quads:
         add_totals(totals, sums)
         _add_boundaries(p, q, r, a, clear, sums)
+    # Flags per axis for the caller, who repairs or rejects the coordinates.
     for axis in range(3):
         marks[NOT_A_NUMBER + axis] = (bits >> 2 * axis) & 1
     marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0

@@ -15,6 +15,7 @@ def third_differences(heights, step, every_row, every_col):
     """
     n_row, n_col = heights.shape
     rows, cols = (n_row - 1) // every_row + 1, (n_col - 1) // every_col + 1
+    # A line of n nodes has n - 3 step differences, fewer where it has holes.
     out = np.empty(rows * max(n_col - 3 * step, 0) + cols * max(n_row - 3 * step, 0))
     whole = np.zeros(cols, dtype=np.int64)  # heights without a hole up to here
     one, two, three = step, 2 * step, 3 * step

@@ -46,6 +46,7 @@ def _reach(x):
 @scalar
 def _bits_for(n):
     """Bits of a code for each axis: about as many cells as triangles."""
+    # Cells of the code grid: 8**bits.
     bits = 1
     while bits < _MOST_BITS and (1 << (3 * bits)) < n:
         bits += 1
@@ -92,6 +93,7 @@ def survey_list(x, t):
     box, small, large = _reach(x)
     top = (1 << _bits_for(n)) - 1
     span = max(box[3] - box[0], max(box[4] - box[1], box[5] - box[2]))
+    # Without extent, or with too much of it, all codes are 0 and triangles stay in their order.
     scale = (top + 1) / span if 1e-290 < span < 1e290 else 0.0
     boxes = np.empty((n, 6), dtype=np.float64)
     codes = np.empty(n, dtype=np.int64)
@@ -113,6 +115,7 @@ def survey_list(x, t):
             lz, uz = _ends(pz, qz, rz)
             boxes[i, 0], boxes[i, 1], boxes[i, 2] = lx, ly, lz
             boxes[i, 3], boxes[i, 4], boxes[i, 5] = ux, uy, uz
+            # The highest coordinate would get a cell of its own: `top` bounds it.
             code = 0
             if scale > 0.0:
                 u = min(int((0.5 * (lx + ux) - box[0]) * scale), top)
@@ -134,6 +137,7 @@ def build_list_tree(boxes, codes):
     n = codes.shape[0]
 
     # Counting sort by code.
+    # Entry c + 1 counts code c. After the sums, start[c] is the first place of code c.
     start = np.zeros((1 << (3 * _bits_for(n))) + 1, dtype=np.int64)
     for i in range(n):
         start[codes[i] + 1] += 1
@@ -149,6 +153,7 @@ def build_list_tree(boxes, codes):
         # The leaf of a place grows while triangles are placed.
         place = start[codes[i]]
         start[codes[i]] = place + 1
+        # Placing in row order makes equal codes keep that order: the result is unique.
         order[place] = i
         leaf = place // LEAF
         for k in range(3):

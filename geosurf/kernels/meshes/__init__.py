@@ -7,7 +7,7 @@ file            question                                                source
 `radial_order`  In which order are triangles around an edge?            Weiler 1985
 `parts`         Which parts face each other around their edges? Cells.
 `volumes`       What are the volume below faces, area and bounds?       Knuth's two-sum
-`shells`        In which order are triangles? Which edges are open?     Ciura 2001
+`shells`        In which order are triangles? Which edges are open?     Hibbard 1963
 `polylines`     Which segments do polylines have?
 `chains`        Which curves do segments form?
 `linking`       Which segments of curves cannot overlap?

@@ -31,6 +31,7 @@ def _nodes_of(segments, number):
     upper = np.empty(n, dtype=np.int32)
     n_upper = 0
     for s in range(n):
+        # Lower points are in the other list already.
         if number[segments[s, 1]] == -1:
             number[segments[s, 1]] = _UPPER
             upper[n_upper] = segments[s, 1]
@@ -42,6 +43,7 @@ def _nodes_of(segments, number):
     count, k = 0, 0
     for s in range(n):
         point = segments[s, 0]
+        # A lower point comes with each of its segments; the first one numbers it.
         if number[point] != _LOWER:
             continue
         while k < n_upper and upper[k] < point:
@@ -73,6 +75,7 @@ def _links_of(segments, number, n_node):
     partner = np.empty(2 * n, dtype=np.int32)
     for s in range(n):
         a, b = number[segments[s, 0]], number[segments[s, 1]]
+        # Places of both directions know each other, so that a walk marks both as used.
         p = fill[a]
         fill[a] += 1
         q = fill[b]
@@ -94,6 +97,7 @@ def _walk(start, first, offsets, links, partner, used, out, n):
         node = links[link]
         out[n] = node
         n += 1
+        # A loop is closed, or an end or a branch is reached.
         if node == start or offsets[node + 1] - offsets[node] != 2:
             return n
 
@@ -122,6 +126,7 @@ def _chains_of(offsets, links, partner, out, starts):
                 for link in range(offsets[node], offsets[node + 1]):
                     if not used[link] and (best < 0 or links[link] < links[best]):
                         best = link
+                # Every link at this node is used.
                 if best < 0:
                     break
                 starts[count] = size
@@ -140,6 +145,7 @@ def link_segments(segments, first, n_point):
     lowest point towards its lower neighbour.
     """
     n = segments.shape[0]
+    # One table for all pairs: each pair clears what it has set.
     number = np.full(n_point, -1, dtype=np.int32)
     out = np.empty(2 * n, dtype=np.int64)
     offsets = np.empty(n + 1, dtype=np.int64)

@@ -114,6 +114,7 @@ def _may_overlap(x, ids, i, k):
     if b == q:
         p, q = q, p
     if b == p:  # consecutive, as nearly all segments of one face
+        # Both segments have the same ends.
         if a == q:
             return True
         if _turns_away(x, a, b, q, reach):
@@ -154,6 +155,7 @@ def overlap_free(x, surface, graph, rows, ids):
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
         one, two = surface[a], surface[b]
+        # The proof above needs two different surfaces and segments inside faces.
         if one == two or not _crosses_faces(rows, k):
             return 0
 
@@ -162,6 +164,7 @@ def overlap_free(x, surface, graph, rows, ids):
             run = k
 
         # Other contacts of the first face with this surface.
+        # Inside two triangles of a single-valued surface, segments cannot overlap.
         if not graph[two]:
             if k - run > _MANY:
                 return 0
@@ -174,6 +177,7 @@ def overlap_free(x, surface, graph, rows, ids):
             before[k] = i = last[b]
             last[b] = k
             n_seen = 0
+            # Contacts are sorted by surfaces: the first one of another surface ends the list.
             while i >= 0 and surface[rows[i, TRIANGLE_A]] == one:
                 n_seen += 1
                 if n_seen > _MANY or _may_overlap(x, ids, i, k):

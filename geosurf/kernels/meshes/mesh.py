@@ -21,6 +21,7 @@ _LONG = 32  # half-edges of one lower vertex that are matched by searching
 def weld_rows(x):
     """Number of the first vertex with equal coordinates, renumbered from 0; `weld` for kernels."""
     n = x.shape[0]
+    # A power of two, at most half full.
     size = 16
     while size < 2 * n:
         size *= 2
@@ -53,6 +54,8 @@ def weld(x):
 @scalar
 def half_edges_by_vertex(t, n_vertex):
     """Half-edges by their lower vertex: first place of each vertex, half-edges, upper vertices."""
+    # Entry v + 2 counts vertex v. The fill moves entry v + 1 from the begin to the end of v's
+    # range, so that start[v] is its begin afterwards.
     start = np.zeros(n_vertex + 2, dtype=np.int64)
     for i in range(t.shape[0]):
         a, b, c = t[i, 0], t[i, 1], t[i, 2]
@@ -85,6 +88,7 @@ def edges(t, n_vertex):
     it.
     """
     start, half, upper = half_edges_by_vertex(t, n_vertex)
+    # A half-edge that stays alone is a ring of its own.
     ring = np.arange(3 * t.shape[0])
     last = np.empty(0, dtype=np.int64)
     count = 0
@@ -96,6 +100,7 @@ def edges(t, n_vertex):
         if long and last.shape[0] == 0:
             last = np.full(n_vertex, -1, dtype=np.int64)
         for p in range(low, high):
+            # Nearest first: half-edges of one edge mostly come close together.
             found = p - 1
             if long:
                 found = last[upper[p]]  # below `low`: of an earlier bucket
@@ -137,6 +142,7 @@ def join(parent, i, j):
 def _numbered(parent):
     """Number of each element's set, in order of first elements, and the number of sets."""
     number = np.full(parent.shape[0], -1, dtype=np.int64)
+    # Roots are the lowest elements, so numbers follow first elements.
     count = 0
     for i in range(parent.shape[0]):
         root = find(parent, i)
@@ -203,6 +209,7 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
         # The common case: two distinct triangles.
         one, other = i // 3, j // 3
         if ring[j] == i and twin[one] == one and twin[other] == other:  # nearly all
+            # Two triangles of the same surfaces belong to one patch.
             same = owners[one] == owners[other]
             count, mixed = 2, not same
         elif seen[i]:
@@ -226,6 +233,7 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
 def _join_coinciding(parent, surface, ring, twin):
     """Join coinciding triangles like their twins, surface by surface."""
     for i in range(twin.shape[0]):
+        # A triangle without an earlier copy is joined above.
         if twin[i] == i:
             continue
         if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
@@ -286,6 +294,7 @@ def inverted_triangles(x, t, parents, parent, m, w):
         if i == 0 or p != parent[i - 1]:
             axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
         u, v = (axis + 1) % 3, (axis + 2) % 3
+        # No area counts as inverted too.
         if side * orient2d(x, m, w, t[i, 0], t[i, 1], t[i, 2], u, v) <= 0:
             rows[n] = i
             n += 1

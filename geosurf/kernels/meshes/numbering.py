@@ -52,6 +52,7 @@ def first_seen(keys):
         # Multiply both halves of the key; the result stays below 2**63.
         h = (key & 0x3FFFFFFF) * 0x1E3779B1 + (key >> 30) * 8388593  # below 2**63
         slot = (h ^ (h >> 29)) & (size - 1)
+        # Linear probing in a table that is at most half full.
         while slots[slot] >= 0 and found[slots[slot]] != key:
             slot = (slot + 1) & (size - 1)
         if slots[slot] < 0:
@@ -126,6 +127,8 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
     >>> number_in_place(table, 2, 10), table.tolist()
     (array([3, 7, 9]), [[1, 0, -1], [0, 2, -1]])
     """
+    # With more than 512 possible keys per entry, clearing and counting bits would take longer than
+    # a hash table.
     if limit <= 512 * n_column * len(table) + (1 << 20):
         found: np.ndarray = number_by_bits(table, n_column, limit)
         return found

@@ -29,6 +29,7 @@ def _within(x, t, i, bounds):
     """Whether all corners of a triangle lie within bounds (2, 3)."""
     for c in range(3):
         for k in range(3):
+            # Written so that NaN lies outside.
             if not bounds[0, k] <= x[t[i, c], k] <= bounds[1, k]:
                 return False
     return True
@@ -46,6 +47,7 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
     n = t.shape[0]
     included = np.ones(n + n_run, dtype=np.bool_)
     for i in range(n):
+        # Of coinciding triangles one stands for all.
         included[i] = twin[i] == i and _within(x, t, i, bounds)
     parent = np.arange(included.shape[0])
     for i in range(n):
@@ -61,6 +63,7 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
                     join(parent, i, n + link[start])
             elif j > start and ring[j] == start:
                 other = j // 3
+                # Opposite directions: both triangles face the same way across the edge.
                 if included[other] and surface[other] == surface[i] and t[other, j % 3] != t[i, c]:
                     join(parent, i, other)
     for k in range(pairs.shape[0]):
@@ -93,6 +96,7 @@ def _gather_around(t, ring, part, start, order, directions):
     u = t[start // 3, start % 3]
     j = start
     while True:
+        # Triangles that are left out bound nothing.
         if part[j // 3] >= 0:
             if j < start:
                 return _SEEN
@@ -112,6 +116,7 @@ def _is_inner_edge(t, ring, link, part, start):
     i, j = start // 3, ring[start]
     if j == start:
         return link[start] >= 0 and part[t.shape[0] + link[start]] >= 0
+    # More than two triangles, or two parts: sides have to be found by their order.
     if ring[j] != start or part[i] != part[j // 3]:
         return False
     return t[i, start % 3] != t[j // 3, j % 3]
@@ -130,6 +135,7 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
     Returns `DONE`; `NEEDS_EXACT` if `m` is empty and doubles do not decide: call again with it; or
     a half-edge at which two triangles lie in one half-plane.
     """
+    # Sixteen triangles around an edge are plenty for most models; the arrays grow.
     order = np.empty(16, dtype=np.int64)
     directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
     for start in range(3 * t.shape[0]):
@@ -156,6 +162,7 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
 
         # Each side faces the next triangle in the order.
         for a in range(n):
+            # The last triangle faces the first: the order is cyclic.
             b = (a + 1) % n
             one, other = part[order[a]], part[order[b]]
             join(sides, _side_after(one, directions[a]), _side_after(other, -directions[b]))

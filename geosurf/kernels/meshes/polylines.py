@@ -24,10 +24,12 @@ def weld_lines(x, stops, owners):
     segments, owned = np.empty((n, 2), dtype=np.int64), np.empty((n, 2), dtype=np.int64)
     at, first = 0, 0
     for line in range(n_line):
+        # `first` is the first point of this polyline, `stops[line]` that of the next one.
         for k in range(first, stops[line]):
             one = number[k]
             for axis in range(3):
                 once[one, axis] = x[k, axis]
+            # The first point of a polyline ends no segment.
             if k > first:
                 before = number[k - 1]
                 segments[at, 0], segments[at, 1] = min(one, before), max(one, before)

@@ -71,6 +71,8 @@ def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
         worst_ratio = max(worst_ratio, size / length)
 
         # Pseudo-angle relative to the first half-plane.
+        # Turned by its direction along the edge, the normal is at a right angle to the half-plane,
+        # the same for all triangles.
         turn = _pseudo_angle(directions[a] * normal_k, directions[a] * heading * normal_o)
         first = turn if a == 0 else first
         turns[a] = turn - first if turn >= first else turn - first + 4.0
@@ -83,6 +85,8 @@ def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
             order[b - 1], order[b] = order[b], order[b - 1]
             directions[b - 1], directions[b] = directions[b], directions[b - 1]
             b -= 1
+
+    # The gap between the last half-plane and the first counts too.
     least = 4.0 - turns[n - 1]
     for a in range(1, n):
         least = min(least, turns[a] - turns[a - 1])
@@ -160,6 +164,7 @@ def _cross_sign(x, t, m, w, around, a, b, axis):
 def _dot_sign(x, t, m, w, around, a, b):
     """Sign of the scalar product of the normals of two triangles `around`."""
     i, j = int(around[a, OF]), int(around[b, OF])
+    # Two parts of one triangle have the same normal.
     if i == j:
         return 1
 
@@ -190,8 +195,10 @@ def _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, he
             # The side of the first half-plane decides the half turn.
             direction = directions[0] * directions[a]
             s = direction * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
+            # Parallel and on the same side: one half-plane twice.
             if s == 0 and direction * _dot_sign(px, pt, m, w, around, 0, a) > 0:
                 return False
+            # Behind the first half-plane, or opposite to it.
             if s <= 0:
                 half = 1
         around[a, HALF] = half

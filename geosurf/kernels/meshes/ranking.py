@@ -85,6 +85,7 @@ def _sort_crowd(x, order, low, high):
     """Sort a range of any length: coordinate by coordinate, until ties are short."""
     _sort_by(x, 0, order, low, high)
     while low < high:
+        # Only ties need the next coordinate.
         end = _end_of_ties(x, 0, order, low, high)
 
         # Few ties in easting: insertion. Many: sort by northing, then elevation.
@@ -131,12 +132,14 @@ def _ordered_points(x, segments):
     # Counting sort into buckets by easting.
     start = np.zeros(n + 1, dtype=np.int32)
     for k in range(n):
+        # The highest easting would get a bucket of its own: it joins the last one.
         start[min(int((x[points[k], 0] - low) * pace), n - 1) + 1] += 1
     for bucket in range(n):
         start[bucket + 1] += start[bucket]
     order, easting = np.empty(n, dtype=np.int32), np.empty(n)
     for k in range(n):  # each start moves to that of the next bucket
         east = x[points[k], 0]
+        # The same expression as above, so that a point lands in the bucket that counted it.
         bucket = min(int((east - low) * pace), n - 1)
         at = start[bucket]
         order[at], easting[at] = points[k], east
@@ -159,6 +162,7 @@ def _ranked_places(x, order):
     """Rank of each point among the distinct positions of an order, and these positions."""
     rank = np.empty(x.shape[0], dtype=np.int32)
     places = np.empty((order.shape[0], 3))
+    # Distinct positions so far.
     n = 0
     for k in range(order.shape[0]):
         i = order[k]
@@ -184,6 +188,7 @@ def _sort_bucket(upper, pair, low, high):
     """Sort the segments of one lower point by their upper points."""
     if high - low > _SHORT:
         # Long buckets: sort indices. Short ones: insertion.
+        # Equal segments of different pairs may come in any order: they are separated by pair next.
         places = np.argsort(upper[low:high])
         uppers, pairs = upper[low:high].copy(), pair[low:high].copy()
         for k in range(high - low):
@@ -202,6 +207,7 @@ def _sort_bucket(upper, pair, low, high):
 def _by_points(segments, rank, pair, n_rank):
     """Segments by their lower, then upper points: first of each lower one, uppers, pairs."""
     n = segments.shape[0]
+    # Entry point + 1 counts the segments with this lower point.
     start = np.zeros(n_rank + 1, dtype=np.int32)
     for k in range(n):
         start[min(rank[segments[k, 0]], rank[segments[k, 1]]) + 1] += 1
@@ -215,6 +221,7 @@ def _by_points(segments, rank, pair, n_rank):
         lower = min(p, q)
         upper[start[lower]], of[start[lower]] = max(p, q), pair[k]
         start[lower] += 1
+    # Segments of one lower point are few in most models.
     begin = 0
     for point in range(n_rank):
         end = start[point]
@@ -230,6 +237,7 @@ def _by_pairs(start, upper, pair, n_pair):
     n = upper.shape[0]
     first = np.zeros(n_pair + 1, dtype=np.int64)
     for k in range(n):
+        # Duplicates are counted too; the gaps that they leave are closed at the end.
         first[pair[k] + 1] += 1
     for i in range(n_pair):
         first[i + 1] += first[i]
@@ -242,6 +250,7 @@ def _by_pairs(start, upper, pair, n_pair):
         while k < start[lower]:
             i = pair[k]
             at = fill[i]
+            # The previous segment of this pair is the same one: it came twice.
             if not (at > first[i] and out[at - 1, 0] == lower and out[at - 1, 1] == upper[k]):
                 out[at, 0], out[at, 1] = lower, upper[k]
                 fill[i] = at + 1

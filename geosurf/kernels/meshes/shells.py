@@ -27,7 +27,7 @@ def _comes_before(t, i, j):
 
 @scalar
 def _shell_sort(t, order, low, high):
-    """Sort a bucket; gaps of Ciura (2001), since a corner of the box may have thousands."""
+    """Sort a bucket; gaps of Hibbard (1963), since a corner of the box may have thousands."""
     gap = 1
     while gap < (high - low) // 2:
         gap = 2 * gap + 1
@@ -44,6 +44,7 @@ def _shell_sort(t, order, low, high):
 @entry("l2 l -> l1")
 def order_by_corners(t, n_vertex):
     """Rows of triangles in lexicographic order of their corners, which are below `n_vertex`."""
+    # As in `mesh.half_edges_by_vertex`: entry v + 2 counts the triangles with first corner v.
     start = np.zeros(n_vertex + 2, dtype=np.int64)
     for i in range(t.shape[0]):
         start[t[i, 0] + 2] += 1
@@ -114,6 +115,7 @@ def count_open_edges(t, n_vertex):
 
     An edge that is run through twice more often one way than the other counts twice.
     """
+    # Half-edges of an edge are in the bucket of its lower vertex.
     start, half, upper = half_edges_by_vertex(t, n_vertex)
     used = np.zeros(n_vertex, dtype=np.bool_)
     for i in range(t.shape[0]):
@@ -144,6 +146,7 @@ def count_open_edges(t, n_vertex):
                 found = low
                 while upper[found] != upper[p]:
                     found += 1
+            # Opposite directions cancel: an edge between two triangles ends at 0.
             if found < p:
                 way[found] += way[p]
                 way[p] = 0
@@ -171,6 +174,7 @@ def sums_of_triangles(x, t):
 
     The volume is that of pyramids from the middle of the mesh (the divergence theorem).
     """
+    # The middle of the box as origin keeps radii short, and rounding errors with them.
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for i in range(t.shape[0]):
         for c in range(3):
@@ -190,6 +194,7 @@ def sums_of_triangles(x, t):
         volume, volume_rest = _two_sum(volume, volume_rest, term)
         area, area_rest = _two_sum(area, area_rest, np.sqrt(nx * nx + ny * ny + nz * nz))
         u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
+        # Sums for the error bound that the certificate reports.
         products += u * v
         sides += u + v + abs(ux - vx) + abs(uy - vy) + abs(uz - vz)
     return (volume + volume_rest) / 6.0, 0.5 * (area + area_rest), products, sides
@@ -214,6 +219,7 @@ def are_copies(x, t, y, faces, parent, origin):
     out = np.zeros(t.shape[0], dtype=np.bool_)
     for i in range(t.shape[0]):
         p = parent[i]
+        # Three rotations keep the orientation; a mirrored triangle is no copy.
         for turn in range(3):
             same = True
             for c in range(3):

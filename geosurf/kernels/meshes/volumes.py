@@ -54,6 +54,7 @@ def volume_below_triangles(x, t, face, level, out):
         ax, ay = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
         bx, by = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1]
         flat = ax * by - ay * bx
+        # Twice the map area times three times the mean height: six times the volume.
         _add(out, face[i], 0, flat * ((x[a, 2] - level) + (x[b, 2] - level) + (x[c, 2] - level)))
         out[face[i], 2] += flat
 
@@ -109,6 +110,8 @@ def volume_below_runs(p, q, r, a, runs, face, level, out):
             high = total + then
             back = high - total
             low += (total - (high - back)) + (then - back)
+
+        # The sum of a run joins that of its face, with its sign and its rounding errors.
         _add(out, face[i], 0, sign * high)
         out[face[i], 1] += sign * low
         out[face[i], 2] += sign * flat
@@ -125,6 +128,7 @@ def _extend(out, i, c, up):
     bx, by, bz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     _add(out, i, 0, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
+    # Columns 8 and 10: areas that look up and down, exchanged for a turned surface.
     _add(out, i, up if nz > 0.0 else 18 - up, abs(nz))
     for k in range(3):
         out[i, 2 + k] = min(out[i, 2 + k], min(c[0, k], min(c[1, k], c[2, k])))

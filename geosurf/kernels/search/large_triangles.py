@@ -43,6 +43,7 @@ def _misses(p, bounds, size, i, j, k):
         at = i if axis == 0 else (j if axis == 1 else k)
         d = bounds[axis] + (at + 0.5) * size - p[6 + axis]
         s += p[axis] * d
+        # The half-diagonal along the normal, and the rounding of the plane.
         reach += abs(p[axis]) * h + ROUNDING * p[3 + axis] * (abs(d) + h)
     return abs(s) > reach
 
@@ -61,6 +62,7 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
     """Pairs (n, 2) of large triangles with others that may meet; lower row first, each once."""
     pairs = np.empty((64, 2), dtype=np.int64)
     n = 0
+    # The last large triangle that each triangle was compared with.
     seen = np.full(t.shape[0], -1, dtype=np.int64)
     span = np.empty(6, dtype=np.int64)
     p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
@@ -77,6 +79,7 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
                 pairs, n = _append(pairs, n, a, large[s])
 
         # The others: only in voxels that the plane passes.
+        # The box of a large triangle covers many voxels, its plane passes few of them.
         _cell_range(boxes, a, bounds, size, shape, span)
         for i in range(span[0], span[3] + 1):
             for j in range(span[1], span[4] + 1):

@@ -46,8 +46,10 @@ def _height(x, t, row, u, v, axis, ax, ay):
     a, ea = _signed_area(x[q, u], x[q, v], x[r, u], x[r, v], ax, ay)
     b, eb = _signed_area(x[r, u], x[r, v], x[p, u], x[p, v], ax, ay)
     c, ec = _signed_area(x[p, u], x[p, v], x[q, u], x[q, v], ax, ay)
+    # Two certain signs differ: the ray passes outside an edge.
     if (a > ea or b > eb or c > ec) and (a < -ea or b < -eb or c < -ec):
         return _MISSED, 0.0, 0.0, 0
+    # Through an edge, or too near to one: aim again.
     if not ((a > ea and b > eb and c > ec) or (a < -ea and b < -eb and c < -ec)):
         return _UNDECIDED, 0.0, 0.0, 0
 
@@ -58,6 +60,7 @@ def _height(x, t, row, u, v, axis, ax, ay):
     z, zq, zr = x[p, axis], x[q, axis] - x[p, axis], x[r, axis] - x[p, axis]
     size = abs(x[p, axis]) + abs(x[q, axis]) + abs(x[r, axis])
     span = abs(zq) + abs(zr)
+    # The error of the areas over the triangle, and the rounding of the height itself.
     reach = 8.0 * error / abs(total) * span + _HEIGHT * size + TINY
     return _MET, z + (b * zq + c * zr) / total, reach, 1 if total > 0.0 else -1
 
@@ -108,6 +111,7 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
             if set_of[order[k]] != mine:
                 continue
             met, z, reach, facing = _height(x, t, order[k], u, v, axis, ax, ay)
+            # Whatever is undecided could be the topmost.
             if met == _UNDECIDED:
                 return UNDECIDED, 0.0, 0.0
             if met == _MISSED:
@@ -121,6 +125,9 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
             if z - reach > best_low:
                 best_low, best_high = z - reach, z + reach
                 side = 2 * order[k] + (0 if facing > 0 else 1)
+
+    # Decided only if one hit has both the highest lower and the highest upper bound, and no other
+    # hit reaches it.
     if (
         side == UNDECIDED
         or (best_high == extreme and next_extreme >= best_low)
@@ -154,6 +161,7 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
             row = order[k]
             if set_of[row] == mine or not seen[row]:
                 continue
+            # All of the triangle is below the start.
             if max(x[t[row, 0], axis], x[t[row, 1], axis], x[t[row, 2], axis]) < below:
                 continue
             met, z, reach, facing = _height(x, t, row, u, v, axis, ax, ay)
@@ -174,6 +182,8 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
             if z + reach < best_high:
                 best_low, best_high = z - reach, z + reach
                 side = 2 * row + (1 if facing > 0 else 0)
+
+    # One hit has to be the lowest by both bounds, and no other hit may reach down to it.
     if side != NO_HIT and (best_low != extreme or next_extreme <= best_high):
         return UNDECIDED
     return side
@@ -200,6 +210,7 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
         mine = set_of[row]
         for attempt in range(_AIMS):
             # Aim at another inner point of the triangle in each attempt.
+            # Weights 1, r and r squared: an inner point, another one in each attempt.
             ratio = (31.0 + attempt) / 40.0
             total = 1.0 + ratio + ratio * ratio
             for k in range(3):
@@ -255,6 +266,7 @@ def rows_in_box(order, nodes, levels, boxes, box, rows):
             for axis in range(3):
                 apart |= boxes[row, axis] > box[3 + axis] or boxes[row, 3 + axis] < box[axis]
             if not apart:
+                # Beyond the capacity rows are only counted.
                 if n < rows.shape[0]:
                     rows[n] = row
                 n += 1

@@ -36,6 +36,7 @@ PLANE_BOUND, VOLUME_BOUND = 1e-15, 2e-15
 @scalar
 def _common(t, a, b, at):
     """Number of common corners; their indices in a and b come first in `at`, then the others."""
+    # Nine comparisons of numbers; no coordinates.
     n = 0
     for i in range(3):
         for j in range(3):
@@ -90,6 +91,7 @@ def _span(x, t, tri, o, nx, ny, nz):
     low, high = np.inf, -np.inf
     for i in range(3):
         v = t[tri, i]
+        # The corner in the plane has height 0 exactly.
         if v == o:
             continue
         hx, hy, hz = nx * (x[v, 0] - x[o, 0]), ny * (x[v, 1] - x[o, 1]), nz * (x[v, 2] - x[o, 2])
@@ -127,6 +129,7 @@ def _off_plane(x, t, a, b, shared):
             continue
         cx, cy, cz = x[v, 0] - x[o, 0], x[v, 1] - x[o, 1], x[v, 2] - x[o, 2]
         side = filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, 0.0)
+        # Undecided, or on the other side than a corner before.
         if side == 0 or side == -before:
             return False
         before = side
@@ -138,6 +141,7 @@ def _off_edge(x, t, a, b, shared, u, v):
     """Whether an edge of a, on axes u and v, separates it from b, a shared corner excluded."""
     for i in range(3):
         p, q, r = t[a, i], t[a, (i + 1) % 3], t[a, (i + 2) % 3]
+        # The shared corner is a corner of b too, on the inner side: this edge cannot separate b.
         if r == shared:
             continue
 
@@ -171,6 +175,7 @@ def _apart_at_corner(x, t, a, b, at):
     o = t[a, at[0, 0]]
     ax, ay, az = _bisector(x, o, t[a, at[0, 1]], t[a, at[0, 2]])
     bx, by, bz = _bisector(x, o, t[b, at[1, 1]], t[b, at[1, 2]])
+    # Half-way between both bisectors: the plane across their difference.
     nx, ny, nz = ax - bx, ay - by, az - bz
     return _span(x, t, a, o, nx, ny, nz)[0] > 0.0 > _span(x, t, b, o, nx, ny, nz)[1]
 
@@ -178,6 +183,7 @@ def _apart_at_corner(x, t, a, b, at):
 @scalar
 def _apart_midway(x, t, a, b):
     """Whether a plane half-way separates triangles without a common corner."""
+    # Three times the vector between the middles of both triangles.
     nx = x[t[a, 0], 0] + x[t[a, 1], 0] + x[t[a, 2], 0]
     ny = x[t[a, 0], 1] + x[t[a, 1], 1] + x[t[a, 2], 1]
     nz = x[t[a, 0], 2] + x[t[a, 1], 2] + x[t[a, 2], 2]
@@ -192,6 +198,7 @@ def _apart_midway(x, t, a, b):
 def separated_triangles(x, t, a, b, at):
     """Whether two triangles certainly meet in common corners and edges only."""
     n = _common(t, a, b, at)
+    # The same corners: nothing of either triangle lies outside of what they have in common.
     if n == 3:
         return True
     if n == 2:
@@ -222,6 +229,7 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
                 break  # rows are increasing in a voxel
             for r in range(s + 1, offsets[voxel + 1]):
                 b = filled[r]
+                # Two parts of one single-valued surface are separated in the map.
                 if graph[a] >= 0 and graph[a] == graph[b]:
                     continue
                 if (

@@ -83,6 +83,7 @@ def levels_of(n_row, n_col, fan_row, fan_col):
     # Each level has one node per fan_row x fan_col nodes below, down to one root.
     while True:
         levels[n, 0], levels[n, 1], levels[n, 2] = first, n_row, n_col
+        # Levels are stored one after the other, leaves first.
         first += n_row * n_col
         n += 1
         if n_row * n_col <= 1:
@@ -108,6 +109,7 @@ def build_above(nodes, levels, fan_row, fan_col):
 def boxes_apart(p, i, q, j):
     """Whether box i of p and box j of q have no common point."""
     for k in range(3):
+        # Written so that boxes with NaN are apart.
         if not (p[i, k] <= q[j, 3 + k] and q[j, k] <= p[i, 3 + k]):
             return True
     return False
@@ -152,6 +154,7 @@ def low_high(values, offset, row_step, col_step):
     """Extremes over the four nodes of a cell; NaN nodes are skipped."""
     u, v = values[offset], values[offset + col_step]
     w, s = values[offset + row_step], values[offset + row_step + col_step]
+    # Start with a node that exists; at least one of the first three does if a triangle does.
     low = high = u if u == u else (v if v == v else w)
     low = v if v < low else low
     high = v if v > high else high
@@ -172,6 +175,7 @@ def _load_list_leaf(tree, leaf, near, j, loaded):
             _load_node(tree.p, tree.q, tree.r, tree.a, 0, tree.t[row, corner], loaded.c, n, corner)
         _box_corners(loaded.c, n, loaded.boxes)
         loaded.keys[n] = row
+        # A triangle that is not near is overwritten by the next one.
         if not boxes_apart(loaded.boxes, n, near, j):
             n += 1
     return n
@@ -182,6 +186,7 @@ def _cell_is_near(tree, row, col, near, j):
     """Whether the box of a cell of a lattice meets box j of `near`, elevation first."""
     a = tree.a
     low, high = low_high(tree.r, a[6] + row * a[7] + col * a[8], a[7], a[8])
+    # Elevation first: horizons lie above each other and share the map.
     if low > near[j, 5] or high < near[j, 2]:
         return False
     low, high = low_high(tree.p, a[0] + row * a[1] + col * a[2], a[1], a[2])
@@ -226,6 +231,7 @@ def _load_leaf(tree, leaf, near, j, loaded):
                     continue
                 _box_corners(loaded.c, n, loaded.boxes)
                 loaded.keys[n] = 2 * (row * (a[N_COL] - 1) + col) + half
+                # As for a list: the row is used again unless the triangle is near.
                 if not boxes_apart(loaded.boxes, n, near, j):
                     n += 1
     return n
@@ -271,9 +277,11 @@ def _box_misses_leaf(tree, leaf, loaded, nodes, j):
     if a[IS_LATTICE] == 1:
         n_row = min(BLOCK, a[N_ROW] - 1 - BLOCK * (leaf // levels[0, 2]))
         n_col = min(BLOCK, a[N_COL] - 1 - BLOCK * (leaf % levels[0, 2]))
+        # Testing more triangles than a leaf of a list has would cost more than it saves.
         if 2 * n_row * n_col > LEAF:
             return False
     for k in range(_load_leaf(tree, leaf, nodes, j, loaded)):
+        # One plane that passes the box is enough to go on.
         if not _box_misses_plane(loaded.c, k, nodes, j):
             return False
     return True
@@ -284,6 +292,7 @@ def _children(a, levels, node, level, kids):
     """Nodes below a node, and how many."""
     # Row and column of the node in its level give those of its children.
     above, below = levels[level], levels[level - 1]
+    # A lattice joins 2 x 2 nodes, a list FAN consecutive ones.
     fan_row, fan_col = (2, 2) if a[IS_LATTICE] == 1 else (1, FAN)
     row, col = (node - above[0]) // above[2], (node - above[0]) % above[2]
     n = 0
@@ -314,6 +323,7 @@ def _emit(one, count_a, two, count_b, same_leaf, same, pairs, n):
         for j in range(count_b):
             # Boxes first, then the plane of each triangle against the other box.
             key_a, key_b = one.keys[i], two.keys[j]
+            # In one leaf each pair comes twice: the one with the lower key first is taken.
             if boxes_apart(one.boxes, i, two.boxes, j) or (same_leaf and key_b <= key_a):
                 continue
             if not same and (
@@ -351,6 +361,7 @@ def _is_excluded(a, i, level_i, one, b, j, level_j, two):
 
     Between two leaves, triangles are tested one by one instead.
     """
+    # The plane of a large triangle passes few nodes of the other tree; its box meets many.
     if level_i == 0 and level_j > 0 and _box_misses_leaf(a, i, one, b.nodes, j):
         return True
     return level_j == 0 and level_i > 0 and _box_misses_leaf(b, j, two, a.nodes, i)
@@ -369,12 +380,14 @@ def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, s
     stack = np.empty((4096, 4), dtype=np.int64)
     kids, hull = np.empty(FAN, dtype=np.int64), np.empty((1, 6))
 
+    # Both roots; the stack grows where needed.
     top = push_pair(stack, 0, na.shape[0] - 1, la.shape[0] - 1, nb.shape[0] - 1, lb.shape[0] - 1)
     n = 0
     visited = 0
     while top > 0:
         top -= 1
         i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        # Every pair of nodes that is compared counts: it tells how well boxes exclude.
         visited += 1
         if boxes_apart(na, i, nb, j):
             continue

@@ -44,6 +44,7 @@ def _push_children(levels, level, node, other, level_other, swapped, stack, top)
 @scalar
 def _pair_overlaps(nodes, levels, first, one, two, stack):
     """Whether two nodes of the lowest levels of two tops overlap."""
+    # Both roots: the last level of each top.
     top = push_pair(
         stack, 0, levels[first[one + 1] - 1, 0], first[one + 1] - 1,
         levels[first[two + 1] - 1, 0], first[two + 1] - 1,
@@ -55,6 +56,7 @@ def _pair_overlaps(nodes, levels, first, one, two, stack):
             continue
 
         # Descend on the larger box until both are at the lowest level.
+        # `first` is the lowest level that a top has.
         low_i, low_j = level_i == first[one], level_j == first[two]
         if low_i and low_j:
             return True

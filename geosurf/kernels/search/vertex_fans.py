@@ -42,10 +42,12 @@ def _bend(to, a, b, k):
 
     Along the arc it is ``to[a, k] cos(t) + q sin(t)``, with q the unit tangent at a.
     """
+    # Slopes of the coordinate at both ends of the arc, in the plane of the arc.
     dot = to[a, 0] * to[b, 0] + to[a, 1] * to[b, 1] + to[a, 2] * to[b, 2]
     sine = math.sqrt(max(1.0 - dot * dot, 0.0))
     leaves, arrives = to[b, k] - dot * to[a, k], dot * to[b, k] - to[a, k]
     # the bend of a very short arc is far below the error
+    # Without a change of sign the coordinate is monotone: its extremes are at the ends.
     if sine < 1e-7 or leaves * arrives >= 0.0:
         return to[a, k], to[a, k]
     size = math.sqrt(to[a, k] ** 2 + (leaves / sine) ** 2)
@@ -58,6 +60,7 @@ def _around_axis(to, k, chord):
     # the axis is farther away than the corners are from each other
     if abs(to[0, k]) < 1.0 - 0.5 * chord - 1e-9:
         return 0
+    # Signed areas as seen along the axis: of one sign where the axis may be enclosed.
     u, v = (k + 1) % 3, (k + 2) % 3
     a = to[0, u] * to[1, v] - to[0, v] * to[1, u]
     b = to[1, u] * to[2, v] - to[1, v] * to[2, u]
@@ -85,6 +88,7 @@ def direction_boxes(x, corners, eye, slip):
             at = corners[i, corner]
             ux, uy, uz = x[at, 0] - eye[0], x[at, 1] - eye[1], x[at, 2] - eye[2]
             away = math.sqrt(ux * ux + uy * uy + uz * uz)
+            # The corner at the eye has no direction: the triangle is an arc.
             if ux == 0.0 and uy == 0.0 and uz == 0.0:
                 continue
             nearest = min(nearest, away)
@@ -115,6 +119,7 @@ def direction_boxes(x, corners, eye, slip):
             low = high = to[0, k]
             for a in range(1, n):
                 low, high = min(low, to[a, k]), max(high, to[a, k])
+            # Three sides, or the single arc between two directions.
             for a in range(n if n == 3 else 1):
                 least, most = _bend(to, a, (a + 1) % n, k)
                 low, high = min(low, least), max(high, most)
@@ -178,6 +183,7 @@ def overlapping_directions(boxes, spaces, label, order, nodes, levels, common, p
         if level_i == 0 and level_j == 0:
             for p in range(LEAF * i, min(LEAF * i + LEAF, order.shape[0])):
                 one = order[p]
+                # Within one leaf each pair once.
                 start = p + 1 if i == j else LEAF * j
                 for q in range(start, min(LEAF * j + LEAF, order.shape[0])):
                     two = order[q]
@@ -188,6 +194,7 @@ def overlapping_directions(boxes, spaces, label, order, nodes, levels, common, p
                     ):
                         n = append_pair(pairs, n, min(one, two), max(one, two))
             continue
+        # The stack grows before a split could overflow it.
         if top + FAN * FAN > stack.shape[0]:
             larger = np.empty((2 * stack.shape[0], 4), dtype=np.int64)
             larger[: stack.shape[0]] = stack

@@ -41,6 +41,7 @@ def _meets(boxes, i, bounds):
 @entry("d2 d1 -> l1")
 def faces_in_box(boxes, bounds):
     """Rows of the boxes that overlap the global box."""
+    # Count, then fill: the result has its final size at once.
     n = 0
     for i in range(boxes.shape[0]):
         if _meets(boxes, i, bounds):
@@ -58,6 +59,7 @@ def faces_in_box(boxes, bounds):
 def bounds_of(boxes, rows):
     """Common box of some boxes."""
     out = np.empty(6, dtype=np.float64)
+    # An empty box, which any box extends.
     for axis in range(3):
         out[axis] = np.inf
         out[3 + axis] = -np.inf
@@ -81,6 +83,7 @@ def _cell(value, low, size, n):
 def _cell_range(boxes, i, bounds, size, shape, out):
     """First and last voxel of a box along each axis."""
     for axis in range(3):
+        # Boxes beyond the bounds are clamped to the outermost voxels.
         out[axis] = _cell(boxes[i, axis], bounds[axis], size, shape[axis])
         out[3 + axis] = _cell(boxes[i, 3 + axis], bounds[axis], size, shape[axis])
 
@@ -131,9 +134,12 @@ def voxel_pairs(boxes_a, rows_a, boxes_b, bounds, size, shape, offsets, filled, 
         for i in range(span[0], span[3] + 1):
             for j in range(span[1], span[4] + 1):
                 for k in range(span[2], span[5] + 1):
+                    # Voxels are numbered with k fastest, so that a row of them is adjacent in
+                    # memory.
                     c = (i * shape[1] + j) * shape[2] + k
                     for s in range(offsets[c], offsets[c + 1]):
                         b = filled[s]
+                        # In one surface each pair once, and no triangle with itself.
                         if same and b <= a:
                             continue
 
@@ -146,6 +152,8 @@ def voxel_pairs(boxes_a, rows_a, boxes_b, bounds, size, shape, offsets, filled, 
                                 here = False
                                 break
                             at = i if axis == 0 else (j if axis == 1 else k)
+                            # The same expression as in `_cell_range`, so that exactly one voxel has
+                            # the corner.
                             if _cell(low, bounds[axis], size, shape[axis]) != at:
                                 here = False
                                 break

@@ -17,6 +17,7 @@ def products_of_columns(a, b):
     n, k = a.shape
     m = b.shape[1]
     out = np.zeros((k, m))
+    # Rows in order: each sum has one order of additions.
     for row in range(n):
         for i in range(k):
             w = a[row, i]
@@ -30,6 +31,7 @@ def sums_of_columns(a, share):
     """Sum (n,) of the columns of `a` (n, k), each multiplied by `share` (k,)."""
     n, k = a.shape
     out = np.zeros(n)
+    # One pass over memory; columns of a row are adjacent.
     for row in range(n):
         total = 0.0
         for i in range(k):

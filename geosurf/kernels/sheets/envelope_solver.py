@@ -28,6 +28,7 @@ def _neighbours(east, north):
     """
     n = east.shape[0]
     start = np.zeros(n + 1, dtype=np.int64)
+    # Each link is stored at one of its nodes and counted for both.
     for v in range(n):
         for u in (east[v], north[v]):
             if u >= 0:
@@ -59,6 +60,7 @@ def _spread(node, start, neighbours, seen, mark, queue):
         done += 1
         for k in range(start[v], start[v + 1]):
             u = neighbours[k]
+            # Another mark for each search replaces clearing the array.
             if seen[u] != mark:
                 seen[u] = mark
                 queue[count] = u
@@ -90,6 +92,7 @@ def places_in_order(east, north, number):
         for k in range(count):
             at = number[queue[k]]
             if at >= 0:
+                # Places count down, which reverses the order: fill-in stays inside the envelope.
                 left -= 1
                 place[at] = left
     return place
@@ -105,6 +108,7 @@ def fill_envelope(east, north, square, number, value, weights, place):
     forms = np.zeros((KINDS, NODES * NODES))
     fill_forms(weights, forms)
     g, at = np.empty(NODES, dtype=np.int64), np.empty(NODES, dtype=np.int64)
+    # At first each row holds its diagonal only.
     first = np.arange(n_unknown)
 
     # The envelope: first column of each row.
@@ -124,14 +128,17 @@ def fill_envelope(east, north, square, number, value, weights, place):
     lower, right = np.zeros(start[n_unknown]), np.zeros(n_unknown)
     for v in range(n):
         form = forms[nodes_of_differences(v, east, north, square, g)]
+        # No unknown among the nodes: nothing to add.
         if _look_up(g, form, number, place, at) == n_unknown:
             continue
         for i in range(NODES):
             p = at[i]
             if p >= 0:
                 lower[start[p + 1] - 1] += form[NODES * i + i]
+            # This node does not exist, so it has no products.
             if g[i] < 0:
                 continue
+            # The matrix is symmetric: the lower half is enough.
             for j in range(i):
                 w = form[NODES * i + j]
                 q = at[j]
@@ -140,6 +147,7 @@ def fill_envelope(east, north, square, number, value, weights, place):
                 if p >= 0 and q >= 0:
                     row = max(p, q)
                     lower[start[row] + min(p, q) - first[row]] += w
+                # A known height moves to the right-hand side.
                 elif p >= 0:
                     right[p] -= w * value[g[j]]
                 elif q >= 0:
@@ -164,6 +172,7 @@ def _look_up(g, form, number, place, at):
 def factorise(first, lower, start):
     """Cholesky factor of an envelope matrix, in place; the row with a pivot <= 0, or -1."""
     for i in range(first.shape[0]):
+        # Entry (i, j) is at at + j: rows are stored from their first column on.
         at = start[i] - first[i]
         for j in range(first[i], i):
             low = max(first[i], first[j])
@@ -177,6 +186,7 @@ def factorise(first, lower, start):
         pivot = lower[at + i]
         for k in range(first[i], i):
             pivot -= lower[at + k] * lower[at + k]
+        # Written so that NaN fails too.
         if not pivot > 0.0:
             return i
         lower[at + i] = np.sqrt(pivot)
@@ -233,6 +243,7 @@ def add_squares(first, lower, start, row, column, weight, place):
     for r in range(row.shape[0] - 1):
         for k in range(row[r], row[r + 1]):
             p = place[column[k]]
+            # Each pair of unknowns once; its place is in the row of the later one.
             for m in range(row[r], k + 1):
                 q = place[column[m]]
                 high = max(p, q)

@@ -29,6 +29,7 @@ def distance_to_segment(x, y, ax, ay, bx, by):
     tx, ty = bx - ax, by - ay
     length2 = tx * tx + ty * ty
     t = 0.0
+    # A segment without length is its first end.
     if length2 > 0.0:
         t = ((x - ax) * tx + (y - ay) * ty) / length2
 
@@ -98,6 +99,7 @@ def distance_at_elevation(points, block, corners, boxes, normals, starts, items,
             f = items[at]
             if z < low[f] or z >= high[f]:  # half-open, as `_level_segment` is
                 continue
+            # A box is never farther than its triangle; the margin covers rounding.
             if distance_to_box(x, y, boxes[f]) > best * (1.0 + 1e-8):
                 continue
 
@@ -152,6 +154,7 @@ def cut_links(ends, n_row, n_col):
                     m = col + (1 if kind == 3 else 0)
                     n = col + (1 if kind == 0 or kind == 2 else 0)
                     up = 0 if kind == 0 else 1
+                    # Traces may leave the lattice.
                     if col < 0 or row < 0 or row + up >= n_row or max(m, n) >= n_col:
                         continue
 

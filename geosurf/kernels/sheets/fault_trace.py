@@ -46,6 +46,7 @@ def block_bounds(grid):
     for i in range(n_row):
         for j in range(n_col):
             z = grid[i, j]
+            # Comparisons with NaN are false: holes bound nothing.
             at = (i >> BLOCK) * cols + (j >> BLOCK)
             if z < low[at]:
                 low[at] = z
@@ -75,6 +76,7 @@ def _meets(grid, low, high, levels, sx, sy, p, q, r):
     c1 = min(int(np.floor(max(p[0], q[0], r[0]) / sx)) + 1, n_col - 1)
     r0 = max(int(np.floor(min(p[1], q[1], r[1]) / sy)), 0)
     r1 = min(int(np.floor(max(p[1], q[1], r[1]) / sy)) + 1, n_row - 1)
+    # Outside of the grid.
     if c0 > c1 or r0 > r1:
         return False
     bottom, top = min(p[2], q[2], r[2]), max(p[2], q[2], r[2])
@@ -100,8 +102,10 @@ def _meets(grid, low, high, levels, sx, sy, p, q, r):
             for j in range(c0 >> shift, (c1 >> shift) + 1):
                 lowest = min(lowest, low[first + i * wide + j])
                 highest = max(highest, high[first + i * wide + j])
+    # Only holes below the triangle.
     if lowest > highest:
         return False
+    # Bilinear values lie between the nodes, except for rounding.
     margin = MARGIN * max(abs(lowest), abs(highest))
     return bottom <= highest + margin and top >= lowest - margin
 
@@ -141,6 +145,7 @@ def _zero(p, q, up, uq, out, at):
             if p[c] > q[c]:
                 p, q, up, uq = q, p, uq, up
             break
+    # The heights have different signs, so the divisor is not zero.
     f = up / (up - uq)
     for c in range(3):
         out[at + c] = p[c] + f * (q[c] - p[c])
@@ -151,6 +156,7 @@ def _name(f, a, b, whole, edges, forward, names, at):
     """Write the name of the edge between corners a and b (i, j) of a small triangle of f."""
     # Third barycentric numbers; an edge on the side of the triangle has one in common.
     ka, kb = whole - a[0] - a[1], whole - b[0] - b[1]
+    # Both ends on one side of the fault's triangle: the neighbour names the point alike.
     if ka == 0 and kb == 0:
         side, one, two = 0, a[1], b[1]
     elif a[0] == 0 and b[0] == 0:
@@ -158,9 +164,11 @@ def _name(f, a, b, whole, edges, forward, names, at):
     elif a[1] == 0 and b[1] == 0:
         side, one, two = 2, a[0], b[0]
     else:
+        # The sum of both ends is different for each inner edge.
         names[at] = f
         names[at + 1] = (a[0] + b[0]) * (2 * whole + 1) + a[1] + b[1]
         return
+    # Counted from the lower vertex of the edge, whichever way this triangle runs along it.
     place = min(one, two) if forward[f, side] else whole - max(one, two)
     names[at] = -1 - edges[f, side]
     names[at + 1] = place
@@ -202,6 +210,7 @@ def _piece(h, p, a, whole, f, edges, forward, names, places):
 
     `h` are the heights of its corners `p` above the horizon.
     """
+    # The line ends at holes of the horizon.
     if np.isnan(h[0]) or np.isnan(h[1]) or np.isnan(h[2]):
         return False
 
@@ -213,6 +222,7 @@ def _piece(h, p, a, whole, f, edges, forward, names, places):
             rises = c
         if h[c] >= 0 and h[e] < 0:
             falls = c
+    # All heights have one sign: around a triangle there is no rise without a fall.
     if rises < 0:
         return False
     for turn in range(2):
@@ -248,6 +258,7 @@ def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, for
     names = np.empty((size, 5), dtype=np.int64)
     places = np.empty((size, 6))
     n = 0
+    # Depth first: at most four parts of each level are on the stack.
     xyz = np.empty((4 * depth + 4, 3, 3))
     ij = np.empty((4 * depth + 4, 3, 2), dtype=np.int64)
     deep = np.empty(4 * depth + 4, dtype=np.int64)
@@ -277,12 +288,14 @@ def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, for
                     if _meets(grid, low, high, levels, sx, sy, t[0], t[1], t[2]):
                         left += 1
                 continue
+            # Room for the pieces of four quarters.
             if n + 4 > size:
                 names = np.concatenate((names, np.empty_like(names)))
                 places = np.concatenate((places, np.empty_like(places)))
                 size *= 2
             for c in range(3):
                 h[c] = _above(grid, sx, sy, p[c])
+            # Only with depth 0: the triangle itself is the smallest.
             if level == depth:
                 if _piece(h, p, a, whole, f, edges, forward, names[n], places[n]):
                     n += 1

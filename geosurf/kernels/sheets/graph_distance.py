@@ -27,6 +27,7 @@ def steps_from(east, north, start, longest):
             neighbours[north[v], 3] = v
 
     # Breadth-first search from all start nodes at once.
+    # Nodes that are never reached stay at `longest`.
     steps = np.full(n, longest, dtype=np.int64)
     queue = np.empty(n, dtype=np.int64)
     count = done = 0
@@ -41,6 +42,7 @@ def steps_from(east, north, start, longest):
         ahead = steps[v] + 1
         for k in range(4):
             u = neighbours[v, k]
+            # Nodes come in order of their distance, so the first visit is final.
             if u >= 0 and ahead < steps[u]:
                 steps[u] = ahead
                 queue[count] = u

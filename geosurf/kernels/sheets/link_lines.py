@@ -26,6 +26,7 @@ def directed_lines(tail, head, n_point):
     Open lines first, in the order of their first links, then closed ones.
     """
     n = tail.shape[0]
+    # The next point; -1 where no link leaves, and after it was followed.
     onward = np.full(n_point, -1, dtype=np.int64)
     entered = np.zeros(n_point, dtype=np.bool_)
     for k in range(n):
@@ -39,6 +40,7 @@ def directed_lines(tail, head, n_point):
     for turn in range(2):
         for k in range(n):
             v = tail[k]
+            # First only points where a line begins.
             if onward[v] < 0 or (turn == 0 and entered[v]):
                 continue
             starts[lines] = m
@@ -47,6 +49,7 @@ def directed_lines(tail, head, n_point):
             m += 1
             while onward[v] >= 0:
                 ahead = onward[v]
+                # Each link is used once, so a closed line ends at its first point.
                 onward[v] = -1
                 v = ahead
                 out[m] = v
@@ -81,7 +84,9 @@ def undirected_lines(first, other_end, link, order):
             # Continue while the point has exactly two links.
             before, v = start, other_end[at]
             while first[v + 1] - first[v] == 2:
+                # Of two links the one that does not lead back.
                 one = first[v] if other_end[first[v]] != before else first[v] + 1
+                # The line has closed.
                 if done[link[one]]:
                     break
                 done[link[one]] = True
@@ -119,6 +124,7 @@ def line_crossings(one, two):
     for c in range(n_chunk):
         _box_of(two, c * CHUNK, min((c + 1) * CHUNK, two.shape[0]), boxes[c])
     whole, mine, part = np.empty(4), np.empty(4), np.empty(4)
+    # One comparison excludes most pieces of the other line.
     _box_of(two, 0, two.shape[0], whole)
     for i in range(one.shape[0]):
         _box_of(one, i, i + 1, mine)
@@ -136,10 +142,12 @@ def line_crossings(one, two):
                     continue
                 sx, sy = two[j, 2] - two[j, 0], two[j, 3] - two[j, 1]
                 det = rx * sy - ry * sx
+                # Parallel pieces have no single crossing.
                 if det == 0.0:
                     continue
                 dx, dy = two[j, 0] - one[i, 0], two[j, 1] - one[i, 1]
                 t, u = (dx * sy - dy * sx) / det, (dx * ry - dy * rx) / det
+                # Half-open: a crossing at the joint of two pieces counts once.
                 if not (t >= 0.0 and t < 1.0 and u >= 0.0 and u < 1.0):
                     continue
                 if n == out.shape[0]:
@@ -184,6 +192,7 @@ def first_hits(stations, direction, pieces, boxes, reach):
 
                 # The piece crosses the direction where its ends lie on two sides.
                 one, two = dx * ay - dy * ax, dx * by - dy * bx
+                # Half-open, so that a joint of two pieces is hit once.
                 if (one >= 0) == (two >= 0):
                     continue
                 f = one / (one - two)
@@ -210,6 +219,7 @@ def nearest_on_line(points, block, ends, boxes, starts, items, reach):
     for k in range(n):
         x, y = points[k, 0], points[k, 1]
         # the piece nearest to the previous point, mostly its neighbour, limits the search
+        # The limit is squared and only shrinks.
         limit = reach * reach
         if before >= 0:
             limit = min(limit, _least(x, y, ends, before))
@@ -244,6 +254,7 @@ def nearest_on_line(points, block, ends, boxes, starts, items, reach):
                 side[k] = 1.0 if left >= 0.0 else -1.0
                 nearest[k], place[k] = s, t
                 limit = min(limit, best * (1.0 + 1e-6))
+        # Points in order are near each other, and so are their nearest pieces.
         if nearest[k] >= 0:
             before = nearest[k] // NEAR * NEAR
         far[k] = np.sqrt(best)

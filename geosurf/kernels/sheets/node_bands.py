@@ -27,6 +27,7 @@ def nodes_of_blocks(starts, cols, rows, n_col):
                 total += (rows[y + 1] - rows[y]) * (cols[x + 1] - cols[x])
     out = np.empty(total, dtype=np.int64)
     n = 0
+    # Row by row across all blocks, so that nodes come in increasing order.
     for y in range(tall):
         for row in range(rows[y], rows[y + 1]):
             for x in range(wide):
@@ -76,6 +77,7 @@ def links_between(nodes, cut, n_col):
     """
     n = nodes.shape[0]
     east, north = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    # Nodes are increasing, so this pointer never moves back.
     above = 0
     for k in range(n):
         node = nodes[k]
@@ -121,6 +123,7 @@ def dilate_nodes(nodes, n_row, n_col, reach):
         start[row] = m
         runs = 0
         while k < n and nodes[k] < (row + 1) * n_col:
+            # Adjacent nodes make one run.
             if runs > 0 and last[m + runs - 1] + 1 == nodes[k]:
                 last[m + runs - 1] = nodes[k]
             else:
@@ -140,6 +143,7 @@ def dilate_nodes(nodes, n_row, n_col, reach):
         for other in range(low, high + 1):
             for run in range(start[other], start[other + 1]):
                 c, d = first[run] - other * n_col, last[run] - other * n_col + 1
+                # A run adds 1 from its first column on, and takes it back behind its last.
                 mark[c] += 1
                 mark[d] -= 1
                 a, b = min(a, c), max(b, d)
@@ -148,6 +152,7 @@ def dilate_nodes(nodes, n_row, n_col, reach):
             out = np.concatenate((out, np.empty(out.shape[0] + n_col, dtype=np.int64)))
         for col in range(a, b + 1):
             inside += mark[col]
+            # Clear for the next row what this one has set.
             mark[col] = 0
             if inside > 0:
                 out[count] = row * n_col + col

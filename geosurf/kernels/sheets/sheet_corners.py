@@ -17,6 +17,7 @@ def named_corners(local, triangles, rows, faces, vertices, origin):
     `faces` (n, 3) are the corners of their parents, `vertices` those of the sheet in the world.
     """
     out = np.full((rows.shape[0], 3), -1, dtype=np.int64)
+    # Constructed points have no counterpart among the corners of the parent.
     for k in range(rows.shape[0]):
         for c in range(3):
             p = triangles[rows[k], c]
@@ -38,6 +39,7 @@ def named_corners(local, triangles, rows, faces, vertices, origin):
 @scalar
 def _continues(x, a, b, p, q):
     """Whether pq, on the line of ab, has only a corner of the mesh in common with ab."""
+    # The same edge.
     if (p == a or p == b) and (q == a or q == b):
         return True
     if q == a or q == b:
@@ -69,6 +71,7 @@ def _separated_by_edge(x, t, m, w, f, own, g):
             turn = 0
             if c != a and c != b:
                 turn = orient2d(x, m, w, a, b, c, 0, 1)
+            # On the side of f: the edge does not separate.
             if turn == own:
                 separated = False
                 break

@@ -40,6 +40,7 @@ def sides_of_edges(triangles, edges, n_point):
         for k in range(3):
             a, b = triangles[t, k], triangles[t, (k + 1) % 3]
             v, w = min(a, b), max(a, b)
+            # Few edges have the same lower point.
             for at in range(start[v], start[v + 1]):
                 if other[at] == w:
                     edge[count], triangle[count] = row[at], t

@@ -54,6 +54,7 @@ def _block(v, east, north, square):
 def nodes_of_differences(v, east, north, square, g):
     """Write the ten nodes of v, and return the kind of their differences."""
     kind = 0
+    # -1 until a link shows that the node exists.
     for i in range(NODES):
         g[i] = -1
     g[0] = v
@@ -72,6 +73,7 @@ def nodes_of_differences(v, east, north, square, g):
     g[7] = _block(v, east, north, square)
     if g[7] >= 0:
         kind |= 64
+        # Two whole blocks side by side carry a mixed third difference.
         if g[2] >= 0 and _block(g[1], east, north, square) >= 0:
             g[8] = north[g[2]]
             kind |= 128
@@ -92,6 +94,7 @@ def _add_square(form, nodes, weights, n, scale):
 @scalar
 def fill_forms(weights, forms):
     """Fill the forms of all kinds; `weights` as in `normal_equations`."""
+    # Weights of differences: binomial along an axis, then mixed second and third ones.
     first = np.array([-1.0, 1.0])
     second = np.array([1.0, -2.0, 1.0])
     third = np.array([-1.0, 3.0, -3.0, 1.0])
@@ -114,6 +117,7 @@ def fill_forms(weights, forms):
                 _add_square(form, line, second, 3, a * w * w)
             if present & 7 == 7:
                 _add_square(form, line, third, 4, c * w * w * w)
+            # The mixed third difference, which needs both blocks.
             if kind & 64 and kind & (128 << axis):
                 _add_square(form, ramps[axis], ramp, 6, c * np.sqrt(3.0) * w * w * w2)
         if kind & 64:
@@ -140,6 +144,7 @@ def normal_equations(east, north, square, cell, unknown, weights):
 
     # The slot of a neighbour follows from its position relative to the node.
     place = np.empty(n, dtype=np.int64)  # of a slot, in the order of rows of seven
+    # A difference reaches three nodes to either side: rows of seven places.
     for v in range(n):
         place[v] = 7 * cell[v, 0] + cell[v, 1]
         if unknown[v] >= 0:

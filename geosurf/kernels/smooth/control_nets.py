@@ -30,6 +30,7 @@ def nets_of(x, y, z, c, cells):
     """Nets of some cells; of some triangles where z has one row."""
     nets, half = np.empty((cells.shape[0], 4, 4, 3)), np.empty((4, 4))
     for k in range(cells.shape[0]):
+        # One row of z stands for a surface of triangles.
         if z.shape[0] == 1:
             _triangle_net(c[cells[k]], nets[k])
         else:
@@ -57,6 +58,7 @@ def _shadow(net, p, q, r):
 @scalar
 def net_normal(net):
     """Unit normal of a net from its diagonals; NaN if they are parallel or missing."""
+    # Diagonals between the outermost coefficients, which are points of the patch.
     ax, ay, az = (
         net[3, 3, 0] - net[0, 0, 0],
         net[3, 3, 1] - net[0, 0, 1],

@@ -47,6 +47,7 @@ def cone(net):
 
     # The largest angle between the axis and any cross product of control differences.
     least = 1.0
+    # Every difference along u with every difference along v: all cross products of the source.
     for i in range(4):
         for j in range(3):
             ux = net[i, j + 1, 0] - net[i, j, 0]
@@ -59,8 +60,10 @@ def cone(net):
                     vz = net[k + 1, col, 2] - net[k, col, 2]
                     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
                     size = math.sqrt(x * x + y * y + z * z)
+                    # Parallel differences have no normal and bound nothing.
                     if size > 0.0:
                         least = min(least, (p * x + q * y + r * z) / size)
+    # A cone of a right angle or more separates nothing.
     if not least > 0.0 or math.isnan(p):
         return p, q, r, math.pi
     return p, q, r, math.acos(min(least, 1.0))
@@ -78,6 +81,7 @@ def cones_of(nets):
 @scalar
 def transverse(ap, aq, ar, aw, bp, bq, br, bw):
     """Whether two double cones have no direction in common."""
+    # Normals have no sign here, hence double cones.
     between = math.acos(min(abs(ap * bp + aq * bq + ar * br), 1.0))
     return between > aw + bw + 1e-9
 
@@ -123,6 +127,7 @@ def _split(g, h, r, n):
     # Choose the parameter with the longest side in space.
     best, longest = -1, 0.0
     for k in range(4):
+        # Parameters whose range is smallest already are not split again.
         if r[n, 2 * k + 1] - r[n, 2 * k] > _SMALLEST:
             size = _length(g[n] if k < 2 else h[n], k % 2 == 0)
             if size > longest:
@@ -135,6 +140,7 @@ def _split(g, h, r, n):
     middle = 0.5 * (r[n, 2 * best] + r[n, 2 * best + 1])
     r[n, 2 * best + 1], r[n + 1, 2 * best] = middle, middle
     if best < 2:
+        # Both halves overwrite the part, so they are computed from a copy.
         net = g[n].copy()
         _halve(net, best == 0, g[n], g[n + 1])
         h[n + 1] = h[n]
@@ -154,6 +160,7 @@ def key_of(za, zb, w, tri):
     i = min(max(int(w[1]), 0), za.shape[0] - 2)
     a = i * n_col + j
     if zb.shape[0] == 1:
+        # Two cell numbers in one key; a surface has fewer than 2**31 cells.
         return a * (1 << 31) + tri
     n_col = zb.shape[1] - 1
     j = min(max(int(w[2]), 0), n_col - 1)
@@ -180,6 +187,7 @@ def _known(keys, key):
 def _within(w, r, n):
     """Whether parameters are in part n, or within its own size of it."""
     for k in range(4):
+        # Newton may end just outside of a part and still belong to it.
         more = r[n, 2 * k + 1] - r[n, 2 * k]
         if w[k] < r[n, 2 * k] - more or w[k] > r[n, 2 * k + 1] + more:
             return False
@@ -204,6 +212,7 @@ def _middle_of(g, r, n, mesh, w):
 def _set_ranges(za, zb, cell_a, cell_b, r):
     """Ranges of the parameters of a pair of cells, into the first row of r."""
     n_col = za.shape[1] - 1
+    # A range starts at the column or row of the cell and is one cell long.
     r[0, 0], r[0, 2] = cell_a % n_col, cell_a // n_col
     r[0, 4], r[0, 6] = 0.0, 0.0
     if zb.shape[0] > 1:
@@ -256,6 +265,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
         top, looked = 1, 0
         tri = cell_b[b] if mesh else 0
         while top > 0:
+            # The part on top of the stack.
             n = top - 1
             looked += 1
             looked_in_all += 1
@@ -265,6 +275,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
             ap, aq, ar, aw = cone(g[n])
             bp, bq, br, bw = cone(h[n])
             clear = transverse(ap, aq, ar, aw, bp, bq, br, bw)
+            # Nothing but the known curve of this pair of cells.
             if clear and seen:
                 top -= 1
                 continue
@@ -288,11 +299,13 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
                 continue
 
             # Report what is left.
+            # Too many parts: the rest of this pair is reported as one place.
             if kind < 0 and enough:
                 kind, top = TOO_CLOSE, 1
             elif kind < 0:
                 x, y, z = _middle_of(g, r, n, mesh, w)
                 found = newton_in_plane(surfaces, tri, w, x, y, z, 0.0, 0.0, 0.0, f)
+                # The surfaces come close only beyond their boundaries.
                 if found == OUTSIDE:
                     top -= 1
                     continue

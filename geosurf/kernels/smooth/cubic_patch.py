@@ -25,6 +25,7 @@ from geosurf.kernels.compile.jit import scalar
 
 def _to_bernstein():
     """Stencil values -> Bernstein coefficients, for the cell at place 0, 1, 2 of its stencil."""
+    # Coefficients of the cubic through values at 0, 1, 2, 3.
     powers = np.linalg.inv(np.vander(np.arange(4.0), 4, increasing=True))
     out = np.empty((3, 4, 4))
     for place in range(3):
@@ -32,6 +33,7 @@ def _to_bernstein():
         value = [[s**k for k in range(4)] for s in (t, t + 1)]
         slope = [[k * s ** max(k - 1, 0) for k in range(4)] for s in (t, t + 1)]
         ends, slopes = np.array(value) @ powers, np.array(slope) @ powers
+        # Bernstein coefficients of a cubic: its ends, and the ends moved by a third of the slopes.
         out[place] = ends[0], ends[0] + slopes[0] / 3, ends[1] - slopes[1] / 3, ends[1]
     return out
 
@@ -62,6 +64,7 @@ def stencil(u, n, m):
 def cubic(t):
     """Weights of four nodes 0, 1, 2, 3 at t, and their derivatives."""
     p, q, r = t - 1.0, t - 2.0, t - 3.0
+    # Products that weights and derivatives share.
     pq, qr, pr, tp, tq, tr = p * q, q * r, p * r, t * p, t * q, t * r
     return (
         -p * qr / 6.0,
@@ -123,6 +126,7 @@ def _net_of(q, i, j, cu, cv, net, axis, half):
     # Columns first, then rows, each by a 4 x 4 matrix.
     for r in range(4 if n_row > 1 else 1):
         for col in range(4):
+            # Constant along the row: the coefficients are the values.
             if n_col == 1:
                 half[r, col] = q[i + r, 0]
                 continue
@@ -135,6 +139,7 @@ def _net_of(q, i, j, cu, cv, net, axis, half):
             )
     for k in range(4):
         for col in range(4):
+            # Constant along the column.
             if n_row == 1:
                 net[k, col, axis] = half[0, col]
                 continue
@@ -160,6 +165,7 @@ def corner_net(x, y, z, i, j, net):
                 px, py, pz = np.nan, np.nan, np.nan
             else:
                 found += 1
+            # Each corner stands for a quarter of the net.
             for r in range(2):
                 for c in range(2):
                     net[2 * k + r, 2 * col + c, 0] = px
@@ -187,6 +193,7 @@ def cell_net(x, y, z, i, j, net, half):
                 total += net[k, col, axis]
     if math.isfinite(total):
         return 1
+    # Three corners or four make one or two triangles.
     return 0 if corner_net(x, y, z, i, j, net) > 2 else -1
 
 
@@ -213,6 +220,7 @@ def _halfway(q, fixed, first, by_row):
     The weights are symmetric. 0 for a coordinate that is constant along the line.
     """
     if by_row:
+        # All eight values are equal: the differences are 0.
         if q.shape[0] == 1:
             return 0.0, 0.0
         i, j, up, on = first, 0 if q.shape[1] == 1 else fixed, 1, 0
@@ -220,6 +228,7 @@ def _halfway(q, fixed, first, by_row):
         if q.shape[1] == 1:
             return 0.0, 0.0
         i, j, up, on = 0 if q.shape[0] == 1 else fixed, first, 0, 1
+    # Weights are symmetric: equal ones are applied to sums.
     ends = q[i, j] + q[i + 7 * up, j + 7 * on]
     outer = q[i + up, j + on] + q[i + 6 * up, j + 6 * on]
     inner = q[i + 2 * up, j + 2 * on] + q[i + 5 * up, j + 5 * on]
@@ -239,6 +248,7 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
     """
     n = z.shape[0] if by_row else z.shape[1]
     eight, six, four = stencil(along, n, 8), stencil(along, n, 6), stencil(along, n, 4)
+    # The stencil is centred: constant weights.
     if eight == along - 3:
         a, d = _halfway(x, fixed, eight, by_row)
         b, e = _halfway(y, fixed, eight, by_row)
@@ -252,6 +262,7 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
         g = eight + k
         i, j = (g, fixed) if by_row else (fixed, g)
         value = p * node(x, i, j) + q * node(y, i, j) + r * node(z, i, j)
+        # A shorter stencil gives the nodes outside of it the weight 0.
         w8 = _weight(eight, 8, k, t)
         w6 = _weight(six, 6, g - six, t) if 0 <= g - six < 6 else 0.0
         w4 = _weight(four, 4, g - four, t) if 0 <= g - four < 4 else 0.0

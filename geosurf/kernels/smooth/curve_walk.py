@@ -85,6 +85,7 @@ _CAREFUL, _GROWTH = 0.85, 1.4
 @scalar
 def _allowed(knot, tolerance):
     """Allowed distance of the next arc from the curve [m]."""
+    # Errors of both cubics, as they move the curve: over the sine between the surfaces.
     error = (knot[K_ERROR] + knot[K_ERROR + 3]) / knot[K_SINE]
     return min(_ARC * tolerance, max(error, _FINEST * tolerance))
 
@@ -105,6 +106,7 @@ def measure_arc(surfaces, one, two, target, enough, row, f):
             return np.inf
         x, y, z = f[F_POINT] - x, f[F_POINT + 1] - y, f[F_POINT + 2] - z
         largest = max(largest, math.sqrt(x * x + y * y + z * z))
+        # The arc is rejected in any case: the other places do not matter.
         if largest > target:
             break
     return largest
@@ -118,6 +120,7 @@ def _predict(surfaces, knots, first, n, step, enough, row, f):
     """
     za, zb = surfaces.za, surfaces.zb
     here = knots[n - 1]
+    # The first step has no arc to extrapolate.
     if n - first > 1:
         on_arc(knots[n - 2], here, 1.0 + step / here[K_LENGTH], row)
     else:
@@ -126,6 +129,7 @@ def _predict(surfaces, knots, first, n, step, enough, row, f):
     p, q, r = here[K_SLOPE], here[K_SLOPE + 1], here[K_SLOPE + 2]
     w = row[3:7]
     found = newton_in_plane_to(surfaces, 0, w, row[0], row[1], row[2], p, q, r, enough, f)
+    # Beyond the boundary: the curve ends on the boundary line.
     if found != OUTSIDE:
         return found, False
     hold = boundary_crossed(za, zb, w)
@@ -157,6 +161,7 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
 
         # Try to close: the start is ahead and within reach of a step.
         start, here, goal = knots[first], knots[n - 1], knots[n]
+        # A step crosses two cells at most, by the parameter that changes fastest.
         step, target = min(step, _FARTHEST / steepest), _allowed(here, tolerance)
         ax, ay, az = start[0] - here[0], start[1] - here[1], start[2] - here[2]
         left = math.sqrt(ax * ax + ay * ay + az * az)
@@ -167,6 +172,7 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
             goal[K_DISTANCE] = measure_arc(surfaces, here, goal, target, loose, row, g)
             if goal[K_DISTANCE] <= target:
                 return knots, n + 1, CLOSED
+            # Not close enough to the curve: approach the start more slowly.
             step = min(step, 0.4 * left)
 
         # Predict and correct; halve the step if it is rejected.
@@ -184,6 +190,7 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
         set_length(here, goal)
         away = measure_arc(surfaces, here, goal, target, loose, row, g)
         if away > target:
+            # The distance of an arc grows with the fourth power of its length.
             step *= max(0.3, _CAREFUL * math.sqrt(math.sqrt(target / away)))
             continue
         set_knot_errors(surfaces, f, here, goal)
@@ -200,9 +207,11 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
 def _walk_both_ways(surfaces, seed, step, tolerance, enough, knots, first, row, f, g):
     """The whole curve through a seed: knots, how many there are now, how it ends."""
     knots, n, end = _walk(surfaces, seed, -1.0, step, tolerance, enough, knots, first, row, f, g)
+    # A closed curve is complete; a lost one is given up.
     if end != AT_RIM:
         return knots, n, end
     reverse_knots(knots, first, n)
+    # The second half starts from the same seed; the arc that ends there belongs to the first half.
     middle = n - 1  # the seed is repeated
     length, away = knots[middle, K_LENGTH], knots[middle, K_DISTANCE]
     knots, n, end = _walk(surfaces, seed, 1.0, step, tolerance, enough, knots, middle, row, f, g)
@@ -218,6 +227,7 @@ def _walk_all(surfaces, pairs, cell_a, cell_b, patches_a, patches_b, step, toler
     za, zb = surfaces.za, surfaces.zb
     row, seed, f, g = np.empty(7), np.empty(7), np.empty(N_WORK), np.empty(N_WORK)
     small = min(1.0, step)
+    # Sizes of Newton's last step. The error is about its square (see `lift`), hence roots.
     near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
     enough, reach = math.sqrt(enough * small), _SAME * tolerance
 
@@ -286,6 +296,7 @@ def find_and_walk(
     cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole = near_patches(
         a, b, boxes, shape, items, planes
     )
+    # Where the tolerance exceeds a quarter of a cell, the plain curve is fine enough.
     fine = pairs.shape[0] == 0 or tolerance <= _COARSEST * size
     if zb.shape[0] > 1 and whole == 1 and tolerance > 0.0 and fine:
         rows, offsets, ends, figures, unsettled, keys = _walk_all(

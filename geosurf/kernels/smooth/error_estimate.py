@@ -36,13 +36,16 @@ def error_at(rows, first, k, a, b):
     `first`: of seven columns, three lengths of `interpolant_differences` for each surface and the
     sine.
     """
+    # A window averages the differences, which may vanish at single knots.
     low, high = max(k - WINDOW, a), min(k + WINDOW + 1, b)
     total, rough = 0.0, 0.0
     for column in (first, first + 3):
         d, after = _mean(rows, column, low, high), _mean(rows, column + 1, low, high)
         noise = _mean(rows, column + 2, low, high)
+        # The ratio of one order to the next, as in a geometric series.
         q = after / d if d > 0.0 else 0.0
         total += rows[k, column] / (1.0 - min(q, ROUGH)) + noise
+        # Differences that do not shrink are noise.
         if q > ROUGH:
             rough += noise
     return total / rows[k, first + 6], rough / rows[k, first + 6]

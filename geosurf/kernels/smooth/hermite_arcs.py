@@ -49,6 +49,7 @@ def point_on_arc(one, two, t, point):
 @scalar
 def along_arc(one, two, t):
     """First derivative of the point."""
+    # Derivatives of the Hermite basis.
     a = 6.0 * t * (1.0 - t)
     b, d = (1.0 - t) * (1.0 - 3.0 * t) * two[K_LENGTH], t * (3.0 * t - 2.0) * two[K_LENGTH]
     return (
@@ -106,5 +107,6 @@ def chords_of_arc(one, two, target):
         first += (step - 4.0 * a - 2.0 * b) ** 2
         last += (2.0 * a + 4.0 * b - step) ** 2
     bend = math.sqrt(max(first, last)) / 8.0
+    # n parts divide the deviation by n squared.
     n = max(math.ceil(math.sqrt(bend / target)), 1)
     return n, bend / (n * n)

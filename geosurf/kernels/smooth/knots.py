@@ -46,6 +46,7 @@ def set_knot(sense, f, knot):
     # Parameters per metre on each surface.
     p, q, r = knot[K_SLOPE], knot[K_SLOPE + 1], knot[K_SLOPE + 2]
     largest = 0.0
+    # First surface a, then b: their tangents are nine numbers apart in `f`.
     for k in range(2):
         du, dv = parameters_of(f, 9 * k, p, q, r)
         knot[K_SLOPE + 3 + 2 * k], knot[K_SLOPE + 4 + 2 * k] = du, dv
@@ -57,6 +58,7 @@ def set_knot(sense, f, knot):
 def set_knot_errors(surfaces, f, before, knot):
     """Write the error measures of the cells of a knot; copied while cells do not change."""
     za, zb = surfaces.za, surfaces.zb
+    # The first knot of a walk has no arc yet, hence no errors to copy.
     same = before[K_LENGTH] >= 0.0
     if same and key_of(za, zb, knot[3:7], 0) == key_of(za, zb, before[3:7], 0):
         for k in range(K_ERROR, K_SINE):
@@ -122,7 +124,9 @@ def cut_chords(knots, a, b, tolerance, rows, n):
         if k == a:
             count = 1
         else:
+            # Between the places where it was measured an arc may be farther away.
             arc_error = ARC_SAFETY * knots[k, K_DISTANCE]
+            # Errors of this arc's ends and of the knots next to them.
             used = _largest(errors, max(k - a - 2, 0), min(k - a + 2, b - a)) + arc_error
             left = tolerance - used
             left = left if left > _LEAST * tolerance else _BEYOND * tolerance

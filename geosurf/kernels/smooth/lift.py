@@ -94,6 +94,7 @@ def solve_tangents(ux, uy, uz, vx, vy, vz, dx, dy, dz):
         vx * vx + vy * vy + vz * vz,
     )
     du, dv = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
+    # The determinant is the squared area between the tangents.
     size = uu * vv - uv * uv
     return (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
 
@@ -110,6 +111,7 @@ def _follow(f, o, p, q, r, size, dx, dy, dz, w, k):
     # Components along both tangents, by triple products; limited to two cells.
     du = (dy * vz - dz * vy) * p + (dz * vx - dx * vz) * q + (dx * vy - dy * vx) * r
     dv = (uy * dz - uz * dy) * p + (uz * dx - ux * dz) * q + (ux * dy - uy * dx) * r
+    # A nearly tangent direction would throw the point out of the surface.
     w[k] += min(max(du / size, -2.0), 2.0)
     w[k + 1] += min(max(dv / size, -2.0), 2.0)
 
@@ -140,6 +142,7 @@ def newton_in_plane(surfaces, tri, w, px, py, pz, dx, dy, dz, f):
 def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
     """`newton_in_plane` with its own final step: see the head of this file."""
     xa, ya, za, xb, yb, zb, c = surfaces
+    # Squares, so that no root is taken in the loop.
     left, before = enough * enough, 0.0
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
@@ -156,6 +159,7 @@ def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
             return HOLE
         if not tt > _PARALLEL * _PARALLEL * aa * bb:
             return ASTRAY
+        # No direction given: across the curve itself, which the normals tell.
         if dx == 0.0 and dy == 0.0 and dz == 0.0:
             dx, dy, dz = tx, ty, tz
 
@@ -165,6 +169,7 @@ def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
             return ASTRAY
 
         # The intersection of the three planes.
+        # Cramer's rule for the three planes, with the third one through the start.
         a = (ax * (f[0] - px) + ay * (f[1] - py) + az * (f[2] - pz)) / det
         b = (bx * (f[9] - px) + by * (f[10] - py) + bz * (f[11] - pz)) / det
         x = px + a * (by * dz - bz * dy) + b * (dy * az - dz * ay)
@@ -191,7 +196,10 @@ def newton_on_boundary(surfaces, tri, w, hold, f):
 
     # The surface with the fixed parameter, and the direction of its free line.
     first = hold <= HOLD_VA
+    # Offsets of tangents and parameters: o and k of the surface with the fixed parameter, g and m
+    # of the other one.
     o, k, g, m = (0, 0, 9, 2) if first else (9, 2, 0, 0)
+    # Direction of the free line in both parameters.
     eu = 0.0 if (hold == HOLD_UA or hold == HOLD_UB) else (-1.0 if hold == HOLD_SUM else 1.0)
     ev = 0.0 if (hold == HOLD_VA or hold == HOLD_VB) else 1.0
     for _ in range(16):
@@ -215,6 +223,7 @@ def newton_on_boundary(surfaces, tri, w, hold, f):
         x, y, z = f[o] + step * lx, f[o + 1] + step * ly, f[o + 2] + step * lz
         ex, ey, ez = x - f[g], y - f[g + 1], z - f[g + 2]
         size = step * step * (lx * lx + ly * ly + lz * lz) + ex * ex + ey * ey + ez * ez
+        # Two cells at most, as in `_follow`.
         step = min(max(step, -2.0), 2.0)
         w[k] += step * eu
         w[k + 1] += step * ev
@@ -236,6 +245,7 @@ def inside(za, zb, w):
         if z.shape[0] > 1:
             top = (z.shape[1] if k % 2 == 0 else z.shape[0]) - 1.0
         else:
+            # In a triangle s + t is at most 1.
             top = 1.0 if k == 2 else 1.0 - w[2]
         if not (-_EDGE <= w[k] <= top + _EDGE):
             return OUTSIDE
@@ -308,6 +318,7 @@ def drop_reversals(start, p, tangents, must, offsets, status, dropped):
             if status[i] == dropped:
                 continue
             if status[i] != LIFTED:
+                # A gap: the next lifted point starts anew.
                 last = -1
                 continue
             if last >= 0:
@@ -317,6 +328,7 @@ def drop_reversals(start, p, tangents, must, offsets, status, dropped):
                     out += (p[i, k] - p[last, k]) * tangents[last, k] * sense
                     back += (p[i, k] - p[last, k]) * tangents[i, k] * sense
                 if not (out > 0.0 and back > 0.0):
+                    # Of two points in the wrong order the one that may go is dropped.
                     if must[i] == 0:
                         status[i] = dropped
                         continue

@@ -58,6 +58,7 @@ def patch_cone(m):
     size = math.sqrt(p * p + q * q + r * r)
     away = math.sqrt(ux * ux + uy * uy + uz * uz) + math.sqrt(vx * vx + vy * vy + vz * vz)
     away = (away + radius) * radius
+    # The deviation may turn the normal anywhere.
     if not away < size:
         return 0.0, 0.0, 0.0, math.pi
     return p / size, q / size, r / size, math.asin(away / size)
@@ -66,6 +67,7 @@ def patch_cone(m):
 @scalar
 def _cone_once(cones, patches, k):
     """Compute the cone of a patch on first use."""
+    # NaN: not computed yet.
     if math.isnan(cones[k, 3]):
         cones[k, 0], cones[k, 1], cones[k, 2], cones[k, 3] = patch_cone(patches[k])
 
@@ -97,9 +99,10 @@ def _rows_transverse(
 
 @scalar
 def classify_pairs(surfaces, pairs, cell_a, cell_b, patches_a, patches_b):
-    """Sorted keys of pairs, their order; NOT_PASSED for each pair, LEFT if not transverse."""
+    """Sorted keys of pairs, their order; NOT_PASSED for each pair, TO_SPLIT if not transverse."""
     n_pair = pairs.shape[0]
     keys, knot_of = np.empty(n_pair, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
+    # Most patches are in several pairs; cones are computed on first use.
     cones_a, cones_b = np.full((len(cell_a), 4), np.nan), np.full((len(cell_b), 4), np.nan)
     nets, half = np.empty((2, 4, 4, 3)), np.empty((4, 4))
     for k in range(n_pair):
@@ -142,6 +145,7 @@ def find_seed(surfaces, m, cell_a, cell_b, enough, seed, f):
 def is_disjoint_pair(surfaces, cell_a, cell_b, seed):
     """Whether a seed lies in other cells than those it started from, and nets separate those."""
     xa, ya, za, xb, yb, zb, _ = surfaces
+    # Still in the pair of cells where it started.
     if key_of(za, zb, seed[3:7], 0) == cell_a * (1 << 31) + cell_b:
         return False
     nets, half = np.empty((2, 4, 4, 3)), np.empty((4, 4))
@@ -170,6 +174,7 @@ def mark_passed(za, zb, knots, first, n, keys, order, knot_of, row):
                 continue
             last = key
             k = _place_of(keys, order, key)
+            # The first arc through a pair of cells represents the curve there.
             if k >= 0 and knot_of[k] < 0:
                 knot_of[k] = i if knot_of[k] == NOT_PASSED else CROSSED
 
@@ -197,6 +202,7 @@ def is_near_curve(za, zb, knots, n, seed, reach, keys, order, knot_of):
         if squared_distance_to_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
             return True
     for i in range(1, n):
+        # Knots farther away than the arc is long exclude it.
         size = knots[i, K_LENGTH] + reach
         dx, dy, dz = x - knots[i, 0], y - knots[i, 1], z - knots[i, 2]
         if knots[i, K_LENGTH] < 0.0 or dx * dx + dy * dy + dz * dz > size * size:

@@ -60,6 +60,7 @@ def _shadow(m, p, q, r):
 @scalar
 def _outside(m, slab):
     """Whether a patch is outside of a slab."""
+    # No normal, no slab: nothing is excluded.
     if not math.isfinite(slab[6]):
         return False
     low, high = _shadow(m, slab[6], slab[7], slab[8])
@@ -94,6 +95,7 @@ def _make_patch(side, block, i, j, m):
     """Write cell (i, j) of a block, or a triangle, as a patch; its number."""
     x, y, z, c, bends = side
     if z.shape[0] == 1:
+        # A triangle is a patch with three corners.
         for k in range(4):  # the last corner twice
             for axis in range(3):
                 m[M_CORNER + 3 * k + axis] = c[block, min(k, 2), axis]
@@ -106,6 +108,7 @@ def _make_patch(side, block, i, j, m):
         m[at], m[at + 1], m[at + 2] = node(x, row, col), node(y, row, col), z[row, col]
         if not math.isfinite(m[at] + m[at + 1] + m[at + 2]):
             m[at], m[at + 1], m[at + 2] = np.nan, np.nan, np.nan
+    # The cubic leaves the bilinear patch of its corners by at most this.
     more = bulge(z, i, i + 1, j, j + 1)
     for axis in range(3):
         m[M_BULGE + axis] = more * bends[block, axis]
@@ -165,6 +168,7 @@ def _patches_in(side, block, part, s, cache, place, out, heights):
     count = 0
     r0, r1, c0, c1 = 0, 1, 0, 1
     lattice = z.shape[0] > 1
+    # Without a slab only boxes exclude.
     sloping, bend = lattice and math.isfinite(s[6]), 0.0
     if lattice:
         r0, r1, c0, c1 = cells_of(z, block, part)
@@ -174,6 +178,7 @@ def _patches_in(side, block, part, s, cache, place, out, heights):
             bend += abs(s[6 + axis]) * bends[block, axis]
     for i in range(r0, r1):
         for j in range(c0, c1):
+            # Number of the cell in its block; a triangle has one.
             at = i % BLOCK * BLOCK + j % BLOCK if lattice else 0
 
             # Not cached: exclude it by its four nodes before computing the patch.
@@ -195,6 +200,7 @@ def _patches_in(side, block, part, s, cache, place, out, heights):
 @scalar
 def _meet_patches(rows_a, n_a, patches_a, rows_b, n_b, patches_b, out, n):
     """Append the pairs of some patches of a with some of b that are not apart."""
+    # Sixteen cells by sixteen at most, so all pairs.
     for e in range(n_a):
         a = patches_a[rows_a[e]]
         for g in range(n_b):
@@ -258,6 +264,7 @@ def _largest_diagonal(patches):
     for k in range(patches.shape[0]):
         size = 0.0
         for axis in range(3):
+            # A missing corner makes the diagonal NaN, which no comparison takes.
             step = patches[k, M_CORNER + 9 + axis] - patches[k, M_CORNER + axis]
             size += step * step
         largest = size if size > largest else largest
@@ -278,6 +285,7 @@ def _near_blocks(a, g, cache_a, u, b, h, cache_b, v):
     """Whether slabs do not separate two blocks; then their quarters are described."""
     facts_a, known_a, _, _, _, _ = cache_a
     facts_b, known_b, _, _, _, _ = cache_b
+    # The slab of the whole block first: it excludes most pairs, and quarters cost more.
     describe_to(a, g, 1, known_a, facts_a, u)
     describe_to(b, h, 1, known_b, facts_b, v)
     if outside_slab(a, g, 0, facts_b[v * PARTS]) or outside_slab(b, h, 0, facts_a[u * PARTS]):
@@ -324,6 +332,7 @@ def near_patches(a, b, boxes, shape, items, planes):
     """
     # Pairs of blocks by boxes; everything else is computed on first use.
     pairs = block_pairs(boxes, shape, items, planes)
+    # Only blocks in some pair get a place in the cache.
     of_a, na = _numbered(pairs, 0, shape[0, 1] * shape[0, 2])
     of_b, nb = _numbered(pairs, 1, items.shape[0])
     cache_a = _empty_cache(na, BLOCK * BLOCK)

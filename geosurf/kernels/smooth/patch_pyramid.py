@@ -70,6 +70,7 @@ def _along_columns(q, i0, i1, out):
     Three at a time, since a whole block has nine.
     """
     out[:] = 0.0
+    # Rows in full groups of three; the rest follows one by one.
     threes = i0 + (i1 - i0) // 3 * 3
     for i in range(i0, threes, 3):
         a, b, c, d, e = q[i - 1], q[i], q[i + 1], q[i + 2], q[i + 3]
@@ -96,6 +97,7 @@ def _largest(values, first, last):
 @scalar
 def _centres(n, first, last):
     """First and last middle of the second differences that the cubics of some cells depend on."""
+    # Second differences exist at nodes 1 to n - 2; shifted stencils reach further inwards.
     return max(1, min(first, n - 3)), min(n - 2, max(last, 2)) + 1
 
 
@@ -105,6 +107,7 @@ def _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends):
     # Second differences along rows, then along columns.
     if q.shape[1] > 1:
         rows = q.shape[0] > 1
+        # Rows of all stencils of the block: one more on each side, four at least.
         i0, i1 = max(min(r0 - 1, n_row - 4), 0), min(max(r1 + 2, 4), n_row)
         _along_rows(q, i0 if rows else 0, i1 if rows else 1, along_rows)
     if q.shape[0] > 1:
@@ -142,6 +145,7 @@ def _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bend):
         far, up = node(q, r1, c1) - one, node(q, r1, c0) - two
         size += max(far * far, up * up)
         most += bend[axis] * bend[axis]
+    # The bound of the head of this file against the size of the block.
     return math.sqrt(most) * (BLOCK * BLOCK / 8.0) <= _ROUGH * math.sqrt(size)
 
 
@@ -151,6 +155,7 @@ def _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bend):
 @scalar
 def bulge(z, r0, r1, c0, c1):
     """Largest distance of the cubics of cells from their bilinear patches, in units of D."""
+    # A cell at the boundary has a shifted stencil and a larger factor.
     shifted = r0 == 0 or c0 == 0 or r1 == z.shape[0] - 1 or c1 == z.shape[1] - 1
     return _AT_RIM if shifted else _INSIDE
 
@@ -159,9 +164,11 @@ def bulge(z, r0, r1, c0, c1):
 def _walk_through(z, bend, r0, r1, c0, c1):
     """Steps between the nodes to read, down and across; and the remaining deviation in D."""
     more = bulge(z, r0, r1, c0, c1)
+    # A rough block, or one with holes: read every node.
     if bend[3] == 0.0:
         return 1, 1, more
     size = max(r1 - r0, c1 - c0)
+    # The nodes in between may leave the bilinear patch by h D.
     return r1 - r0, c1 - c0, more + 0.5 * (size // 2) * (size - size // 2)
 
 
@@ -280,6 +287,7 @@ def lattice_pyramid(x, y, z, origin, whole):
     along_rows, along_columns = np.empty(n_col), np.empty(n_col)
     shifted = 0  # rows that are shifted already, just before use
     for i in range(shape[0, 1]):
+        # Stencils of a row of blocks reach three rows further.
         wanted = max(min(i * BLOCK + BLOCK, n_row - 1) + 3, 4)
         _shift(x, origin[0], easting, shifted, wanted)
         _shift(y, origin[1], northing, shifted, wanted)
@@ -335,6 +343,7 @@ def block_pairs(boxes, shape, items, planes):
     out = np.empty((256, 2), dtype=np.int64)
     n, flat = 0, planes.shape[0] > 0
     stack = np.empty((256, 3), dtype=np.int64)
+    # Depth first from the root for each item; results come item by item.
     for item in range(items.shape[0]):
         stack[0, 0], stack[0, 1], stack[0, 2] = shape.shape[0] - 1, 0, 0
         top = 1

@@ -89,6 +89,7 @@ def _describe(side, block, part, s):
                 s[3 + k] = max(c[block, 0, k], c[block, 1, k], c[block, 2, k]) + SLACK
     else:
         r0, r1, c0, c1 = cells_of(z, block, part)
+        # At the upper boundaries a quarter may lie outside of the lattice.
         if r0 >= r1 or c0 >= c1:
             return
         if part > 0:
@@ -103,6 +104,7 @@ def _describe(side, block, part, s):
 @scalar
 def describe_to(side, block, wanted, known, s, place):
     """Compute the facts of the first parts of a block that are not known; updates `known`."""
+    # Parts are described in order: the block, then its quarters.
     for part in range(known[place], wanted):
         _describe(side, block, part, s[place * PARTS + part])
     known[place] = max(known[place], wanted)

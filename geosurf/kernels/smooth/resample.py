@@ -45,6 +45,7 @@ def measure_chord(surfaces, tri, one, two, target, wm, f):
     The measurement stops at the first distance beyond the target.
     """
     dx, dy, dz = two[0] - one[0], two[1] - one[1], two[2] - one[2]
+    # Both ends are one point: there is no direction to measure across.
     if dx == 0.0 and dy == 0.0 and dz == 0.0:
         return 0.0
     largest = 0.0
@@ -99,10 +100,12 @@ def _refine(surfaces, tri, one, two, target, out, n, stack, f):
         # Split the chord at its middle until it is within the target.
         goal = stack[top - 1]
         error = measure_chord(surfaces, tri, here, goal, target, wm, f)
+        # The depth bounds the stack; what is left then is reported with its error.
         if error > target and top < _DEEPEST:
             stack[top] = wm
             top += 1
             continue
+        # The caller halves the run, or keeps the lifted point.
         if error < 0.0 and n == first and top == 1:
             break
         out, n = append_row(out, n, goal, SAFETY * error if error >= 0.0 else -1.0, tri)
@@ -130,6 +133,7 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
 
         # First point of the run.
         out, n = append_row(out, n, rows[here], 0.0, tri[r])
+        # Goals wait on a stack, the nearest on top.
         pending[0] = runs[r, 1]
         top = 1
         while top > 0:

@@ -52,6 +52,7 @@ def boundary_crossed(za, zb, w):
         top = 1.0
         if z.shape[0] > 1:
             top = (z.shape[1] if k % 2 == 0 else z.shape[0]) - 1.0
+        # For a triangle the sum of both parameters is tested below.
         excess = max(-w[k], w[k] - top if (k < 2 or z.shape[0] > 1) else 0.0)
         if excess > worst:
             hold, worst = k + 1, excess
@@ -64,6 +65,7 @@ def boundary_crossed(za, zb, w):
 def clamp_to_boundary(za, zb, hold, w):
     """Move parameters onto the boundary that is held."""
     if hold == HOLD_SUM:
+        # Both parameters give up half of the excess.
         more = 0.5 * (w[2] + w[3] - 1.0)
         w[2] -= more
         w[3] -= more
@@ -73,6 +75,7 @@ def clamp_to_boundary(za, zb, hold, w):
     top = 1.0
     if z.shape[0] > 1:
         top = (z.shape[1] if k % 2 == 0 else z.shape[0]) - 1.0
+    # The limit that was crossed is the nearer one.
     w[k] = 0.0 if w[k] < 0.5 * top else top
 
 
@@ -125,6 +128,7 @@ def step_direction(here, direction, step, f):
     for k in range(3):
         gone += (f[F_POINT + k] - here[k]) * direction[k]
         along += f[F_TANGENT + k] * direction[k]
+    # Another branch of the curve, a step back, or a jump.
     if abs(along) < 0.8 or gone < 0.0 or gone > 2.0 * step:
         return 0.0
     return 1.0 if along > 0.0 else -1.0
@@ -144,6 +148,7 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
     first_tri, shortest = tri, MIN_STEP * step
 
     # Start exactly on the curve.
+    # Any status but LIFTED is not 0.
     if newton_in_plane(surfaces, tri, here[3:], here[0], here[1], here[2], 0.0, 0.0, 0.0, f):
         return out[:0].copy(), LOST
     for k in range(3):
@@ -155,6 +160,7 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
         away = math.sqrt(ax * ax + ay * ay + az * az)
         ahead = ax * direction[0] + ay * direction[1] + az * direction[2]
         if n > 3 and away < 1.2 * step and ahead > 0.5 * away:
+            # Parameters of different triangles cannot be compared.
             if tri == first_tri:
                 error = measure_chord(surfaces, tri, here, seed, target, middle, f)
                 if 0.0 <= error <= target:
@@ -191,6 +197,7 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
         _orient_tangent(direction, f)
         out, n = append_row(out, n, goal, SAFETY * error, tri)
         here[:] = goal
+        # The chord error grows with the square of the step: 1.6 steps stay within the target.
         if error < 0.25 * target and hold == 0:
             step *= 1.6
 
@@ -202,6 +209,7 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
             if crossed < 0:
                 return out[:n].copy(), AT_RIM
             tri = crossed
+            # The point has parameters in the new triangle from now on.
             out[n - 1, 3:7] = here[3:]
     return out[:n].copy(), LOST
 
