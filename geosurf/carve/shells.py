@@ -20,6 +20,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError, RoundingError
 from geosurf.kernels.meshes.shells import order_by_corners
 from geosurf.model import Patches, Unit, frozen
+from geosurf.model.pieces import Pieces
 
 
 @dataclass(frozen=True)
@@ -162,6 +163,25 @@ def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:
     alike = same_turn(full.patches.triangles[others], full.patches.triangles[first])
     out[others] = np.where(alike[:, None], out[first], out[first, ::-1])
     return out
+
+
+def beside_pieces(shells: Shells, number: np.ndarray) -> tuple[Pieces, np.ndarray]:
+    """The pieces of the model, and the unit in front of and behind each, int64 (n_piece, 2).
+
+    -1 is outside; a triangle that coincides with an earlier one has -1 on both sides, since that
+    one stands for it. No triangle of a grid is listed.
+
+    Parameters
+    ----------
+    shells, number
+        As for `beside_triangles`.
+    """
+    cells = shells.cells
+    named = np.concatenate([number, [-1]])
+
+    # the last row is for what belongs to no face
+    of_face = np.concatenate([named[shells.sides], [[-1, -1]]])
+    return cells.pieces, of_face[cells.face_of_element]
 
 
 def _twins(full: FullCells) -> tuple[np.ndarray, np.ndarray]:

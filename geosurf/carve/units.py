@@ -29,7 +29,14 @@ from geosurf.carve.outside import (
     size_of_shells,
     walls_are_a_box,
 )
-from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
+from geosurf.carve.shells import (
+    Shells,
+    beside_pieces,
+    beside_triangles,
+    build_unit,
+    shells_of,
+    unit_name,
+)
 from geosurf.carve.slivers import (
     faces_between_units,
     homes_of_slivers,
@@ -365,6 +372,7 @@ def _units(
         {**report, "thin": thin_units(parts.shells, order, units)},
         footprint,
         sides=partial(beside_triangles, parts.shells, np.argsort(order)),
+        piece_sides=partial(beside_pieces, parts.shells, np.argsort(order)),
         enclosed=volume,
         slivers=settings,
         merged=merged,

@@ -12,6 +12,9 @@ section.py        vertical sections
 dips.py           area, dip and azimuth of surfaces
 well_columns.py   vertical lines through wells
 misfit.py         well tops compared with the horizons of a model
+places.py         points, tables, maps and grids that users ask about
+locate.py         which unit is at a point
+sample.py         the same with names, as a dataset
 ================  ===============================================================
 """
 
@@ -22,6 +25,7 @@ from geosurf.measure.dips import orientation
 from geosurf.measure.faces import faces_of, side_of_words
 from geosurf.measure.juxtaposition import allan_diagram, juxtaposition_table
 from geosurf.measure.misfit import well_misfit
+from geosurf.measure.sample import sample_units
 from geosurf.measure.section import vertical_section
 from geosurf.measure.thickness import thickness_map
 from geosurf.measure.throw import separation
@@ -32,6 +36,7 @@ __all__ = [
     "fault_polygons",
     "juxtaposition_table",
     "orientation",
+    "sample_units",
     "separation",
     "side_of_words",
     "thickness_map",

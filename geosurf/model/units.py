@@ -21,10 +21,13 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
     import xarray
 
+    from geosurf.model.pieces import Pieces
+
 
 MOST_ROWS = 40  # of units that are printed
 MOST_CLIPS = 6  # pairs of horizons that cross, listed below the table
 MOST_SLIVERS = 4  # of slivers that are listed there
+NO_PATCHES = "these units have no patches. Use units from carve_units or Scene.units."
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +146,8 @@ class Units(Noun, Mapping[str, Unit]):
         Slivers that are part of other units.
     unmerged : Units, optional
         The units before that.
+    piece_sides : callable, optional
+        () -> `piece_sides`.
 
     Raises
     ------
@@ -161,9 +166,10 @@ class Units(Noun, Mapping[str, Unit]):
         slivers: SliverSettings | None = None,
         merged: Sequence[MergedSliver] = (),
         unmerged: Units | None = None,
+        piece_sides: Callable[[], tuple[Pieces, np.ndarray]] | None = None,
     ) -> None:
         # sides are asked of carving when they are first needed; most users only want volumes
-        self._sides = sides
+        self._sides, self._piece_sides = sides, piece_sides
         self.sliver_settings = slivers or SliverSettings()
         self.merged, self.unmerged = tuple(merged), unmerged
         self._enclosed = enclosed
@@ -246,10 +252,24 @@ class Units(Noun, Mapping[str, Unit]):
             If the units were made without patches.
         """
         if self._sides is None:
-            raise InputError(
-                "these units have no patches. Use units from carve_units or Scene.units."
-            )
+            raise InputError(NO_PATCHES)
         return frozen(self._sides(), np.int64)
+
+    @cached_property
+    def piece_sides(self) -> tuple[Pieces, np.ndarray]:
+        """Pieces of the model, and the unit in front of and behind each, int64 (n_piece, 2).
+
+        As `sides`, for triangles that curves touch and for runs of grids. A triangle that coincides
+        with an earlier one has -1 on both sides.
+
+        Raises
+        ------
+        InputError
+            If the units were made without patches.
+        """
+        if self._piece_sides is None:
+            raise InputError(NO_PATCHES)
+        return self._piece_sides()
 
     @property
     def volume(self) -> float:

@@ -98,6 +98,19 @@ def thickness(
     )  # fmt: skip
 
 
+def sample(graph: Graph, where: Any, cell: Any, codes: bool) -> xarray.Dataset:
+    """Return zone, block, contact interval and unit at some places; see `Scene.sample`."""
+    from geosurf.measure import sample_units
+    from geosurf.measure.locate import locator_of
+
+    units = graph.units
+    locator = graph.memory.get_or_compute(
+        "measure", "places of units", ("locator", graph.units_key), lambda: locator_of(units),
+        lambda found: f"{counted(len(found.bins.corners), 'triangle')} in bins",
+    )  # fmt: skip
+    return sample_units(units, where, cell=cell, codes=codes, locator=locator)
+
+
 def juxtaposition(graph: Graph, fault: str) -> xarray.Dataset:
     """Return the areas of all pairs of units that face each other across a fault [m2]."""
     from geosurf.measure import juxtaposition_table

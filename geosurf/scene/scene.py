@@ -489,6 +489,45 @@ class Scene:
         """
         return measures.thickness(self._graph, zone, grid, kind, contact)
 
+    def sample(self, where: Any = None, *, cell: Any = None, codes: bool = False) -> xarray.Dataset:
+        """Say which zone, block, contact interval and unit is at each of some places.
+
+        Parameters
+        ----------
+        where : array_like, table or xarray object, optional
+            World coordinates [m]: an array ``(..., 3)`` of easting, northing and elevation; a table
+            with these columns; an xarray object with these coordinates, which may be the axes of a
+            grid; or a map of elevations.
+        cell : (dx, dy, dz), optional
+            Instead: the middles of the cells of a regular grid that fills the model box, of about
+            this size [m].
+        codes : bool
+            Whether to return whole numbers, which have their names in ``attrs``, not names.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid contacts. Outside
+            the model names are empty, and codes are -1. A point on a surface belongs to the unit
+            below it, on an upright surface to that on the side of the middle of the model.
+
+        Raises
+        ------
+        InputError
+            For places that are not numbers, not finite, or not three coordinates each.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.sample([1000.0, 1500.0, -2000.0]).unit.item()
+        'Top/Base F1-'
+        >>> dict(scene.sample(cell=(100, 100, 10), codes=True).sizes)
+        {'elevation': 150, 'northing': 30, 'easting': 40}
+        """
+        return measures.sample(self._graph, where, cell, codes)
+
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].
 

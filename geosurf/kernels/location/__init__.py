@@ -1,0 +1,16 @@
+"""Location of points in a model: which unit is at a point, decided by exact signs.
+
+A vertical line runs up from the point. Each triangle above the point that the line meets has one
+unit below it and one above it. The difference of both, summed over all these triangles, leads from
+the outside at the top down to the unit of the point: the order of the triangles is not needed, nor
+is the nearest one.
+
+===================  ==========================================================  ===============
+file                 question                                                    source
+===================  ==========================================================  ===============
+`pushed`             On which side of an edge, or of a plane, is a point?        Edelsbrunner &
+                                                                                 Mücke 1990
+`lattice_units`      Which runs of gridded surfaces are above a point?
+`triangle_bins`      Which triangles are above a point?
+===================  ==========================================================  ===============
+"""

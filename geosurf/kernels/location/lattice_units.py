@@ -1,0 +1,201 @@
+"""Runs of gridded surfaces above points: all surfaces that share one map in one pass.
+
+Most of a model is whole cells of grids that no curve touches. For those, the place of a point in
+the grid says which triangles it has above or below it, and no search is needed. Cells have a
+*column*: the differences between the units below and above each surface there. A model has few
+distinct columns, so that a cell takes one number however many surfaces there are.
+
+Notation
+    x, y      coordinates of nodes as the lattice has them (axes, or all nodes), local
+    a         layout, as in `tree`
+    z         elevations of all surfaces of the group, local, float64 (n_node, n_surface)
+    column    row of `steps` of each triangle, by key; row 0 is all zeros
+    steps     unit below minus unit above, int64 (n_column, n_surface)
+    p         points, local, float64 (n, 3)
+    rule      [middle easting, middle northing, floor]: points move towards the middle on the map;
+              those on the floor count as above what they lie on, all others as below
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, key_at, load
+from geosurf.kernels.location.pushed import side_of_edge, side_of_plane
+from geosurf.kernels.search.tree import N_COL, N_ROW, RISING
+
+OFF = -1  # the key of a point beside the lattice
+_NEIGHBOURS = 9  # cells around a guess, itself among them
+
+
+@entry("l1 l2 l1 l1 -> .")
+def spread_runs(a, runs, values, out):
+    """Write the value of each run to all of its triangles, by key."""
+    for i in range(runs.shape[0]):
+        for place in range(runs[i, FIRST], runs[i, LAST] + 1):
+            out[key_at(a, runs[i, ROW], place)] = values[i]
+
+
+@scalar
+def _step_of_axis(axis):
+    """+1 for an axis that rises, -1 for one that falls."""
+    return 1.0 if axis[axis.shape[0] - 1] > axis[0] else -1.0
+
+
+@scalar
+def _interval(axis, way, value, push):
+    """Interval of an axis that holds a value, moved by nearly nothing; OFF beside the axis.
+
+    A guess from equal steps is right for nearly all grids; others are searched by halves.
+    """
+    n = axis.shape[0]
+
+    # positions are compared as `way * value`, so that the axis rises
+    at, move = way * value, way * push
+    first, last = way * axis[0], way * axis[n - 1]
+    if at < first or at > last or (at == first and move < 0.0) or (at == last and move > 0.0):
+        return OFF
+    low = min(max(int((at - first) / (last - first) * (n - 1)), 0), n - 2)
+    if not (_is_past(way * axis[low], at, move) and not _is_past(way * axis[low + 1], at, move)):
+        low, high = 0, n - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            if _is_past(way * axis[middle], at, move):
+                low = middle
+            else:
+                high = middle
+    return low
+
+
+@scalar
+def _is_past(node, at, move):
+    """Whether a moved value lies past a node of a rising axis."""
+    return at > node or (at == node and move > 0.0)
+
+
+@scalar
+def _edge(x, y, a, i, j, k, o, px, py, east, north, s, m, w):
+    """Side of the edge from node (i, j) to node (k, o) on which a point lies."""
+    ax, ay = load(x, a, 0, i, j), load(y, a, 1, i, j)
+    bx, by = load(x, a, 0, k, o), load(y, a, 1, k, o)
+    return side_of_edge(ax, ay, bx, by, px, py, east, north, s, m, w)
+
+
+@scalar
+def _is_in_cell(x, y, a, i, j, turn, px, py, east, north, s, m, w):
+    """Whether a moved point lies inside all four edges of a cell."""
+    return (
+        turn * _edge(x, y, a, i, j, i, j + 1, px, py, east, north, s, m, w) > 0
+        and turn * _edge(x, y, a, i, j + 1, i + 1, j + 1, px, py, east, north, s, m, w) > 0
+        and turn * _edge(x, y, a, i + 1, j + 1, i + 1, j, px, py, east, north, s, m, w) > 0
+        and turn * _edge(x, y, a, i + 1, j, i, j, px, py, east, north, s, m, w) > 0
+    )
+
+
+@scalar
+def _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w):
+    """Row and column of the cell of a point in a rotated grid, or OFF.
+
+    `guess` maps the plane to rows and columns: offset, then factors of easting and northing, for
+    the row and for the column. It is right to within one cell.
+    """
+    row = guess[0] + guess[1] * px + guess[2] * py
+    col = guess[3] + guess[4] * px + guess[5] * py
+    if not (-1.0 <= row <= a[N_ROW] and -1.0 <= col <= a[N_COL]):
+        return OFF, OFF
+
+    # the cell of the guess first, then those around it
+    i0, j0 = int(np.floor(row)), int(np.floor(col))
+    for k in range(_NEIGHBOURS):
+        i = i0 + (0, 0, 0, -1, 1, -1, -1, 1, 1)[k]
+        j = j0 + (0, -1, 1, 0, 0, -1, 1, -1, 1)[k]
+        if i < 0 or j < 0 or i >= a[N_ROW] - 1 or j >= a[N_COL] - 1:
+            continue
+        if _is_in_cell(x, y, a, i, j, turn, px, py, east, north, s, m, w):
+            return i, j
+    return OFF, OFF
+
+
+@scalar
+def _set_corner(x, y, z, a, k, i, j, row, s):
+    """Put node (i, j) of surface k into a row of the scratch."""
+    s[row, 0], s[row, 1] = load(x, a, 0, i, j), load(y, a, 1, i, j)
+    s[row, 2] = z[i * a[N_COL] + j, k]
+
+
+@scalar
+def _corner_nodes(a, i, j, half):
+    """Rows and columns of the three corners of half a cell, in the order of `build_triangles`."""
+    if a[RISING] == 1:
+        # corners 0, 1, 2, 3 around the cell: 0 1 2 and 0 2 3
+        if half == 0:
+            return i, j, i, j + 1, i + 1, j + 1
+        return i, j, i + 1, j + 1, i + 1, j
+    # 0 1 3 and 1 2 3
+    if half == 0:
+        return i, j, i, j + 1, i + 1, j
+    return i, j + 1, i + 1, j + 1, i + 1, j
+
+
+@scalar
+def _is_below(x, y, z, a, k, corners, px, py, pz, on_floor, turn, s, m, w):
+    """Whether a point lies below a triangle of surface k; on it counts as below, off the floor."""
+    i0, j0, i1, j1, i2, j2 = corners
+    n = a[N_COL]
+    z0, z1, z2 = z[i0 * n + j0, k], z[i1 * n + j1, k], z[i2 * n + j2, k]
+
+    # above or below all corners: nearly all points
+    if pz > max(z0, max(z1, z2)):
+        return False
+    if pz < min(z0, min(z1, z2)):
+        return True
+    _set_corner(x, y, z, a, k, i0, j0, 0, s)
+    _set_corner(x, y, z, a, k, i1, j1, 1, s)
+    _set_corner(x, y, z, a, k, i2, j2, 2, s)
+    s[3, 0], s[3, 1], s[3, 2] = px, py, pz
+    side = side_of_plane(s, m, w, turn)
+    return side < 0 or (side == 0 and not on_floor)
+
+
+@entry("d1 d1 l1 d2 l1 l2 d1 l d2 d1 l1 l1 l1 -> .")
+def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, rule, m, w, unit):
+    """Add to each point the steps of all surfaces of a group that lie above it.
+
+    `guess` is empty for grids whose axes are those of the map; `turn` is +1 where columns, rows and
+    up make a right-handed system.
+    """
+    s = np.zeros((4, 3))
+    aligned = guess.shape[0] == 0
+    way_x = _step_of_axis(x) if aligned else 1.0
+    way_y = _step_of_axis(y) if aligned else 1.0
+    for q in range(p.shape[0]):
+        px, py, pz = p[q, 0], p[q, 1], p[q, 2]
+        east = 1 if px <= rule[0] else -1
+        north = 1 if py <= rule[1] else -1
+
+        # the cell
+        if aligned:
+            j = _interval(x, way_x, px, float(east))
+            i = OFF if j == OFF else _interval(y, way_y, py, float(north))
+        else:
+            i, j = _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w)
+        if i == OFF or j == OFF:
+            continue
+
+        # its half: left or right of the diagonal from corner 0 to 2, or from corner 1 to 3
+        if a[RISING] == 1:
+            left = _edge(x, y, a, i, j, i + 1, j + 1, px, py, east, north, s, m, w)
+        else:
+            left = -_edge(x, y, a, i, j + 1, i + 1, j, px, py, east, north, s, m, w)
+        half = 0 if turn * left < 0 else 1
+
+        of = column[2 * (i * (a[N_COL] - 1) + j) + half]
+        if of == 0:  # no surface of the group is whole here
+            continue
+        corners = _corner_nodes(a, i, j, half)
+        on_floor = pz == rule[2]
+        for k in range(steps.shape[1]):
+            step = steps[of, k]
+            if step != 0 and _is_below(x, y, z, a, k, corners, px, py, pz, on_floor, turn, s, m, w):
+                unit[q] += step

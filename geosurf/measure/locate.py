@@ -1,0 +1,297 @@
+"""Which unit is at a point: the surfaces of a model, made ready for vertical lines.
+
+What no curve touches of a grid stays a grid: a point finds its cell by its coordinates. All other
+triangles are sorted into bins on the map. The kernels in `geosurf.kernels.location` say why sums
+over both are enough, and decide every sign exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.kernels.location import lattice_units, triangle_bins
+from geosurf.kernels.location.pushed import digits_of, frame_with
+from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.measure.columns import signs_of_turns
+from geosurf.model import Lattice, Units
+from geosurf.model.pieces import Pieces, Strips
+
+AT_ONCE = 1 << 19  # points that are looked up together, by one thread
+TILES = 64  # along each side of the model, in whose order points are looked up
+MOST_BINS = 1 << 22
+MOST_ITEMS = 1 << 26  # triangles in all bins: coarser bins hold each less often
+MOST_DEVIATION = 0.25  # of a cell, of nodes from a grid of equal cells: a guess is one cell off
+
+
+@dataclass(frozen=True, eq=False)
+class Grids:
+    """Surfaces that share one map, as `lattice_units` takes them."""
+
+    x: np.ndarray
+    y: np.ndarray
+    places: np.ndarray
+    z: np.ndarray
+    column: np.ndarray
+    steps: np.ndarray
+    guess: np.ndarray
+    turn: int
+    digits: tuple[int, int]
+
+    def add(self, points: np.ndarray, rule: np.ndarray, unit: np.ndarray) -> None:
+        """Add the steps of all surfaces above each point."""
+        m, w = frame_with(self.digits, digits_of(points))
+        of = (self.x, self.y, self.places, self.z, self.column, self.steps, self.guess, self.turn)
+        lattice_units.add_lattice_units(*of, points, rule, m, w, unit)
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """Triangles in bins on the map, as `triangle_bins` takes them."""
+
+    corners: np.ndarray
+    facing: np.ndarray
+    ends: np.ndarray
+    step: np.ndarray
+    grid: np.ndarray
+    shape: np.ndarray
+    start: np.ndarray
+    items: np.ndarray
+    digits: tuple[int, int]
+
+    def add(self, points: np.ndarray, rule: np.ndarray, unit: np.ndarray) -> None:
+        """Add the steps of all triangles above each point."""
+        m, w = frame_with(self.digits, digits_of(points))
+        of = (self.corners, self.facing, self.ends, self.step)
+        bins = (self.grid, self.shape, self.start, self.items)
+        triangle_bins.add_triangle_units(*of, *bins, points, rule, m, w, unit)
+
+
+@dataclass(frozen=True, eq=False)
+class Locator:
+    """A model, ready to say which unit is at a point.
+
+    Attributes
+    ----------
+    origin : ndarray of float64, shape (3,)
+    rule : ndarray of float64, shape (3,)
+        Easting and northing of the middle of the model, elevation of its floor, local.
+    groups : tuple of Grids
+    bins : Bins
+    tiles : ndarray of float64, shape (4,)
+        West and south of the model, tiles per metre to the east and to the north.
+    """
+
+    origin: np.ndarray
+    rule: np.ndarray
+    groups: tuple[Grids, ...]
+    bins: Bins
+    tiles: np.ndarray
+
+    def find(self, points: np.ndarray) -> np.ndarray:
+        """
+        Return the unit at each point.
+
+        Parameters
+        ----------
+        points : ndarray of float64, shape (n, 3)
+            World coordinates [m].
+
+        Returns
+        -------
+        ndarray of int64, shape (n,)
+            Row of the unit; -1 outside the model.
+        """
+        # into the local frame as nodes of surfaces go: a point at a node stays at it
+        local = points - self.origin
+        order = triangle_bins.order_by_tile(local, self.tiles, np.full(2, TILES))
+        local = local[order]
+        unit = np.full(len(local), -1, dtype=np.int64)
+        for part in (*self.groups, self.bins):
+            part.add(local, self.rule, unit)
+        found = np.empty(len(points), dtype=np.int64)
+        found[order] = unit
+        return found
+
+
+def locator_of(units: Units) -> Locator:
+    """
+    Make the surfaces of a model ready for vertical lines.
+
+    Parameters
+    ----------
+    units : Units
+
+    Returns
+    -------
+    Locator
+
+    Raises
+    ------
+    InputError
+        If the units were made without patches.
+    """
+    pieces, sides = units.piece_sides
+
+    # runs of grids stay grids where no two points of the grid share a place on the map
+    maps: list[list[tuple[Lattice, np.ndarray]]] = []
+    lists = [_cut_triangles(pieces, sides)]
+    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
+        if strips is None or source.lattice is None:
+            continue
+        first = len(pieces.triangles) + int(pieces.first_run[i])
+        of_run = sides[first : first + len(strips.runs)]
+        if _guess(source.lattice, pieces.origin) is None:
+            lists.append(_run_triangles(source.lattice, strips, of_run, pieces.origin))
+        else:
+            # a front that looks up has the unit behind it below: it does where triangles turn as
+            # columns, rows and up do
+            front_up = source.lattice.right_handed != source.lattice.turned
+            step = (of_run[:, 1] - of_run[:, 0]) * (1 if front_up else -1)
+            _put(maps, source.lattice, _spread(source.lattice, strips, step))
+
+    groups = tuple(_grids(of, pieces.origin) for of in maps)
+    corners, step = (np.concatenate(parts) for parts in zip(*lists, strict=True))
+    low, high = np.reshape(units.box, (3, 2)).T - pieces.origin
+    rule = np.array([*(0.5 * (low + high))[:2], low[2]])
+    tiles = np.append(low[:2], TILES / (high - low)[:2])
+    return Locator(pieces.origin, rule, groups, _bins(corners, step), tiles)
+
+
+def _cut_triangles(pieces: Pieces, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (n, 3, 3) of all triangles that part two units, and the unit behind minus in front.
+
+    Triangles that coincide with an earlier one have no units here: that one stands for them.
+    """
+    of = sides[: len(pieces.triangles)]
+    rows = np.flatnonzero(of[:, 0] != of[:, 1])
+    return pieces.x[pieces.triangles[rows]], of[rows, 1] - of[rows, 0]
+
+
+def _run_triangles(
+    lattice: Lattice, strips: Strips, sides: np.ndarray, origin: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same for the runs of a grid that folds on the map, such as an upright fault."""
+    step = _spread(lattice, strips, sides[:, 1] - sides[:, 0])
+    keys = np.flatnonzero(step)
+    nodes = lattice.corners_of_keys(keys)
+    corners = lattice.places_of_nodes(nodes.ravel()) - origin
+    return corners.reshape(-1, 3, 3), step[keys]
+
+
+def _spread(lattice: Lattice, strips: Strips, values: np.ndarray) -> np.ndarray:
+    """The value of each run at all of its triangles, by key; 0 where a curve touches them."""
+    n_row, n_col = lattice.shape
+    found = np.zeros(2 * (n_row - 1) * (n_col - 1), dtype=np.int64)
+    lattice_units.spread_runs(lattice.places, strips.runs, values, found)
+    return found
+
+
+def _put(maps: list[list[tuple[Lattice, np.ndarray]]], lattice: Lattice, step: np.ndarray) -> None:
+    """Put a grid to those that share its map and its diagonals."""
+    for group in maps:
+        one = group[0][0]
+        if one.rising == lattice.rising and one.shares_map(lattice):
+            group.append((lattice, step))
+            return
+    maps.append([(lattice, step)])
+
+
+def _grids(group: list[tuple[Lattice, np.ndarray]], origin: np.ndarray) -> Grids:
+    """All grids of one map."""
+    lattice = group[0][0]
+    guess = _guess(lattice, origin)
+    assert guess is not None
+    x, y, _ = lattice.coordinates
+
+    # columns of steps: numbered one surface at a time, so that keys stay small
+    column = np.zeros(len(group[0][1]), dtype=np.int64)
+    for _, step in group:
+        low, span = int(step.min(initial=0)), int(np.ptp(step)) + 1 if len(step) else 1
+        _, column = number_keys(column * span + (step - low))
+    steps = np.zeros((int(column.max(initial=-1)) + 2, len(group)), dtype=np.int64)
+    for k, (_, step) in enumerate(group):
+        steps[column + 1, k] = step
+
+    # row 0 is that of cells where no surface is whole
+    empty = np.append(True, ~steps[1:].any(axis=1))
+    column = np.where(empty[column + 1], 0, column + 1)
+    z = np.stack([one.elevation.ravel() - origin[2] for one, _ in group], axis=1)
+    turn = 1 if lattice.right_handed else -1
+    x, y = x - origin[0], y - origin[1]
+    digits = digits_of(x, y, z[np.isfinite(z)])
+    return Grids(x, y, lattice.places, z, column, steps, guess, turn, digits)
+
+
+def _guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
+    """How easting and northing lead to rows and columns: empty for axes along those of the map.
+
+    None if the grid may fold on the map, or its cells are too far from equal for a guess.
+    """
+    if not lattice.is_graph:
+        return None
+    if lattice.easting.ndim == 1:
+        return np.empty(0)
+    x, y = lattice.easting - origin[0], lattice.northing - origin[1]
+    if min(lattice.shape) < 2 or not (np.isfinite(x).all() and np.isfinite(y).all()):
+        return None
+
+    # mean steps along rows and columns, from corner to corner
+    n_row, n_col = lattice.shape
+    first = np.array([x[0, 0], y[0, 0]])
+    along = np.array([[x[-1, 0], x[0, -1]], [y[-1, 0], y[0, -1]]]) - first[:, None]
+    back = np.linalg.inv(along / [n_row - 1, n_col - 1])
+    row, col = (back[k, 0] * (x - first[0]) + back[k, 1] * (y - first[1]) for k in (0, 1))
+    off = max(
+        float(np.abs(row - np.arange(n_row)[:, None]).max()),
+        float(np.abs(col - np.arange(n_col)).max()),
+    )
+    if off > MOST_DEVIATION:
+        return None
+    start = -back @ first
+    return np.array([start[0], *back[0], start[1], *back[1]])
+
+
+def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
+    """Sort triangles (n, 3, 3) into bins, the highest first; upright ones have no shadow."""
+    n = len(corners)
+    facing = signs_of_turns(
+        corners.reshape(-1, 3)[:, :2], np.arange(3 * n, dtype=np.int64).reshape(-1, 3)
+    )
+
+    # the highest first; a front that looks up has the unit behind it below
+    top = corners[:, :, 2].max(axis=1, initial=-np.inf)
+    order = np.flatnonzero(facing)
+    order = order[np.argsort(-top[order], kind="stable")]
+    facing, corners, step = facing[order], corners[order], step[order] * facing[order]
+    ends = np.stack([corners[:, :, 2].min(axis=1, initial=np.inf), top[order]], axis=1)
+    c = corners.reshape(-1, 9)
+    for grid, shape in _bin_shapes(corners):
+        count = np.zeros(shape.prod() + 1, dtype=np.int64)
+        if triangle_bins.count_bins(c, grid, shape, count[1:]) <= MOST_ITEMS:
+            break
+    start = np.cumsum(count)
+    items = np.empty(start[-1], dtype=np.int64)
+    triangle_bins.fill_bins(c, facing, grid, shape, start[:-1].copy(), items)
+    return Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
+
+
+def _bin_shapes(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Grids of bins around some triangles, the finest first: about two bins for each triangle."""
+    flat = corners[:, :, :2].reshape(-1, 2)
+    low = flat.min(axis=0) if len(flat) else np.zeros(2)
+    size = np.maximum(np.ptp(flat, axis=0), 1e-9) if len(flat) else np.ones(2)
+    n = min(max(2 * len(corners), 1), MOST_BINS)
+    while True:
+        edge = np.sqrt(size.prod() / n)
+        shape = np.maximum(np.ceil(size / edge), 1).astype(np.int64)
+        # a little wider than the triangles, so that the last bin holds what is at the end
+        yield np.append(low, shape / (size * (1.0 + 1e-9))), shape[::-1].copy()
+        if n == 1:
+            return
+        n = max(n // 4, 1)
+
+
+__all__ = ["Locator", "locator_of"]
