@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InputError
+from geosurf.measure.boundaries import Boundaries
 from geosurf.measure.locate import AT_ONCE, Locator, locator_of
 from geosurf.measure.places import places_of
 from geosurf.model import Unit, Units
@@ -37,6 +38,7 @@ def sample_units(
     cell: Any = None,
     codes: bool = False,
     locator: Locator | None = None,
+    boundaries: Boundaries | None = None,
 ) -> xarray.Dataset:
     """
     Say which zone, block, contact interval and unit is at each of some places.
@@ -57,6 +59,8 @@ def sample_units(
         places then take 40 MB a variable, and the dataset can be written to a file.
     locator : Locator, optional
         Of these units; by default made anew.
+    boundaries : Boundaries, optional
+        Of these units: then there are distances, too.
 
     Returns
     -------
@@ -64,7 +68,8 @@ def sample_units(
         ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid contacts. Outside the
         model names are empty, and codes are -1. A point on a surface belongs to the unit below it,
         a point on an upright surface to the unit on the side of the middle of the model, a point on
-        the floor of the model to the unit above.
+        the floor of the model to the unit above. With `boundaries` also ``distance`` to the nearest
+        boundary of a unit, inside and outside the model [m].
 
     Raises
     ------
@@ -95,24 +100,32 @@ def sample_units(
 
     # parts in threads; each writes its own rows
     found = np.empty(places.size, dtype=np.int32)
+    distance = np.empty(places.size if boundaries is not None else 0)
     parts = list(places.parts(AT_ONCE))
     each = places.size // max(places.shape[0], 1) if places.shape else 1
 
     def work(first: int, last: int) -> None:
-        found[first * each : last * each] = locator.find(places.points(first, last))
+        rows, points = slice(first * each, last * each), places.points(first, last)
+        found[rows] = locator.find(points)
+        if boundaries is not None:
+            distance[rows] = boundaries.distance(points)
 
     map_threads(work, parts, worth=len(parts) > 1)
     found = found.reshape(places.shape)
 
     # one variable for each kind of name that tells units apart
     listed = list(units.values())
-    data = {}
+    data: dict[str, Any] = {}
     for name, (meaning, read) in LABELS.items():
         words = [read(unit) for unit in listed]
         if name == "contact" and not any(words):
             continue
         data[name] = (places.dims, *_labels(found, words, meaning, codes=bool(codes)))
-    return xr.Dataset(data, places.coords, {"rule": RULE})
+    if boundaries is not None:
+        attrs = {"units": "m", "long_name": "distance to the nearest boundary of a unit"}
+        data["distance"] = (places.dims, distance.reshape(places.shape), attrs)
+    crs = {} if units.crs is None else {"crs": units.crs}
+    return xr.Dataset(data, places.coords, {"rule": RULE, **crs})
 
 
 def _labels(

@@ -14,13 +14,16 @@ import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
-from geosurf.model.expected import name_of
+from geosurf.model.expected import flag_of, name_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.wells import opened_tops, warnings_of_names
 from geosurf.triangulate.coarsen import volume_error
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
+
+    from geosurf.measure.boundaries import Boundaries
+    from geosurf.measure.locate import Locator
 
 Lines = list[np.ndarray]
 Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
@@ -98,17 +101,43 @@ def thickness(
     )  # fmt: skip
 
 
-def sample(graph: Graph, where: Any, cell: Any, codes: bool) -> xarray.Dataset:
+def sample(graph: Graph, where: Any, cell: Any, codes: bool, distance: bool) -> xarray.Dataset:
     """Return zone, block, contact interval and unit at some places; see `Scene.sample`."""
     from geosurf.measure import sample_units
+
+    boundaries = _boundaries(graph) if flag_of(distance, "distance") else None
+    return sample_units(
+        graph.units, where, cell=cell, codes=codes, locator=_locator(graph), boundaries=boundaries
+    )
+
+
+def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
+    """Return the units that a well goes through; see `Scene.well_intervals`."""
+    from geosurf.measure.well_intervals import well_intervals as intervals
+
+    return intervals(graph.units, path, md, _locator(graph), _boundaries(graph))
+
+
+def _locator(graph: Graph) -> Locator:
+    """Return what finds the unit at a point, from memory if it is there."""
     from geosurf.measure.locate import locator_of
 
-    units = graph.units
-    locator = graph.memory.get_or_compute(
-        "measure", "places of units", ("locator", graph.units_key), lambda: locator_of(units),
-        lambda found: f"{counted(len(found.bins.corners), 'triangle')} in bins",
+    return graph.memory.get_or_compute(
+        "measure", "units by place", ("locator", graph.units_key),
+        lambda: locator_of(graph.units),
+        lambda found: counted(len(found.bins.corners), "triangle"),
     )  # fmt: skip
-    return sample_units(units, where, cell=cell, codes=codes, locator=locator)
+
+
+def _boundaries(graph: Graph) -> Boundaries:
+    """Return all triangles that bound units, from memory if they are there."""
+    from geosurf.measure.boundaries import boundaries_of
+
+    return graph.memory.get_or_compute(
+        "measure", "boundaries of units", ("boundaries", graph.units_key),
+        lambda: boundaries_of(graph.patches, graph.units),
+        lambda found: counted(len(found.triangles), "triangle"),
+    )  # fmt: skip
 
 
 def juxtaposition(graph: Graph, fault: str) -> xarray.Dataset:

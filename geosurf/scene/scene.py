@@ -489,7 +489,9 @@ class Scene:
         """
         return measures.thickness(self._graph, zone, grid, kind, contact)
 
-    def sample(self, where: Any = None, *, cell: Any = None, codes: bool = False) -> xarray.Dataset:
+    def sample(
+        self, where: Any = None, *, cell: Any = None, codes: bool = False, distance: bool = False
+    ) -> xarray.Dataset:
         """Say which zone, block, contact interval and unit is at each of some places.
 
         Parameters
@@ -503,6 +505,8 @@ class Scene:
             this size [m].
         codes : bool
             Whether to return whole numbers, which have their names in ``attrs``, not names.
+        distance : bool
+            Whether to add the distance to the nearest boundary of a unit [m].
 
         Returns
         -------
@@ -524,9 +528,45 @@ class Scene:
         >>> scene.sample([1000.0, 1500.0, -2000.0]).unit.item()
         'Top/Base F1-'
         >>> dict(scene.sample(cell=(100, 100, 10), codes=True).sizes)
-        {'elevation': 150, 'northing': 30, 'easting': 40}
+        {'elevation': 80, 'northing': 30, 'easting': 40}
         """
-        return measures.sample(self._graph, where, cell, codes)
+        return measures.sample(self._graph, where, cell, codes, distance)
+
+    def well_intervals(self, path: Any, *, md: Any = None) -> xarray.Dataset:
+        """Return the units that a well goes through, with entry and exit points.
+
+        Parameters
+        ----------
+        path : array_like, table or xarray object
+            Points along the well, in order: easting, northing and elevation [m], as for `sample`. A
+            column ``md`` of a table is the measured depth.
+        md : array_like of float, shape (n,), optional
+            Measured depth of each point [m]. Default: that column, else the length of the path.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``interval``: ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid
+            contacts, empty outside the model; ``md``, ``easting``, ``northing`` and ``elevation``
+            at both ends of each.
+
+        Raises
+        ------
+        InputError
+            For a path of fewer than two different points, or a measured depth that falls.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> well = scene.well_intervals([[1000, 1500, -1750], [1400, 1500, -2200]])
+        >>> well.zone.values.tolist()
+        ['above Top', 'Top/Base']
+        >>> well.elevation.sel(end="entry").round(1).values.tolist()
+        [-1750.0, -1947.1]
+        """
+        return measures.well_intervals(self._graph, path, md)
 
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].

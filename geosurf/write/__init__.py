@@ -54,12 +54,13 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Dataset": {
         ".nc": ("netcdf", "netcdf_of_dataset"),
+        ".vti": ("vti", "vti_of_grid"),
         ".pol": ("polylines", "pol_of_lines"),
         ".csv": ("polylines", "csv_of_lines"),
     },
 }
 # suffixes of formats with a place for a coordinate reference system
-KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm")
+KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm", ".vti")
 # advice for objects that cannot be written
 INSTEAD = {
     "Sheet": " For the horizon cut at its faults, write scene.patches.surface(name).",
@@ -87,7 +88,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
         Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
         .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` next to it), ``.csv``, ``.nc``.
         FaultSticks: ``.pol``. Horizon: ``.nc .irap`` and ``.gri`` (float32). Dataset: ``.nc``;
-        lines, such as fault polygons: ``.pol .csv``, too.
+        lines, such as fault polygons: ``.pol .csv``, too; regular grids: ``.vti``.
     name : str, optional
         Name to store. Default: the object's own, else the file name without suffix.
 

@@ -86,8 +86,8 @@ def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[s
         file = PurePath(stem) / f"{i:03d}_{slug[:60]}.vtp"
         files[file] = vtp_of_unit(unit, unit.name)[0]
         entries.append(
-            f'    <DataSet index="{i}" name={_attribute(unit.name)} '
-            f"file={_attribute(file.as_posix())}/>"
+            f'    <DataSet index="{i}" name={attribute_xml(unit.name)} '
+            f"file={attribute_xml(file.as_posix())}/>"
         )
     lines = [
         '<?xml version="1.0"?>',
@@ -130,35 +130,35 @@ def _polydata(
         '<?xml version="1.0"?>',
         '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
         "  <PolyData>",
-        *(f"    <!-- crs: {_comment(text)} -->" for text in (words or {}).get("crs", ())),
+        *(f"    <!-- crs: {comment_xml(text)} -->" for text in (words or {}).get("crs", ())),
         "    <FieldData>",
-        *(_string_array(key, values) for key, values in (words or {}).items()),
+        *(string_array_xml(key, values) for key, values in (words or {}).items()),
         "    </FieldData>",
         head,
         "      <PointData>",
-        *(_array(key, value) for key, value in (point_data or {}).items()),
+        *(array_xml(key, value) for key, value in (point_data or {}).items()),
         "      </PointData>",
         "      <CellData>",
-        *(_array(key, value) for key, value in (cell_data or {}).items()),
+        *(array_xml(key, value) for key, value in (cell_data or {}).items()),
         "      </CellData>",
         "      <Points>",
-        _array("Points", np.asarray(points, dtype=np.float64).reshape(-1, 3)),
+        array_xml("Points", np.asarray(points, dtype=np.float64).reshape(-1, 3)),
         "      </Points>",
     ]
     if lines:
-        xml += ["      <Lines>", _array("connectivity", joined), _array("offsets", ends)]
+        xml += ["      <Lines>", array_xml("connectivity", joined), array_xml("offsets", ends)]
         xml += ["      </Lines>"]
     if triangles is not None:
         # corners of all triangles in one list; offsets: where each one ends
         corners = np.asarray(triangles, dtype=np.int64).ravel()
         offsets = np.arange(3, 3 * n_triangle + 1, 3, dtype=np.int64)
-        xml += ["      <Polys>", _array("connectivity", corners), _array("offsets", offsets)]
+        xml += ["      <Polys>", array_xml("connectivity", corners), array_xml("offsets", offsets)]
         xml += ["      </Polys>"]
     xml += ["    </Piece>", "  </PolyData>", "</VTKFile>"]
     return ("\n".join(xml) + "\n").encode("utf-8")
 
 
-def _array(name: str, values: Any) -> str:
+def array_xml(name: str, values: Any) -> str:
     """Return one DataArray: byte count and values, little-endian, base64."""
     array = np.asarray(values)
 
@@ -172,27 +172,27 @@ def _array(name: str, values: Any) -> str:
     # the byte count comes first, in the type that the header names
     text = base64.b64encode(np.array([len(raw)], dtype="<u8").tobytes() + raw).decode("ascii")
     return (
-        f'        <DataArray type="{kind}" Name={_attribute(name)} '
+        f'        <DataArray type="{kind}" Name={attribute_xml(name)} '
         f'NumberOfComponents="{width}" format="binary">{text}</DataArray>'
     )
 
 
-def _string_array(name: str, values: Sequence[str]) -> str:
+def string_array_xml(name: str, values: Sequence[str]) -> str:
     """Return an Array of strings: VTK stores character codes, each string ended by 0."""
     # character codes as numbers: any letter fits into plain text
     codes = b"".join(value.encode("utf-8") + b"\0" for value in values)
     text = " ".join(str(code) for code in codes)
     return (
-        f'      <Array type="String" Name={_attribute(name)} NumberOfTuples="{len(values)}" '
+        f'      <Array type="String" Name={attribute_xml(name)} NumberOfTuples="{len(values)}" '
         f'format="ascii">{text}</Array>'
     )
 
 
-def _comment(text: str) -> str:
+def comment_xml(text: str) -> str:
     """Text for a comment, for those who look into a file: field data hold it as numbers."""
     return "".join(c if c.isprintable() and c != "-" else " " for c in text)
 
 
-def _attribute(text: str) -> str:
+def attribute_xml(text: str) -> str:
     """Quote text for an XML attribute; control characters cannot be held."""
     return quoteattr("".join(c if c.isprintable() else " " for c in text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -232,3 +233,129 @@ def test_units_without_patches_are_refused(scene):
     units = gs.Units(scene.units.values(), scene.box)
     with pytest.raises(InputError, match="no patches"):
         sample_units(units, [1, 2, 3])
+
+
+def test_distances_are_those_to_all_triangles(scene):
+    """Against every triangle of every shell, by hand; outside the model, too."""
+    w, e, s, n, low, high = scene.box
+    rng = np.random.default_rng(5)
+    size = np.array([e - w, n - s, high - low])
+    points = np.array([w, s, low]) + (1.4 * rng.random((60, 3)) - 0.2) * size
+    found = scene.sample(points, distance=True).distance.values
+    corners = np.concatenate([u.vertices[u.triangles] for u in scene.units.values()])
+    expected = [to_triangles(corners, p) for p in points]
+    assert np.abs(found - expected).max() < 1e-8
+
+
+def to_triangles(corners, p):
+    """Distance of a point to the nearest triangle (n, 3, 3): interior, edges and corners."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    gram = np.stack([(u * u).sum(1), (u * v).sum(1), (v * v).sum(1)])
+    right = np.stack([((p - a) * u).sum(1), ((p - a) * v).sum(1)])
+    det = gram[0] * gram[2] - gram[1] ** 2
+    s, t = (gram[2] * right[0] - gram[1] * right[1]), (gram[0] * right[1] - gram[1] * right[0])
+    s, t = s / det, t / det
+    inside = (s >= 0) & (t >= 0) & (s + t <= 1)
+    foot = a + s[:, None] * u + t[:, None] * v
+    best = np.linalg.norm(foot - p, axis=1)[inside].min(initial=np.inf)
+    for i, k in ((0, 1), (1, 2), (2, 0)):
+        one, way = corners[:, i], corners[:, k] - corners[:, i]
+        at = np.clip(((p - one) * way).sum(1) / (way**2).sum(1), 0, 1)
+        best = min(best, np.linalg.norm(one + at[:, None] * way - p, axis=1).min())
+    return best
+
+
+class TestWells:
+    def test_of_planes_are_where_the_planes_are(self):
+        """A line through tilted planes: entry points from the equations of the planes."""
+        world = gs.synthetic.tilted_planes()
+        scene = gs.Scene(world.horizons, world.faults, world.box)
+        p, q = np.array([500.0, 700.0, -1750.0]), np.array([3300.0, 2100.0, -2450.0])
+        found = scene.well_intervals([p, q])
+        places = np.stack([found[k].sel(end="entry").values for k in ("easting", "northing")], 1)
+        up = found.elevation.sel(end="entry").values
+        assert len(set(found.unit.values)) == found.sizes["interval"] >= 3
+        for k, (before, after) in enumerate(pairwise(found.zone.values)):
+            if before != after:
+                name = {"above Top": "Top", "Top/Base": "Base"}[before]
+                surface = scene.surface(name).vertices
+                fit, *_ = np.linalg.lstsq(
+                    np.column_stack([surface[:, :2], np.ones(len(surface))]), surface[:, 2], None
+                )
+                assert up[k + 1] == pytest.approx(np.append(places[k + 1], 1.0) @ fit, abs=1e-8)
+
+    def test_add_up_and_meet(self, scene):
+        """Intervals follow each other, lengths add up, and the middle of each is in its unit."""
+        w, e, s, n, low, high = scene.box
+        rng = np.random.default_rng(8)
+        path = np.array([w, s, low]) + rng.random((6, 3)) * np.array([e - w, n - s, high - low])
+        found = scene.well_intervals(path)
+        md = found.md.values
+        assert (md[1:, 0] == md[:-1, 1]).all()
+        assert md[-1, 1] == pytest.approx(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+        assert (found.unit.values[1:] != found.unit.values[:-1]).all()
+
+        # by brute force: the unit at many places along the path
+        at = np.linspace(0.0, md[-1, 1], 4001)[1:-1]
+        along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+        points = np.stack([np.interp(at, along, path[:, k]) for k in range(3)], axis=1)
+        which = np.searchsorted(md[:, 1], at)
+        off = np.abs(at[:, None] - md.ravel()).min(axis=1) > 1e-6
+        same = scene.sample(points).unit.values == found.unit.values[which]
+        assert same[off].all()
+
+    def test_a_well_straight_down_a_fault(self, scene):
+        """Inside of an upright fault, the well is on the side of the middle, all the way."""
+        world = gs.Scene(
+            {"Top": xr.DataArray(
+                np.zeros((3, 3)), {"northing": [0.0, 5, 10], "easting": [0.0, 5, 10]},
+                ("northing", "easting"), attrs={"positive": "up", "units": "m"},
+            )},
+            {"F1": sheet("F1", [(3, -1, -9), (3, 11, -9), (3, 11, 9), (3, -1, 9)])},
+            (0, 10, 0, 10, -5, 5),
+        )  # fmt: skip
+        found = world.well_intervals([(3.0, 4.0, 5.0), (3.0, 4.0, -5.0)])
+        assert found.zone.values.tolist() == ["above Top", "below Top"]
+        assert len(set(found.block.values)) == 1
+        assert found.elevation.values.tolist() == [[5.0, 0.0], [0.0, -5.0]]
+
+    def test_outside_is_an_interval_of_its_own(self, scene):
+        w, e, s, n, low, high = scene.box
+        x, y = 0.4 * w + 0.6 * e, 0.3 * s + 0.7 * n
+        table = {
+            "easting": [x, x], "northing": [y, y], "elevation": [high + 50, low - 50],
+            "md": [100.0, 100.0 + 2 * (high - low + 100)],
+        }  # fmt: skip
+        found = scene.well_intervals(table)
+        assert found.unit.values[[0, -1]].tolist() == ["", ""]
+        assert found.md.values[0].tolist() == pytest.approx([100.0, 200.0])
+        assert found.elevation.values[0, 1] == high
+
+    @pytest.mark.parametrize(
+        ("path", "md", "words"),
+        [
+            ([[0, 0, 0]], None, "at least two different points"),
+            ([[0, 0, 0], [0, 0, 0]], None, "at least two different points"),
+            ([[0, 0, 0], [0, 0, 1]], [1, 0], "md does not rise from point 0 to 1"),
+            ([[0, 0, 0], [0, 0, 1]], [1], "md has 1 values for 2 points"),
+            (np.zeros((2, 2, 3)), None, "give its points in order"),
+        ],
+    )
+    def test_refusals(self, scene, path, md, words):
+        with pytest.raises(InputError, match=words):
+            scene.well_intervals(path, md=md)
+
+
+def test_block_models_go_to_files(scene, tmp_path):
+    """pyvista and xarray read what was written: the same unit in every cell."""
+    pv = pytest.importorskip("pyvista")
+    found = scene.sample(cell=(200, 250, 20), codes=True)
+    gs.write(found, tmp_path / "model.vti")
+    image = pv.read(tmp_path / "model.vti")
+    assert np.allclose(image.bounds, scene.box)
+    assert (image.cell_data["unit"] == found.unit.values.ravel()).all()
+    middles = image.cell_centers().points
+    assert (scene.sample(middles, codes=True).zone.values == image.cell_data["zone"]).all()
+    gs.write(found, tmp_path / "model.nc")
+    with xr.open_dataset(tmp_path / "model.nc") as back:
+        assert (back.unit.values == found.unit.values).all()

@@ -12,5 +12,6 @@ file                 question                                                   
                                                                                  Mücke 1990
 `lattice_units`      Which runs of gridded surfaces are above a point?
 `triangle_bins`      Which triangles are above a point?
+`nearest`            How far is the nearest triangle?
 ===================  ==========================================================  ===============
 """

@@ -1,0 +1,169 @@
+"""Which units a well goes through: intervals along its path, with entry and exit points.
+
+Everything that might be a boundary next to the path is listed, generously: a crossing too many does
+no harm, since the unit between two crossings is looked up exactly (`locate`), and neighbours with
+the same unit are one interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import real_numbers
+from geosurf.errors import InputError
+from geosurf.measure.boundaries import Boundaries
+from geosurf.measure.locate import Locator
+from geosurf.measure.places import NAMES, places_of
+from geosurf.measure.sample import LABELS
+from geosurf.model import Units
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+PIECE = 1 / 64  # of the diagonal of the model: the box around a longer piece holds too much
+SLIP = 1e-7  # how far outside of a triangle, as a share of it, a crossing still counts as one
+
+
+def well_intervals(
+    units: Units, path: Any, md: Any, locator: Locator, boundaries: Boundaries
+) -> xarray.Dataset:
+    """
+    Return the units that a well goes through, from its first point to its last.
+
+    Parameters
+    ----------
+    units : Units
+    path : array_like, table or xarray object
+        Points along the well, in order: see `sample_units`. A column ``md`` is its measured depth.
+    md : array_like of float, shape (n,), optional
+        Measured depth of each point [m]. Default: the column ``md``, else the length of the path.
+    locator : Locator
+        Of these units.
+    boundaries : Boundaries
+        Of these units.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``interval``: ``unit``, ``zone``, ``block`` (``contact``); ``md`` at (interval, end),
+        and ``easting``, ``northing``, ``elevation`` there, with ``end`` being "entry" and "exit".
+
+    Raises
+    ------
+    InputError
+        For a path of fewer than two different points, or a measured depth that does not rise.
+    """
+    import xarray as xr
+
+    points, along = _path(path, md, units.box)
+    local = points - boundaries.origin
+
+    # where the path may pass a boundary: place as row of the point, and the share up to the next
+    ends = np.unique(np.concatenate([np.arange(len(points)), _crossings(local, boundaries)]))
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    found = locator.find(_at(middle, points))
+
+    # neighbours in one unit are one interval
+    new = np.append(True, found[1:] != found[:-1])
+    first, last = ends[:-1][new], np.append(ends[:-1][new][1:], ends[-1])
+    which = found[new]
+    both = np.stack([first, last], axis=1)
+    places = _at(both.ravel(), points).reshape(-1, 2, 3)
+    dims = ("interval", "end")
+    data: dict[str, Any] = {
+        "md": (dims, np.interp(both, np.arange(len(along)), along), {"units": "m"})
+    }
+    for k, name in enumerate(NAMES):
+        data[name] = (dims, places[:, :, k], {"units": "m"})
+    crs = {} if units.crs is None else {"crs": units.crs}
+    listed = list(units.values())
+    for name, (meaning, read) in LABELS.items():
+        words = [read(unit) for unit in listed]
+        if name != "contact" or any(words):
+            labels = np.array([*words, ""], dtype=object)[which]
+            data[name] = ("interval", labels, {"long_name": meaning})
+    return xr.Dataset(data, {"end": ["entry", "exit"]}, crs)
+
+
+def _path(path: Any, md: Any, box: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a path, without repeats, and their measured depths."""
+    places = places_of(path, None, box)
+    if len(places.shape) != 1:
+        raise InputError(
+            f"the path of a well has the shape {places.shape}; give its points in order, (n, 3)."
+        )
+    points = places.points(0, places.size) if places.size else np.empty((0, 3))
+    if md is None and (isinstance(path, Mapping) or hasattr(path, "columns")) and "md" in path:
+        md = path["md"]
+    length = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    if md is None:
+        along = length[: len(points)]
+    else:
+        try:
+            along = np.ravel(real_numbers(getattr(md, "values", md)))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"md has values that are not numbers ({error}).") from error
+        if len(along) != len(points):
+            raise InputError(f"md has {len(along)} values for {len(points)} points of the path.")
+        if not (np.diff(along) >= 0).all():
+            at = int(np.flatnonzero(~(np.diff(along) >= 0))[0])
+            raise InputError(
+                f"md does not rise from point {at} to {at + 1} of the path. Sort the points."
+            )
+
+    # a point that repeats the one before adds nothing
+    keep = np.append(True, np.diff(length) > 0)[: len(points)]
+    if keep.sum() < 2:
+        raise InputError("the path of a well needs at least two different points.")
+    return points[keep], along[keep]
+
+
+def _at(place: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points of the path at places, each a row and a share of the way to the next row."""
+    row = np.minimum(place.astype(np.int64), len(points) - 2)
+    share = (place - row)[:, None]
+    at: np.ndarray = points[row] + share * (points[row + 1] - points[row])
+    return at
+
+
+def _crossings(points: np.ndarray, boundaries: Boundaries) -> np.ndarray:
+    """Places where the path may pass through a triangle, in no order."""
+    low, high = boundaries.tree[1][-1].reshape(2, 3)
+    most = PIECE * float(np.linalg.norm(high - low))
+    found = [np.empty(0)]
+    for row, (p, q) in enumerate(pairwise(points)):
+        n = max(int(np.ceil(np.linalg.norm(q - p) / most)), 1)
+        for k in range(n):
+            a, b = p + (q - p) * (k / n), p + (q - p) * ((k + 1) / n)
+            # wider than rounding may move the ends of a piece
+            slip = 1e-9 * most
+            corners = boundaries.near(np.minimum(a, b) - slip, np.maximum(a, b) + slip)
+            found.append(row + _shares(p, q - p, corners))
+    return np.concatenate(found)
+
+
+def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Shares of the way from p at which it passes triangles (n, 3, 3); a little beside counts."""
+    a = corners[:, 0]
+    u, v = corners[:, 1] - a, corners[:, 2] - a
+    normal = np.cross(u, v)
+    fall = normal @ way
+    area = (normal**2).sum(axis=1)
+
+    # a piece along a triangle passes its neighbours, or nothing changes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = ((a - p) * normal).sum(axis=1) / fall
+        at = p + share[:, None] * way - a
+        second = (np.cross(at, v) * normal).sum(axis=1) / area
+        third = (np.cross(u, at) * normal).sum(axis=1) / area
+        inside = (second >= -SLIP) & (third >= -SLIP) & (second + third <= 1.0 + SLIP)
+        inside &= (share >= 0.0) & (share <= 1.0)
+    rows: np.ndarray = share[inside]
+    return rows
+
+
+__all__ = ["well_intervals"]
