@@ -71,7 +71,7 @@ class Bins:
 
 @dataclass(frozen=True, eq=False)
 class Locator:
-    """A model, ready to say which unit is at a point.
+    """A model, ready to find the unit at a point.
 
     Attributes
     ----------
@@ -109,8 +109,9 @@ class Locator:
         order = triangle_bins.order_by_tile(local, self.tiles, np.full(2, TILES))
         local = local[order]
         unit = np.full(len(local), -1, dtype=np.int64)
-        for part in (*self.groups, self.bins):
-            part.add(local, self.rule, unit)
+        for group in self.groups:
+            group.add(local, self.rule, unit)
+        self.bins.add(local, self.rule, unit)
         found = np.empty(len(points), dtype=np.int64)
         found[order] = unit
         return found

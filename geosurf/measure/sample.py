@@ -26,7 +26,7 @@ LABELS: dict[str, tuple[str, Callable[[Unit], str]]] = {
     "contact": ("interval between fluid contacts", lambda unit: unit.contact),
 }
 RULE = (
-    "a point on a surface belongs to the unit below it, a point on an upright surface to the unit "
+    "a point on a surface belongs to the unit below it, a point on a vertical surface to the unit "
     "on the side of the middle of the model, a point on the floor of the model to the unit above"
 )
 
@@ -41,7 +41,7 @@ def sample_units(
     boundaries: Boundaries | None = None,
 ) -> xarray.Dataset:
     """
-    Say which zone, block, contact interval and unit is at each of some places.
+    Return the zone, block, contact interval and unit at each of some places.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def sample_units(
     xarray.Dataset
         ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid contacts. Outside the
         model names are empty, and codes are -1. A point on a surface belongs to the unit below it,
-        a point on an upright surface to the unit on the side of the middle of the model, a point on
+        a point on a vertical surface to the unit on the side of the middle of the model, a point on
         the floor of the model to the unit above. With `boundaries` also ``distance`` to the nearest
         boundary of a unit, inside and outside the model [m].
 

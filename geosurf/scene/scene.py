@@ -492,7 +492,7 @@ class Scene:
     def sample(
         self, where: Any = None, *, cell: Any = None, codes: bool = False, distance: bool = False
     ) -> xarray.Dataset:
-        """Say which zone, block, contact interval and unit is at each of some places.
+        """Return the zone, block, contact interval and unit at each of some places.
 
         Parameters
         ----------
@@ -513,7 +513,7 @@ class Scene:
         xarray.Dataset
             ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid contacts. Outside
             the model names are empty, and codes are -1. A point on a surface belongs to the unit
-            below it, on an upright surface to that on the side of the middle of the model.
+            below it, on a vertical surface to that on the side of the middle of the model.
 
         Raises
         ------
