@@ -41,6 +41,7 @@ from geosurf.conventions.text import (
     volume_text,
 )
 
+# Stages write `from geosurf.conventions import ...`, so that files of this room may change.
 __all__ = [
     "CONVERSION_ERRORS",
     "FAULT_DIMS",

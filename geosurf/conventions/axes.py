@@ -9,6 +9,7 @@ import numpy as np
 from geosurf.conventions.checks import is_word
 from geosurf.errors import InputError
 
+# Rows before columns, as in the arrays of numpy: the first dimension runs north.
 HORIZON_DIMS = ("northing", "easting")
 FAULT_DIMS = ("down_dip", "along_strike")
 
@@ -37,6 +38,7 @@ def elevation_sign(positive: str | None, what: str) -> float:
     >>> elevation_sign("down", "horizon 'Top'")
     -1.0
     """
+    # Depth or elevation is never guessed: the wrong sign would mirror the field.
     if is_word(positive, ("up", "down")):
         return 1.0 if positive == "up" else -1.0
     found = (
@@ -76,10 +78,13 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
     False
     """
     x, y = easting, northing
+    # Straight axes: all cells are alike, and the end nodes tell how both axes run.
     if x.ndim == 1:
         n, m = len(x) - 1, len(y) - 1
         return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
     gain, reach, size = _gain_of_diagonals(x, y)
+    # The kernel sums in another order than the rule says; its error bound tells whether that
+    # matters.
     if abs(gain) - reach > 1e-3 * size and size < 1e150:  # rounding cannot change the answer
         return gain > 0
     return _rising_by_every_cell(x, y)
@@ -96,6 +101,8 @@ def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, floa
     from geosurf.kernels.search.tree import N_PLACE
 
     n_row, n_col = x.shape
+    # The kernel compares sums of products of easting and elevation: northing takes the place of
+    # elevation here.
     places = np.zeros(N_PLACE, dtype=np.int64)  # the second coordinate is one zero
     places[[1, 2, 7, 8, 9, 10]] = n_col, 1, n_col, 1, n_row, n_col
     flat = np.ascontiguousarray(x).reshape(-1), np.zeros(1), np.ascontiguousarray(y).reshape(-1)
@@ -106,12 +113,15 @@ def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, floa
 
 def _rising_by_every_cell(x: np.ndarray, y: np.ndarray) -> bool:
     """Apply the rule of `rising_diagonal` to every cell, exactly as it is stated there."""
+    # Both diagonals of each cell as vectors in the map.
     rising = np.stack([x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1]], axis=-1)
     falling = np.stack([x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:]], axis=-1)
     whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
+    # No cell, no triangle: either answer will do.
     if not whole.any():
         return True
     choice = _compare_diagonals(rising[whole], falling[whole])
+    # Both rules tie: the westernmost cell, and of several the southernmost, decides for all.
     if choice == 0:
         # sums over pairs of opposite corners do not depend on the order of corners
         west = ((x[1:, 1:] + x[:-1, :-1]) + (x[1:, :-1] + x[:-1, 1:]))[whole]
@@ -130,7 +140,9 @@ def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
         (rising[:, 0] * rising[:, 1], falling[:, 0] * falling[:, 1]),
         (rising[:, 1] ** 2, falling[:, 1] ** 2),
     )
+    # The scale of a part in a million.
     size = float((rising**2).sum() + (falling**2).sum())
+    # First the diagonal that runs more to the north-east, then the one more to the north.
     for plus, minus in terms:
         gain = float(plus.sum() - minus.sum())
         if abs(abs(gain) - 1e-6 * size) < 1e-9 * size:

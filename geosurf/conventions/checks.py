@@ -19,6 +19,7 @@ def first_given(*words: Any) -> Any:
     >>> first_given(None, "", "m")
     'm'
     """
+    # 0 and False are given values; an empty text is what empty cells of tables contain.
     given = (word for word in words if word is not None and not (type(word) is str and not word))
     return next(given, None)
 
@@ -31,6 +32,7 @@ def is_word(value: Any, known: Iterable[str]) -> bool:
     >>> is_word("up", ("up", "down")), is_word(np.array(["up", "up"]), ("up", "down"))
     (True, False)
     """
+    # The type first: an array would be compared element by element.
     return isinstance(value, str) and value in known
 
 
@@ -46,6 +48,7 @@ def is_whole(value: Any) -> bool:
     >>> is_whole(3), is_whole(np.int8(3)), is_whole(3.0), is_whole(True)
     (True, True, False, False)
     """
+    # bool is a subclass of int in Python, and numpy counts time spans as integers.
     return isinstance(value, int | np.integer) and not isinstance(value, bool | np.timedelta64)
 
 
@@ -99,13 +102,16 @@ def real_numbers(values: Any) -> np.ndarray:
     Traceback (most recent call last):
     TypeError: datetime64[D]
     """
+    # The usual case costs nothing: the array itself is returned.
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values
     try:
         array = np.asarray(values)
+        # Complex numbers, time spans and dates: numpy would drop the imaginary part, or count days.
         if array.dtype.kind in "cmM":
             raise TypeError(array.dtype)
         if "numpy.ma" in sys.modules and np.ma.isMaskedArray(values):  # importing numpy.ma is slow
+            # NaN is how every stage marks a missing node.
             array = np.ma.filled(values.astype(np.float64), np.nan)
         found: np.ndarray = np.asarray(array, dtype=np.float64)
     except CONVERSION_ERRORS as error:

@@ -18,6 +18,7 @@ from geosurf.warning import warn
 # attributes of a CF grid mapping that hold a whole reference system, the clearest first
 WHOLE = ("epsg_code", "epsg", "crs_wkt", "spatial_ref", "esri_pe_string", "projected_crs_name")
 PLACES = ("spatial_ref", "crs")
+# Plain codes, PROJ texts, URNs and addresses of the OGC; a vertical system after "+" is ignored.
 EPSG = re.compile(
     r"(?:\+init=)?(?:urn:ogc:def:crs:|https?://www\.opengis\.net/def/crs/)?"
     r"epsg[:/](?:[\d.]*[:/])?(\d+)(?:\+\d+)?",
@@ -55,6 +56,7 @@ def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None
     >>> crs_of(top.assign_coords(spatial_ref=0).assign_attrs(crs="EPSG:32631"))
     'EPSG:32631'
     """
+    # Attributes before grid mappings: what a user set by hand counts most.
     found = [_text(one) for one in _declared(value, variables)]
     found = [text for text in found if text]
     for other in found[1:]:
@@ -89,6 +91,7 @@ def label(crs: str) -> str:
     >>> label('PROJCS["ED50 / UTM zone 31N",GEOGCS["ED50"],UNIT["metre",1]]')
     'ED50 / UTM zone 31N'
     """
+    # The name of a description in WKT is its first text in quotes.
     name = re.match(r'\w+\s*\[\s*"([^"]*)"', crs)
     text = " ".join((name[1] if name else crs).split())
     return text if len(text) <= 60 else text[:57] + "..."
@@ -97,6 +100,7 @@ def label(crs: str) -> str:
 def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:
     """Refuse a surface in another coordinate reference system than those before it."""
     for other, known in others.items():
+        # Only a proven difference is refused; None means that they cannot be compared.
         if crs is not None and are_same(crs, known) is False:
             raise InputError(
                 f"{name!r} is in {label(crs)}, but {other!r} is in {label(known)}. geosurf "
@@ -130,6 +134,7 @@ def warn_of_unclear_crs(known: Mapping[str, str]) -> None:
 def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
     """Every declaration of an object, the plainest first."""
     attrs = getattr(value, "attrs", {})
+    # An attribute of the array itself, then what its variables refer to.
     found = [attrs.get("crs")]
     if variables is None:
         # `variables` is much faster than making a DataArray of each
@@ -141,7 +146,9 @@ def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
     named = [_mapping_named_by(value)]
     if hasattr(type(value), "data_vars"):
         named += [_mapping_named_by(variables[key]) for key in value.data_vars]
+    # Named mappings first, then the usual names; each variable once.
     for key in dict.fromkeys([*filter(None, named), *PLACES]):
+        # A grid mapping is a variable without dimensions; others of that name are data.
         if key in variables and getattr(variables[key], "ndim", 1) == 0:
             found.append(_of_mapping(variables[key].attrs))
     return [one for one in found if one is not None]
@@ -149,6 +156,7 @@ def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
 
 def _mapping_named_by(value: Any) -> str | None:
     """Name of the variable that holds the grid mapping, from ``grid_mapping = "crs: x y"``."""
+    # xarray moves the attribute to `encoding` when it reads a file.
     for words in (getattr(value, "attrs", {}), getattr(value, "encoding", {})):
         text = words.get("grid_mapping")
         if isinstance(text, str) and text.strip():
@@ -158,6 +166,7 @@ def _mapping_named_by(value: Any) -> str | None:
 
 def _of_mapping(attrs: Mapping[Any, Any]) -> Any:
     """Return the reference system of a grid mapping, or its parameters as a text."""
+    # One attribute may describe the whole system; parameters alone are compared as text.
     for key in WHOLE:
         value = attrs.get(key)
         if value is not None and str(value).strip():
@@ -181,6 +190,7 @@ def _text(declared: Any) -> str:
 def _kind_and_key(text: str) -> tuple[str, str]:
     """Return how a reference system is written, and what is compared."""
     found = EPSG.fullmatch(text)
+    # A number alone is an EPSG code, as many files write it.
     if found or text.isdigit():
         return "code", str(int(found[1] if found else text))
     if "[" in text:
@@ -194,6 +204,8 @@ def _kind_and_key(text: str) -> tuple[str, str]:
 def _own_code(text: str) -> str | None:
     """EPSG code of a description itself, not one of its parts (ellipsoid, unit, method ...)."""
     depth = 0
+    # Brackets are counted: the identifier of the system itself is at depth 1, those of its parts
+    # are deeper.
     for found in re.finditer(r'"[^"]*"|\[|\]|(?:AUTHORITY|ID)\s*(?=\[)', text, re.IGNORECASE):
         if found[0] == "[":
             depth += 1
@@ -208,6 +220,7 @@ def _own_code(text: str) -> str | None:
     return None
 
 
+# Spelling differs between programs: case, spaces and punctuation are ignored.
 def _letters(text: str) -> str:
     return re.sub(r"[\W_]+", "", text).lower()
 

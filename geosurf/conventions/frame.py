@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+# A power of two: the lowest bits of the origin are zero, so subtracting it needs no rounding.
 FRAME_STEP = 1024.0
 
 
@@ -31,6 +32,7 @@ def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
     array([ 455680., 6779904.,       0.])
     """
     origin = np.zeros(3)
+    # Two corners stand for a large array.
     spans = [a if len(a) <= 2 else np.stack([a.min(axis=0), a.max(axis=0)]) for a in vertex_arrays]
     rows = [row for span in spans for row in span.tolist()]  # faster than numpy for a few rows
     for axis in (0, 1) if rows else ():
@@ -38,8 +40,10 @@ def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
         low, high = min(column), max(column)
         if math.isnan(sum(column)):  # an array without finite values
             continue
+        # Towards zero from the lowest coordinate: differences have no more bits than coordinates.
         if low > 0:
             origin[axis] = low // FRAME_STEP * FRAME_STEP
+        # The mirror image; with both signs the origin stays 0.
         elif high < 0:
             origin[axis] = -(-high // FRAME_STEP * FRAME_STEP)
     return origin

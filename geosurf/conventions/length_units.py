@@ -15,6 +15,7 @@ METRES_PER_UNIT = {
     "ft": 0.3048,
     "foot": 0.3048,
     "feet": 0.3048,
+    # By its definition of 1893: 1200/3937 m, longer than a foot by two parts in a million.
     "us_survey_foot": 1200.0 / 3937.0,
     "ftus": 1200.0 / 3937.0,
 }
@@ -48,6 +49,7 @@ def metres_per_unit(length_unit: str | None, what: str) -> float:
         raise InputError(
             f"{what}: the length unit is missing. Set attrs['units'] = 'm' or length_unit='m'."
         )
+    # Case and spaces do not matter; anything but text is refused like an unknown word.
     factor = (
         METRES_PER_UNIT.get(length_unit.strip().lower()) if isinstance(length_unit, str) else None
     )

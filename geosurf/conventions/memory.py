@@ -12,6 +12,7 @@ def free_memory() -> int | None:
     The least of what the system has available, and of what the limits of a container (cgroup) and
     of the process (``ulimit -v``) leave.
     """
+    # Any of the three may be the tightest, and each may be unknown.
     found = [_of_system(), _of_group(), _of_process()]
     known = [free for free in found if free is not None]
     return max(0, min(known)) if known else None
@@ -20,6 +21,7 @@ def free_memory() -> int | None:
 def _of_system() -> int | None:
     """Bytes that the system has available."""
     try:
+        # Linux; other systems have no such file, and nothing is known.
         text = Path("/proc/meminfo").read_bytes()
     except OSError:
         return None
@@ -27,6 +29,7 @@ def _of_system() -> int | None:
     return int(match[1]) << 10 if match else None
 
 
+# Version 2 of cgroups; "max" stands for no limit.
 def _of_group() -> int | None:
     """Bytes that the limit of a container leaves."""
     folder = Path("/sys/fs/cgroup")
@@ -45,8 +48,10 @@ def _of_process() -> int | None:
         import resource
 
         most, _ = resource.getrlimit(resource.RLIMIT_AS)
+        # Without a limit the system decides.
         if most == resource.RLIM_INFINITY:
             return None
+        # The first number of statm is all of the address space, which the limit counts.
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         return most - pages * resource.getpagesize()
     except (ImportError, OSError):

@@ -28,6 +28,7 @@ def counted(n: int, word: str) -> str:
     >>> counted(1, "curve"), counted(0, "fault"), counted(2, "patch")
     ('1 curve', '0 faults', '2 patches')
     """
+    # "patches", "branches": the only irregular plurals in messages.
     ending = "" if n == 1 else "es" if word.endswith("ch") else "s"
     return f"{n} {word}{ending}"
 
@@ -55,8 +56,10 @@ def number_text(value: float, digits: int = 3) -> str:
     if not math.isfinite(value):
         return str(value)
     size = abs(value)
+    # Small numbers keep significant digits, large ones all digits before the point.
     if size < 10**digits:
         text = f"{value:.{digits}g}"
+        # Rounding may lead to an exponent: 999.9 in three digits is 1e+03.
         return text if "e" not in text or size < 1.0 else f"{value:.0f}"
     grouping = "," if round(size) >= 10_000 else ""
     return f"{value:{grouping}.0f}".replace(",", " ")
@@ -99,6 +102,7 @@ def area_texts(square_metres: Iterable[float], digits: int = 3) -> list[str]:
     ['2500 m²', '12.5 m²']
     """
     areas = list(square_metres)
+    # One unit for a whole table, so that rows can be compared.
     if max(map(abs, areas), default=0.0) >= 1e5:
         return [f"{number_text(area / 1e6, digits)} km²" for area in areas]
     return [f"{number_text(area, digits)} m²" for area in areas]
@@ -167,7 +171,9 @@ def _coordinate_text(value: float) -> str:
     """One coordinate [m], without zeros at its end, grouped by spaces from five digits on."""
     if not math.isfinite(value):
         return str(value)
+    # Spaces group digits, as readers of every country understand them.
     grouping = "," if abs(value) >= 10_000 else ""
     text = f"{value:{grouping}.{1 if abs(value) >= 1000 else 3}f}".replace(",", " ")
     text = text.rstrip("0").rstrip(".")
+    # Rounding may leave a minus in front of zero.
     return "0" if text == "-0" else text

@@ -15,6 +15,7 @@ Made = TypeVar("Made")
 
 def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """Return a read-only, C-contiguous array of one dtype (a view where possible)."""
+    # Kernels take C-contiguous arrays; a slice of columns is copied here, once.
     out = np.ascontiguousarray(array, dtype=dtype)
     if shape is not None:
         # in one piece and of one type: kernels take arrays as they are, without a copy
@@ -39,12 +40,14 @@ class Noun:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take what a copy or a pickle holds; numpy forgets there that arrays are read-only."""
+        # Copies and other processes get arrays that are as read-only as the originals.
         _lock(list(state.values()))
         self.__dict__.update(state)
 
 
 def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:
     """Return what was made of some surfaces, in the reference system that one of them declares."""
+    # Systems that differ were refused before; the first one that is declared stands for all.
     crs = next((source.crs for source in sources if source.crs is not None), None)
     if crs is not None:
         object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
@@ -70,6 +73,7 @@ def polydata(
     """A pyvista mesh; pyvista is imported here and nowhere else outside render."""
     import pyvista
 
+    # Copies: users of pyvista change points in place.
     if triangles is not None:
         mesh: pyvista.PolyData = pyvista.PolyData.from_regular_faces(
             np.array(points), np.array(triangles)
@@ -91,6 +95,7 @@ def polydata(
 
 def any_of(marks: np.ndarray) -> np.ndarray:
     """Whether any of a few columns (n, 2 or 3) is marked; numpy's `any` takes ten times as long."""
+    # Column by column: operations on whole columns are vectorised, reductions along rows are not.
     found: np.ndarray = marks[:, 0].copy()
     for k in range(1, marks.shape[1]):
         found |= marks[:, k]

@@ -19,6 +19,8 @@ from geosurf.model.expected import name_of
 
 CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS = "conformable", "erosional", "base", "discontinuous"
 RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS)
+# Horizons below end on these, horizons above end on those of `IS_LAPPED`; a discontinuity does
+# both.
 ERODES = (EROSIONAL, DISCONTINUOUS)
 IS_LAPPED = (BASE, DISCONTINUOUS)
 ELSEWHERE = "elsewhere"  # the block of a fluid contact that stands for all that no other names
@@ -48,6 +50,7 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
     >>> check_column(["Top", "Base"], {"Base": "erosional"})
     ('conformable', 'erosional')
     """
+    # Without a column all horizons are conformable: the older one yields where two cross.
     if column is None:
         return (CONFORMABLE,) * len(horizons)
     if not isinstance(column, Mapping):
@@ -185,6 +188,7 @@ class FluidContact:
         # a single word is a common slip for a list of one
         given = (self.zones,) if isinstance(self.zones, str) else self.zones
         listed = given if isinstance(given, list | tuple) else (None,)
+        # `None` stands for whatever was no list, so that one test covers all cases.
         if not all(isinstance(zone, str) and zone.strip() for zone in listed):
             raise InputError(
                 f"FluidContact: `zones` is {self.zones!r}. Give names of zones, as in "
@@ -195,6 +199,7 @@ class FluidContact:
                 f"FluidContact: `block` is {self.block!r}. Give sides of faults, as in "
                 "block='F1+ F2-'."
             )
+        # Frozen dataclass: cleaned values are set here, once.
         object.__setattr__(self, "name", name_of(self.name, "fluid contact"))
         object.__setattr__(self, "zones", tuple(dict.fromkeys(listed)))
         object.__setattr__(self, "block", "" if self.block == ELSEWHERE else self.block)

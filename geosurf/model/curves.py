@@ -92,6 +92,7 @@ class CurveIssue:
     curve: int = -1
 
     def __str__(self) -> str:
+        # The middle of the part is more telling than its end, which may be at a boundary.
         where = place(self.points[len(self.points) // 2])
         size = "unknown" if np.isinf(self.error_bound) else f"about {self.error_bound:.2g} m"
         return f"{self.reason} at {where}: error {size}"
@@ -144,6 +145,7 @@ class Curves(Noun):
     places: tuple[CurveIssue, ...] = ()
 
     def __repr__(self) -> str:
+        # Names tell which model this is; numbers alone would not.
         surfaces = ", ".join(self.names)
         return f"<Curves: {self.n_curve} of {surfaces}, {self.length:.6g} m>"
 
@@ -161,12 +163,14 @@ class Curves(Noun):
     def length_of_curve(self) -> np.ndarray:
         """Length of each curve [m], float64 (n_curve,)."""
         # in local coordinates: differences of world coordinates lose digits to the northing
+        # One polyline at a time: they have different lengths.
         steps = [np.diff(self.local[curve], axis=0) for curve in self.curves]
         return np.array([np.linalg.norm(step, axis=1).sum() for step in steps])
 
     @cached_property
     def length(self) -> float:
         """Total length of all segments [m]."""
+        # Segments count once, however many curves pass them.
         ends = self.local[self.segments]
         return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
 
@@ -197,6 +201,7 @@ class Curves(Noun):
 
         # pairs are stored with the smaller row first
         wanted = sorted((self.names.index(first), self.names.index(second)))
+        # A closed curve repeats its first point, as it is stored.
         return [
             self.points[curve]
             for curve, pair in zip(self.curves, self.surfaces_of_curve, strict=True)
@@ -211,6 +216,7 @@ class Curves(Noun):
         pyvista.PolyData
             World coordinates [m]; the rows of both surfaces as cell data ``surfaces``.
         """
+        # Rows of `names`, since cell data are numbers.
         labels = {"surfaces": self.surfaces_of_curve}
         return polydata(self.points, lines=self.curves, cell_data=labels)
 

@@ -17,6 +17,8 @@ import numpy as np
 from geosurf.conventions import is_number
 from geosurf.errors import InputError
 
+# Ranges of parameters are needed ahead, for memory and for boxes; normal distributions have no
+# ends.
 TAIL = 1e-6  # probability that is left out on either side where a range is needed
 HOW = "Give a number, Normal(0, 10), Uniform(-5, 5), Triangular(-5, 0, 5) or Discrete([0, 5])"
 
@@ -78,6 +80,7 @@ class Normal:
     high: float | None = None
 
     def __post_init__(self) -> None:
+        # Checked when it is made: a mistake in a scenario shows before the first realisation.
         _check(self, finite=("mean", "sd"), or_none=("low", "high"))
         if self.sd <= 0:
             raise InputError(f"{self}: sd must be above 0. For a certain value, give a number.")
@@ -91,6 +94,8 @@ class Normal:
 
     def _shares(self) -> tuple[float, float]:
         """Probabilities below the limits of the distribution without limits."""
+        # Shares of the plain distribution below each limit: draws between them are the truncated
+        # one.
         plain = NormalDist(self.mean, self.sd)
         first = 0.0 if self.low is None else plain.cdf(self.low)
         return first, 1.0 if self.high is None else plain.cdf(self.high)
@@ -184,6 +189,7 @@ class Discrete:
             weights = _numbers(self.weights, f"{self}: weights")
         if not values or len(weights) != len(values) or min(weights) <= 0:
             raise InputError(f"{self}: give one weight above 0 for each value, one or more.")
+        # Frozen dataclass: tuples replace whatever sequences were given.
         self.__dict__.update(values=values, weights=weights)
 
     def quantile(self, probability: float) -> float:
@@ -191,6 +197,7 @@ class Discrete:
         # weights need not add up to 1: the probability is scaled to their sum
         shares: np.ndarray = np.cumsum(np.asarray(self.weights))
         row = int(np.searchsorted(shares, probability * shares[-1]))
+        # Rounding of the sum may lead one place too far.
         return float(self.values[min(row, len(self.values) - 1)])
 
 
@@ -233,11 +240,13 @@ def distribution_of(value: Any, what: str) -> Distribution:
     # our own protocol first; then frozen distributions of scipy, known by `ppf` and `args`
     if callable(getattr(value, "quantile", None)) and not isinstance(value, type):
         made: Distribution = value
+    # scipy is recognised by its methods and not imported.
     elif callable(getattr(value, "ppf", None)) and hasattr(value, "args"):
         made = OfScipy(value)
     else:
         raise InputError(f"{what} is {value!r}, which is not a distribution. {HOW}.")
     try:
+        # Three quantiles show at once whether it can be drawn from.
         fits = all(is_number(made.quantile(p)) for p in (TAIL, 0.5, 1.0 - TAIL))
     except (TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise InputError(f"{what}: {value!r} cannot be drawn from ({error}). {HOW}.") from error
@@ -264,6 +273,7 @@ def _numbers(values: Any, what: str) -> tuple[float, ...]:
     try:
         listed = tuple(values)
     except TypeError:
+        # Not a sequence: None fails the test below, with the same message.
         listed = (None,)
     if not all(map(is_number, listed)):
         raise InputError(f"{what} must be finite numbers, as in Discrete([0, 5], [1, 2]).")

@@ -38,6 +38,7 @@ def filling_by_horizon(fill: Any, horizons: Sequence[str]) -> dict[str, bool | s
     >>> filling_by_horizon({"Base": "upper"}, ["Top", "Base"])
     {'Top': False, 'Base': 'Top'}
     """
+    # One word counts for all horizons; a mapping names some.
     given = fill if isinstance(fill, Mapping) else dict.fromkeys(horizons, fill)
     found: dict[str, bool | str] = dict.fromkeys(horizons, False)
     for name, way in given.items():
@@ -51,15 +52,18 @@ def filling_by_horizon(fill: Any, horizons: Sequence[str]) -> dict[str, bool | s
             continue
         if way not in WAYS:
             raise InputError(f"fill_empty_blocks is {way!r}. {HOW}.{did_you_mean(way, WAYS)}")
+        # Horizons are ordered youngest first: the one above comes before.
         at = horizons.index(name) + (-1 if way == UPPER else 1)
         if 0 <= at < len(horizons):
             found[name] = horizons[at]
+        # Asked for this horizon: an error. Asked for all: the outermost horizon stays as it is.
         elif isinstance(fill, Mapping):
             where = "above" if way == UPPER else "below"
             raise InputError(
                 f"fill_empty_blocks: no horizon lies {where} {name!r}, so it cannot be pinched out "
                 f"there. Give {LOWER if way == UPPER else UPPER!r}."
             )
+    # Each would wait for the other to be built first.
     for name, onto in found.items():
         if isinstance(onto, str) and found[onto] == name:
             raise InputError(
@@ -78,6 +82,7 @@ def in_order(filling: Mapping[str, bool | str]) -> list[str]:
     ['Base', 'Top']
     """
     done: list[str] = []
+    # Each pass adds the horizons whose neighbour is done; chains end, since none points back.
     while len(done) < len(filling):
         done += [
             name

@@ -43,6 +43,7 @@ def expect(value: Any, kind: type | tuple[type, ...], takes: str, how: str) -> N
     Traceback (most recent call last):
     geosurf.errors.InputError: a scene takes a mapping, not str; give {name: ...}.
     """
+    # One message for every front door: who takes what, and where it comes from.
     if not isinstance(value, kind):
         raise InputError(f"{takes}, not {type(value).__name__}; {how}.")
 
@@ -63,14 +64,17 @@ def path_of(path: Any, what: str) -> Path:
     Traceback (most recent call last):
     geosurf.errors.InputError: render_scene: 5 is not a path. Give text or a pathlib.Path.
     """
+    # Numbers would open file descriptors.
     if isinstance(path, str | os.PathLike):
         try:
             # objects with __fspath__ may return bytes or raise what they like: paths are text here
             text = os.fspath(path)
         except (TypeError, ValueError, *CONVERSION_ERRORS):
             text = ""
+        # Characters that no file system takes; the system's own message would name no argument.
         if isinstance(text, str) and text and "\0" not in text and _is_encodable(text):
             return Path(text)
+    # What gets here is no text, or text that no file system takes.
     raise InputError(f"{what}: {path!r} is not a path. Give text or a pathlib.Path.")
 
 
@@ -92,6 +96,7 @@ def name_of(name: Any, what: str) -> str:
     """
     # booleans are ints, and never meant as a name
     if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
+        # Subclasses of text, such as those of numpy, become plain text.
         found = name if type(name) is str else str(name)
         if _is_encodable(found):
             return found
@@ -182,6 +187,7 @@ def box_of_sides(box: Any) -> np.ndarray:
         raise InputError(
             f"box: expected six numbers, found {box!r}. Give {ORDER} in metres."
         ) from error
+    # The shape before the values: a message on one value would hide the wrong number of them.
     if limits.shape != (6,):
         raise InputError(
             f"box: found shape {limits.shape}, expected six numbers. Give {ORDER} in metres."

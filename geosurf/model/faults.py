@@ -47,6 +47,7 @@ class Extension:
 
     def __str__(self) -> str:
         """One sentence, as for a log."""
+        # One length where the extension is even, a range where it is not.
         same = self.shortest == self.distance
         least = "" if same else f"{length_text(self.shortest)} to "
         return (
@@ -109,10 +110,12 @@ class Truncation:
 
     def __str__(self) -> str:
         """One sentence, as for a log."""
+        # Parts are mentioned only where there are any.
         more = (
             f", {area_text(self.coinciding_area)} of it coincident" if self.coinciding_area else ""
         )
         apart = f", {area_text(self.apart_area)} of it detached" if self.apart_area else ""
+        # Walls for faults, above and below for horizons, signs for surfaces without a dip.
         part = f"in its {self.keep}"
         if self.keep in ("above", "below"):
             part = f"{self.keep} it"

@@ -109,6 +109,7 @@ class Lattice(Noun):
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Lattice:
         """Return the lattice with another diagonal and sense; what is known of nodes is shared."""
+        # Nothing changes: the same object keeps all that was computed.
         if rising == self.rising and reverse is self.reverse:
             return self
 
@@ -136,6 +137,7 @@ class Lattice(Noun):
     @cached_property
     def whole(self) -> bool:
         """Whether all nodes exist."""
+        # No hole and nothing infinite: keys are consecutive then, and no mask is needed.
         return all(self.survey.numbers) and self.survey.finite
 
     @property

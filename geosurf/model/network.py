@@ -88,6 +88,7 @@ class FaultNetwork:
     def truncations(self) -> dict[str, tuple[tuple[str, str, bool], ...]]:
         """The truncations that are proposed, as `Scene` takes them."""
         found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
+        # A fault may end at several others: rules are collected in the order of rows.
         for row in self.rows:
             if "truncate" in row.proposal:
                 found[row.fault] = (*found.get(row.fault, ()), _rule_of(row))
@@ -98,6 +99,8 @@ class FaultNetwork:
         """The extensions to the model box that are proposed, as `Scene` takes them."""
         found: dict[str, tuple[str, ...]] = {}
         for row in self.rows:
+            # "extend then truncate" is a truncation; only ends that reach the box are extended
+            # here.
             if row.proposal == "extend":
                 found[row.fault] = (*found.get(row.fault, ()), row.side)
         return found
@@ -141,6 +144,7 @@ class FaultNetwork:
             proposals in addition. A warning names the proposals that could not be
             applied; `trial` lists all of them, with reasons.
         """
+        # Dropped proposals are a warning, not an error: the rest of the network still holds.
         trial = self.trial(scene)
         if trial.dropped:
             names = ", ".join(
@@ -227,6 +231,7 @@ class FaultNetwork:
         """The table, one row for each contact, near miss and dangling end."""
         head = ("row", "kind", "fault", "other", "length [m]", "distance [m]", "proposal")
         cells = [head, *(_words(i, row) for i, row in enumerate(self.rows))]
+        # An empty network prints one line instead of a table without rows.
         none = "no contact, near miss or dangling end"
         return table_of(cells, right=(0, 4, 5)) if self.rows else none
 
@@ -259,8 +264,10 @@ def _tried(
         # tried on a copy: replace shares all results that still hold, so a trial costs what changes
         made, error, named = _attempt(scene, left)
         if made is not None:
+            # All fit together: one build for all rows.
             decisions += [NetworkDecision(row, True, row.reason, turn) for row in left]
             scene, left = made, []
+        # A single row that fails is dropped with its reason.
         elif len(left) == 1:
             decisions.append(NetworkDecision(left.pop(), False, error, turn))
         else:
@@ -291,6 +298,7 @@ def _named_row(rows: Sequence[NetworkRow], named: tuple[str, ...]) -> NetworkRow
 
 def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[str, ...]]:
     """The scene with some proposals; or None, why its faults cannot be built, and which."""
+    # Copies: a failed attempt leaves the rules of the scene alone.
     truncations = {name: _rules(given) for name, given in scene.truncations.items()}
     extend = dict(scene.extend)
     for row in rows:
@@ -315,6 +323,7 @@ def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[st
                 # a truncation that removes most of a fault is nearly always the wrong side
                 if left < LEAST_LEFT:
                     return None, f"only {100 * left:.0f} % of {name!r} would be left", (name,)
+    # Whatever the geometry refuses is the reason that the table shows.
     except (InputError, GeometryError) as error:
         return None, str(error), error.surfaces
     return made, "", ()

@@ -49,6 +49,7 @@ class NetworkRow:
     @property
     def changes(self) -> bool:
         """Whether the proposal changes a fault: it is neither `cross` nor `leave`."""
+        # Crossing faults and ends inside a block are listed for the reader; nothing is done.
         return self.proposal not in ("cross", "leave")
 
     @property
@@ -119,6 +120,7 @@ class NetworkTrial:
             return "no proposal that changes a fault"
 
         # columns as wide as their longest cell; the reason comes last and may be long
+        # The order of questions: when, which fault, at which other, what, and what became of it.
         head = ("round", "fault", "other", "proposal", "decision: reason")
         rows = [
             (
@@ -149,9 +151,11 @@ def proposal_words(row: NetworkRow) -> str:
 
 def table_of(cells: Sequence[tuple[str, ...]], right: tuple[int, ...]) -> str:
     """Lines of a table; some columns end at the right, and the last one is as wide as it is."""
+    # The last column is free: reasons are sentences.
     width = [max(len(line[k]) for line in cells) for k in range(len(cells[0]) - 1)]
     lines = []
     for line in cells:
+        # Numbers are aligned right, words left.
         padded = [
             cell.rjust(w) if k in right else cell.ljust(w)
             for k, (cell, w) in enumerate(zip(line[:-1], width, strict=True))

@@ -61,6 +61,8 @@ class Patches(Noun):
         curve_edges: Any,
         report: dict[str, Any] | None = None,
     ) -> None:
+        # Handed in complete: there are no runs, and `pieces` is derived from arrays if it is
+        # needed.
         self.sources = tuple(sources)
         self.origin = frozen(origin, np.float64)
         self.curve_edges = frozen(curve_edges, np.int64)
@@ -81,6 +83,7 @@ class Patches(Noun):
     @classmethod
     def of_pieces(cls, pieces: Pieces, curve_edges: np.ndarray, report: dict[str, Any]) -> Patches:
         """Return patches whose arrays are computed on first use."""
+        # Without __init__: arrays stay unknown until somebody asks.
         self = cls.__new__(cls)
         self.sources = tuple(pieces.sources)
         self.origin = frozen(pieces.origin, np.float64)
@@ -126,6 +129,7 @@ class Patches(Noun):
 
     def changed(self, **arrays: Any) -> Patches:
         """Return the same patches, no runs, with some arrays exchanged."""
+        # All that __init__ takes, by the names of the properties.
         names = (
             "sources", "local", "origin", "triangles", "surface_of_triangle",
             "parent_of_triangle", "patch_of_triangle", "curve_edges", "report",
@@ -170,6 +174,7 @@ class Patches(Noun):
     @property
     def n_patch(self) -> int:
         """Number of patches."""
+        # Labels are consecutive, so the highest one tells their number.
         return int(self.pieces.patch.max(initial=-1)) + 1
 
     @cached_property
@@ -188,6 +193,7 @@ class Patches(Noun):
 
     def patch(self, i: int) -> TriSurface:
         """Return one patch as a surface of its own."""
+        # A wrong number finds no rows, and the message names the range.
         rows = np.flatnonzero(self.patch_of_triangle == i) if is_whole(i) else np.empty(0, int)
         if len(rows) == 0:
             raise InputError(f"there is no patch {i!r}; patches are 0 to {self.n_patch - 1}.")

@@ -25,9 +25,12 @@ from geosurf.model.units import Certificate, Units
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
+# West, east, south, north, bottom, top [m].
 Box = tuple[float, float, float, float, float, float]
 
 
+# Three protocols, each with more members than the one before: a picture needs less of a model than
+# a report.
 class DrawnModel(Protocol):
     """What `render_scene` draws; of surfaces, curves, patches and units only those it shows."""
 
@@ -138,6 +141,7 @@ class ReportedModel(MeasuredModel, Protocol):
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """What was assumed, each with its effect and a remedy."""
 
+    # Actions of a report: they compute or write.
     def render_pictures(
         self,
         folder: str | os.PathLike[str],
@@ -163,10 +167,12 @@ def missing_members(thing: object, wanted: type) -> tuple[str, ...]:
     >>> missing_members("text", DrawnModel)
     ('surfaces', 'curves', 'patches', 'units', 'box', 'aoi')
     """
+    # All bases of the protocol, most general first; names in their order of definition.
     members = [
         name for base in reversed(wanted.__mro__) for name in vars(base) if not name.startswith("_")
     ]
     own: Mapping[str, Any] = getattr(thing, "__dict__", {})
+    # The class is asked, not the object: a property of a scene would be computed.
     return tuple(n for n in members if n not in own and not hasattr(type(thing), n))
 
 

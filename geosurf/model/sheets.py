@@ -48,6 +48,7 @@ class FaultCut(Noun):
     ends: tuple[str, ...]
 
     def __post_init__(self) -> None:
+        # Frozen dataclass: arrays become read-only as they are taken over.
         for key in ("stations", "along", "throw", "heave"):
             object.__setattr__(self, key, frozen(getattr(self, key), np.float64))
         lines = {
@@ -57,6 +58,7 @@ class FaultCut(Noun):
         object.__setattr__(self, "cutoffs", lines)
 
     def __repr__(self) -> str:
+        # Stations where a wall has no cut-off have no throw.
         known = self.throw[np.isfinite(self.throw)]
         throw = f"throw {known.min():.4g} to {known.max():.4g} m" if len(known) else "no throw"
         ends = f", ends: {', '.join(self.ends)}" if self.ends else ""
@@ -142,6 +144,7 @@ class SheetReport:
 
     def _trims(self) -> str:
         """The trim of all faults, or of each."""
+        # Mostly one trim for all faults; each by name only where they differ.
         if len(set(self.trims.values())) < 2:
             return f"{self.trim:g}"
         return ", ".join(f"{trim:g} ({name})" for name, trim in self.trims.items())
@@ -151,6 +154,7 @@ class SheetReport:
             """Figures of a misfit in one line."""
             return ", ".join(f"{key} {value:.3g}" for key, value in values.items()) or "none"
 
+        # Throw that changes its sign along a fault is nearly always an artefact of the trim.
         changes = sum(self.sign_changes.values())
         lines = [
             f"trim {self._trims()} cells of {self.cell:.6g} m",
@@ -161,6 +165,7 @@ class SheetReport:
             f"tips: {self.tips} in the mesh, {self.declared_tips} in the faults",
             f"changes of the sign of throw: {changes}",
         ]
+        # The worst places only; the report of the scene lists all.
         lines += [
             f"extrapolated over {e['cells']:g} cells next to fault {e['fault']!r} at "
             f"({e['place'][0]:.0f}, {e['place'][1]:.0f}, {e['place'][2]:.0f})"
@@ -198,7 +203,9 @@ class TrimProposal:
     of_fault: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
+        # Bins of one cell each, from the fault outwards.
         bins = ", ".join(f"{value:.3g}" for value in self.misfit)
+        # The reason is part of the proposal: without a smear a small trim is enough.
         why = "the width of the smear cannot be determined"
         if self.smear is not None:
             why = f"data are smeared over {self.smear:g} cells"
@@ -362,6 +369,7 @@ class Sheet(Noun):
         """
         if self.mesh is not None:
             return self.mesh
+        # Nodes first, then ghosts: rows of vertices stay those of the lattice.
         lattice, n_col = self.lattice, self.lattice.shape[1]
         present = lattice.present
         vertices = np.concatenate([lattice.build_vertices(), self.ghosts])
@@ -417,6 +425,7 @@ class Sheet(Noun):
             If a fault is missing or another surface: the sheet would not end on it.
         """
         # the very same arrays: a sheet fits the fault that cut it, to the last digit, and no other
+        # Every fault of the sheet has to be in the scene, as it was when the horizon was torn.
         for fault in self.faults:
             given = None if others is None else others(fault.name)
             if given is None:
@@ -441,6 +450,7 @@ class Sheet(Noun):
     @property
     def ghost(self) -> np.ndarray:
         """Mask of the vertices of `surface` without data."""
+        # Ghosts are vertices that only continue a wall beyond its fault.
         mask: np.ndarray = self.surface.vertex_data["ghost"]
         return mask
 

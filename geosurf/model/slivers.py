@@ -95,17 +95,21 @@ def sliver_settings(slivers: Any) -> SliverSettings:
     >>> sliver_settings(5000)
     SliverSettings(min_volume=5000.0, merge=False)
     """
+    # Settings from an earlier call pass through, as in `Scene.replace`.
     if slivers is None or isinstance(slivers, SliverSettings):
         return slivers or SliverSettings()
     if isinstance(slivers, str) and slivers == MERGE:
         return SliverSettings(merge=True)
+    # A number alone is a volume: slivers are listed, and nothing is merged.
     if is_number(slivers):
         return SliverSettings(_volume(slivers))
     if not isinstance(slivers, Mapping):
         raise InputError(f"slivers is {slivers!r}. {HOW}.")
+    # Unknown keys first: a misspelt one would otherwise count as left out.
     for key in slivers:
         if key not in KEYS:
             raise InputError(f"slivers has no option {key!r}.{did_you_mean(key, KEYS)} {HOW}.")
+    # Both keys may be left out: the default rule, and no merging.
     volume, merge = slivers.get("min_volume"), slivers.get("merge", False)
     if not isinstance(merge, bool):
         raise InputError(f"slivers: merge is {merge!r}, expected True or False. {HOW}.")
@@ -114,6 +118,7 @@ def sliver_settings(slivers: Any) -> SliverSettings:
 
 def _volume(value: Any) -> float:
     """A volume [m3], or an error."""
+    # 0 is a limit that no unit is below: nothing counts as a sliver.
     if not (is_number(value) and value >= 0):
         raise InputError(
             f"slivers: the volume is {value!r}, expected cubic metres, 0 or more. {HOW}."

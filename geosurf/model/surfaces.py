@@ -120,6 +120,7 @@ class TriSurface(Noun):
     @property
     def n_vertex(self) -> int:
         """Number of vertices."""
+        # Counting needs no vertices where every node exists.
         if self.lattice is not None and self.lattice.whole:
             return self.lattice.n_node
         return len(self.vertices)
@@ -331,6 +332,7 @@ class FaultSticks(Noun):
         if len(sticks) == 0:
             raise SurfaceError(f"fault {self.name!r} has no sticks; give at least one.")
         try:
+            # Sticks have different lengths: one array each.
             arrays = tuple(frozen(real_numbers(stick), np.float64) for stick in sticks)
         except (TypeError, ValueError) as error:
             raise SurfaceError(

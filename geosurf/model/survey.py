@@ -78,6 +78,7 @@ class Survey:
         if quads:
             found = sums.tolist()  # a few numbers: calls of numpy take longer
             both = found[cell_bounds.NORMAL : cell_bounds.NORMAL + 3]
+            # Triangles in cells with a missing corner, by the diagonal that they need.
             alone = (found[k : k + 3] for k in (cell_bounds.ONLY_FALLING, cell_bounds.ONLY_RISING))
 
             # cells with four nodes have the same total for both diagonals, half the cross product
@@ -91,6 +92,7 @@ class Survey:
                 sums[cell_bounds.REACH : cell_bounds.REACH + 2],
             )
             edges, margin = found[cell_bounds.EDGES], found[cell_bounds.MARGIN]
+        # Shared by all lattices of these nodes, hence read-only.
         for part in (gains, reach, normals):
             part.flags.writeable = False
         made = object.__new__(cls)  # what is frozen takes its parts one by one otherwise
@@ -118,5 +120,6 @@ class Survey:
     @cached_property
     def finite(self) -> bool:
         """Whether no coordinate is infinite."""
+        # The box of all nodes shows infinite coordinates without another pass.
         box = self.box.tolist()
         return bool(min(box[:3]) > -math.inf and max(box[3:]) < math.inf)

@@ -68,6 +68,7 @@ class TieReport(Noun):
 
     def __repr__(self) -> str:
         tops = f"{len(self.wells)} of {len(self.wells) + len(self.unused)} tops"
+        # Nothing was moved: all tops are within the tolerance already.
         if not self.rounds:
             most = length_text(round(self.before, 6), 2)
             return f"{tops} are met; misfit at most {most}"
@@ -89,12 +90,14 @@ def tie_settings(tie: Any) -> TieSettings | None:
     >>> tie_settings({"range": 500})
     TieSettings(range=500.0, tolerance=0.1, assumed=False)
     """
+    # False means the same as None: nothing is tied.
     if tie is None or tie is False or isinstance(tie, TieSettings):
         return tie or None
     if tie is True:
         return TieSettings(assumed=True)
     if not isinstance(tie, Mapping):
         raise InputError(f"tie is {tie!r}. {HOW}.")
+    # Unknown keys before wrong values: the former is mostly a misspelling of the latter.
     for key, value in tie.items():
         if key not in ("range", "tolerance"):
             guess = did_you_mean(key, ("range", "tolerance"))

@@ -36,6 +36,7 @@ class Tops:
 
     def of(self, horizon: str) -> np.ndarray:
         """Rows of the tops of one horizon."""
+        # A mask over all tops: a well may meet a horizon several times.
         return np.flatnonzero(np.array([name == horizon for name in self.horizons], dtype=bool))
 
     def words(self, row: int) -> str:
@@ -75,6 +76,7 @@ def tops_of(tops: Any) -> Tops:
     >>> len(found), found.words(0)
     (1, "'Top' in well 'W1'")
     """
+    # Checked before.
     if isinstance(tops, Tops):
         return tops
     how = "Pass the result of geosurf.read_tops, or a table with these columns"
@@ -88,10 +90,12 @@ def tops_of(tops: Any) -> Tops:
     # xarray variables, columns of pandas and lists alike
     arrays = {name: np.ravel(getattr(value, "values", value)) for name, value in columns.items()}
     sizes = {name: len(array) for name, array in arrays.items()}
+    # Columns of different lengths would pair tops with the wrong wells.
     if len(set(sizes.values())) != 1:
         raise InputError(f"the columns of tops have different lengths: {sizes}. {how}.")
     wells, horizons = (tuple(map(str, arrays[name].tolist())) for name in COLUMNS[:2])
     try:
+        # One column at a time, so that dates or complex numbers are refused.
         points = np.stack([real_numbers(arrays[name]) for name in COLUMNS[2:]], axis=1)
     except (TypeError, ValueError) as error:
         raise InputError(f"tops have coordinates that are not numbers ({error}). {how}.") from error

@@ -88,6 +88,8 @@ class Unit(Noun):
     @cached_property
     def middle(self) -> tuple[float, float, float]:
         """Easting, northing and elevation of the middle of its bounds [m]."""
+        # The middle of the bounds: cheap, the same for any triangulation, and inside for most
+        # units.
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         east, north, up = (0.5 * (low + high)).tolist()
         return east, north, up
@@ -174,6 +176,7 @@ class Units(Noun, Mapping[str, Unit]):
         self.merged, self.unmerged = tuple(merged), unmerged
         self._enclosed = enclosed
         self._units: dict[str, Unit] = {}
+        # Names are keys of tables and files, so two units cannot share one.
         for unit in units:
             if self._units.setdefault(unit.name, unit) is not unit:
                 raise InputError(f"two units have the name {unit.name!r}. Give each its own name.")
@@ -184,6 +187,7 @@ class Units(Noun, Mapping[str, Unit]):
             labels = (unit.zone, unit.block, unit.contact)
             self._by_labels[labels if unit.contact else labels[:2]] = unit
         self.box = tuple(float(value) for value in box)
+        # With an area of interest the footprint is smaller than the box, and carving hands it in.
         w, e, s, n = self.box[:4]
         self.footprint = (e - w) * (n - s) if footprint is None else float(footprint)
         self.report = dict(report or {})
@@ -199,6 +203,7 @@ class Units(Noun, Mapping[str, Unit]):
         return found
 
     def __repr__(self) -> str:
+        # Counts tell more than names: a model may have hundreds of units.
         zones, blocks = ({getattr(u, of) for u in self.values()} for of in ("zone", "block"))
         n = len(self.report.get("clipped", ()))
         clipped = f"; horizons cross ({counted(n, 'pair')}): report['clipped']" if n else ""
@@ -216,6 +221,7 @@ class Units(Noun, Mapping[str, Unit]):
     def __str__(self) -> str:
         """A table: zone, block, contact and volume of each unit; slivers; what is clipped."""
         head = ("zone", "block", "contact")
+        # Slivers would fill the table; they are summed up below it.
         listed = self.without_slivers
 
         # widths from all rows, volumes with their unit, as messages, report and pictures have them
@@ -279,6 +285,7 @@ class Units(Noun, Mapping[str, Unit]):
     @property
     def box_volume(self) -> float:
         """Volume of the model [m3]: footprint times height, or inside walls of any shape."""
+        # Walls of any shape enclose less than footprint times height.
         if self._enclosed is not None:
             return self._enclosed
         return self.footprint * (self.box[5] - self.box[4])
@@ -298,9 +305,11 @@ class Units(Noun, Mapping[str, Unit]):
     @cached_property
     def _small(self) -> frozenset[str]:
         """Names of the slivers: nothing but volumes is asked for."""
+        # The rule of the scene, or the default.
         least = self.sliver_settings.min_volume
         thin = {remnant.name for remnant in self.report.get("thin", ())}
         of_zone: dict[str, list[float]] = {}
+        # Shares refer to zones as they were: a merged sliver makes its zone larger.
         for unit in (self.unmerged or self).values():
             of_zone.setdefault(unit.zone, []).append(unit.volume)
 
@@ -322,6 +331,7 @@ class Units(Noun, Mapping[str, Unit]):
         """How many slivers there are, the sum of their volumes, and the largest; '' for none."""
         if not self.slivers:
             return ""
+        # fsum: the same sum in any order of units.
         n, total = len(self.slivers), math.fsum(one.volume for one in self.slivers)
         listed = ", ".join(
             f"{one.name} ({volume_text(one.volume)})" for one in self.slivers[:MOST_SLIVERS]
@@ -367,6 +377,7 @@ class Units(Noun, Mapping[str, Unit]):
         >>> [unit.zone for unit in units.on("F1+")]
         ['above Top', 'Top/Base', 'below Base']
         """
+        # Sides in the order of units, each once.
         known = list(dict.fromkeys(s for unit in self._units.values() for s in unit.fault_sides))
         for side in sides:
             if not is_word(side, known):
@@ -374,6 +385,7 @@ class Units(Noun, Mapping[str, Unit]):
                     f"no unit is on {side!r}. The sides of faults are "
                     f"{known}.{did_you_mean(side, known)}"
                 )
+        # All sides have to hold, in any order.
         return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.fault_sides))
 
     def remnants(self, min_volume: float = 0.0) -> tuple[Remnant, ...]:
@@ -416,6 +428,7 @@ class Units(Noun, Mapping[str, Unit]):
 
         volumes = [u.volume for u in self._units.values()]
         attrs = {"units": "m3", "long_name": "bulk volume"}
+        # Float64 even without units, so that an empty model has the same types.
         found = np.array(volumes, dtype=np.float64)
         return xr.DataArray(found, self._labels(), "unit", "volume", attrs)
 
@@ -427,6 +440,8 @@ class Units(Noun, Mapping[str, Unit]):
         columns = {
             "area": ([u.area for u in units], "m2", "area of the closed shell"),
             "map_area": ([u.map_area for u in units], "m2", "area of the upper side in the map"),
+            # Mean thickness over the whole footprint adds up: layers of all units sum to the
+            # height.
             "thickness_mean": (
                 [u.volume / self.footprint for u in units],
                 "m",
@@ -450,6 +465,7 @@ class Units(Noun, Mapping[str, Unit]):
         }
         if any(u.contact for u in units):
             labels["contact"] = ("unit", np.array([u.contact for u in units], dtype=object))
+        # Marked rather than left out, so that volumes of the table add up to the model.
         labels["sliver"] = ("unit", np.array([u.name in self._small for u in units], dtype=bool))
         return {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
 
@@ -481,6 +497,7 @@ class Certificate:
         return all(check.passed for check in self.checks)
 
     def __repr__(self) -> str:
+        # Details start in one column.
         width = max((len(check.name) for check in self.checks), default=0)
         return "\n".join(
             f"{'pass' if c.passed else 'FAIL'}  {c.name:<{width}}  {c.detail}" for c in self.checks

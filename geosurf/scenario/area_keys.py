@@ -33,6 +33,7 @@ class AreaOfInterest:
     @property
     def value(self) -> Any:
         """The area as `Scene` takes it."""
+        # Exactly one of the three is set: `validate` has seen to it.
         return "rectangle" if self.rectangle else self.file or self.corners_m
 
 
@@ -49,6 +50,7 @@ class BoxRanges:
     @property
     def sides(self) -> tuple[float, float, float, float, float, float]:
         """West, east, south, north, bottom, top [m]."""
+        # The order of `Scene(box=)`.
         return (*self.easting_m, *self.northing_m, *self.elevation_m)
 
 

@@ -47,6 +47,7 @@ def build_scene(
     InputError
         If a surface cannot be read, or neither file nor scenario declares its unit or direction.
     """
+    # A sealed model brings horizons, faults and box along; nothing is torn or extended.
     if scenario.model is not None:
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
@@ -107,6 +108,7 @@ def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
 
 def _shared(scenario: Scenario) -> dict[str, Any]:
     """What a scene has, wherever its surfaces come from."""
+    # One place for both ways to a scene, so that no key is lost on one of them.
     return {
         "contacts": _contacts(scenario),
         "aoi": None if scenario.aoi is None else scenario.aoi.value,
@@ -120,6 +122,7 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
 def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, Any]:
     """The horizons; where they will be pinched out they have the nodes of the other one."""
     filling = filling_of(scenario, [name for name in plain if is_torn_as_picked(scenario, name)])
+    # Only pinch-outs need the other horizon's nodes.
     if not any(isinstance(onto, str) for onto in filling.values()):
         return plain
     surfaces = {name: triangulate_horizon(one, name=name) for name, one in plain.items()}
@@ -129,6 +132,7 @@ def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, A
 def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     """A grid or mesh; points where the horizon is torn as it was picked."""
     words = _words(scenario, entry)
+    # A file with a grid is read as a grid even if it is torn: its nodes are its data.
     if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
         return read_points(entry.file, **words)
     return read_horizon(entry.file, variable=entry.variable, name=entry.name, **words)
@@ -136,6 +140,7 @@ def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
 
 def _words(scenario: Scenario, entry: Any) -> dict[str, Any]:
     """Direction and unit of one file; those of the scenario apply where the file states none."""
+    # The file itself has the last word, then its table, then the top of the scenario.
     given = otherwise({"positive": scenario.positive, "length_unit": scenario.length_unit})
     own = {"positive": entry.positive, "length_unit": entry.length_unit}
     return {key: given[key] if word is None else word for key, word in own.items()}
@@ -149,12 +154,14 @@ def _extended(
     area: Any = None if scenario.box is None else scenario.box.sides
     if aoi is not None and scenario.aoi is not None and not scenario.aoi.rectangle:
         area = opened_outline(aoi)
+    # Horizons are continued from their data, before tearing and before the box cuts them.
     made = dict(horizons)
     for entry in scenario.horizons:
         if entry.extend_m is not None or entry.fill_holes:
             made[entry.name] = extend_horizon(
                 horizons[entry.name], area, distance=entry.extend_m or 0.0,
                 fill_holes=entry.fill_holes, name=entry.name,
+                # Across a fault the smoothest surface would bridge its throw.
                 faults={name: faults[name] for name in faults_reaching(scenario, entry.name)},
             )  # fmt: skip
     return made
@@ -166,12 +173,14 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
     if entry is None:
         return {}
     tops = read_tops(entry.file, **_words(scenario, entry))
+    # Without `tie` the tops are only compared.
     return {"tops": tops, "tie": entry.settings}
 
 
 def _distances(scenario: Scenario) -> dict[str, dict[str, float]]:
     """Distances by which faults are lengthened, by fault and side."""
     return {
+        # Without named sides a fault is lengthened on all of them.
         entry.name: dict.fromkeys(entry.lengthen or SIDES, entry.lengthen_m)
         for entry in scenario.faults
         if entry.lengthen_m is not None
@@ -180,6 +189,7 @@ def _distances(scenario: Scenario) -> dict[str, dict[str, float]]:
 
 def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
     """Fluid contacts by name, from the top down, each with its zones and block."""
+    # Mappings keep the order of the file, which is the order of contacts from the top down.
     found: dict[str, list[FluidContact]] = {}
     for entry in scenario.contacts:
         value: Any = entry.elevation_m

@@ -9,6 +9,7 @@ from geosurf.conventions import is_number
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
 
+# What kind of names each uncertainty takes, for the check and for its message.
 KINDS = {  # what `of` names
     "depth shift": "horizons",
     "depth error": "horizons",
@@ -19,6 +20,7 @@ KINDS = {  # what `of` names
     "fault position": "faults",
     "fault dip": "faults",
 }
+# Number of parameters of each.
 DISTRIBUTIONS = {"normal": 2, "uniform": 2, "triangular": 3}
 
 
@@ -28,6 +30,7 @@ def _numbers(n: int) -> values.Check:
     @values.check(f"{n} numbers")
     def numbers(_: values.KeyPath, value: Any) -> tuple[float, ...] | None:
         """The numbers as a tuple."""
+        # Lists only: a single number would be ambiguous.
         fits = isinstance(value, list) and len(value) == n and all(map(is_number, value))
         return tuple(map(float, value)) if fits else None
 
@@ -36,6 +39,7 @@ def _numbers(n: int) -> values.Check:
 
 @values.check("a whole number above 0")
 def _count(_: values.KeyPath, value: Any) -> int | None:
+    # type() and not isinstance(): true is an integer in Python.
     return value if type(value) is int and value > 0 else None
 
 
@@ -104,26 +108,33 @@ class UncertainInput:
 
 def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
     """Refuse uncertainties that contradict themselves, or name what does not exist."""
+    # A sealed model has no data that could vary.
     if scenario.uncertain and scenario.model is not None:
         at.refuse("[[uncertain]] cannot be combined with [model]. Remove one of them.")
+    # Names as the scenario has them, by the table that they come from.
     known = {kind: [one.name for one in getattr(scenario, kind)] for kind in KINDS.values()}
     for row, entry in enumerate(scenario.uncertain):
         label, kind = f"uncertain[number {row + 1}]", KINDS[entry.kind]
+        # Names first: later messages use them.
         for name in entry.of:
             if name not in known[kind]:
                 names = ", ".join(map(repr, dict.fromkeys(known[kind]))) or "none"
                 at.refuse(f"{label}: unknown name {name!r}; {kind} are {names}.")
         given = [word for word in DISTRIBUTIONS if getattr(entry, word) is not None]
+        # A depth error is a random field, which has no single distribution.
         if entry.kind == "depth error":
             if given or entry.sd_m is None or entry.range_m is None:
                 at.refuse(f"{label}: a depth error takes sd_m and range_m; give both, alone.")
             continue
         if entry.sd_m is not None or entry.range_m is not None:
             at.refuse(f"{label}: sd_m and range_m are of a depth error; remove them.")
+        # One distribution, neither none nor several.
         if len(given) != 1:
             at.refuse(f"{label}: give one of {', '.join(DISTRIBUTIONS)}.")
+        # Contacts and throws differ in size: one number cannot be added to several.
         if entry.kind.startswith(("contact", "throw")) and len(entry.of) != 1:
             at.refuse(f'{label}: a {entry.kind} has one name, as in of = ["F1"].')
+        # The uncertainty changes the throw that the scenario gives.
         if entry.kind.startswith("throw") and not _has_throw(scenario, entry):
             form = "throw_m" if entry.kind == "throw" else "throw"
             at.refuse(f"{label}: fault {entry.of[0]!r} has no {form} in [[throws]]. Add it there.")
@@ -131,6 +142,7 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
 
 def _has_throw(scenario: Any, entry: UncertainInput) -> bool:
     """Whether a throw is given that the uncertainty changes."""
+    # Several tables may be about one fault, each for its own horizons.
     mine = [one for one in scenario.throws if one.fault == entry.of[0]]
     return bool(mine) and (entry.kind != "throw" or all(t.throw_m is not None for t in mine))
 

@@ -241,6 +241,7 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
 
 def model_notes(scene: Scene) -> list[str]:
     """Return what a user should look at: in torn horizons, in the column, in fluid contacts."""
+    # Notes are for people: what is a warning already is printed once.
     torn = [
         f"horizon {name!r}: {note}"
         for name, sheet in scene.sheets.items()
@@ -252,6 +253,7 @@ def model_notes(scene: Scene) -> list[str]:
 
 def crossings(scene: Scene) -> list[str]:
     """Return a note on each pair of conformable horizons that cross: no rule allows it."""
+    # Crossings that a rule of the column explains are intended.
     return [
         f"{clip}. If this is not intended, list horizons youngest first, or set their rules."
         for clip in scene.units.report["clipped"]
@@ -261,6 +263,7 @@ def crossings(scene: Scene) -> list[str]:
 
 def _draw(scene: Scene, scenario: Scenario, folder: Path, log: StepLog) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
+    # A picture that fails is a warning, and the run goes on.
     choice = choice_of_pictures(scenario.output)
     return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
 
@@ -268,6 +271,7 @@ def _draw(scene: Scene, scenario: Scenario, folder: Path, log: StepLog) -> dict[
 def contacts_left_out(scene: Scene) -> list[str]:
     """Return a note on each fluid contact that is given for some blocks, and not for others."""
     notes = []
+    # A few units are named, the rest counted: blocks may be many.
     for name, left in scene.units.report["without_contact"].items():
         more = f" and {len(left) - 6} more" if len(left) > 6 else ""
         notes.append(
@@ -279,6 +283,7 @@ def contacts_left_out(scene: Scene) -> list[str]:
 
 
 def _check_formats(scenario: Scenario) -> None:
+    # Asked before the run: the package is needed at its end only.
     if "nc" in scenario.output.formats and find_spec("h5netcdf") is None:
         raise DependencyError(
             f"{scenario.path}: output.formats has 'nc', which needs h5netcdf. Leave it out, or "

@@ -26,9 +26,11 @@ from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchS
 from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.scenario.tear_keys import TearSettings, ThrowInput
 
+# `strike` stands for both ends along strike.
 FAULT_SIDES = ("strike", *SIDES)
 
 
+# Functions, because a dataclass field cannot be used twice.
 def _positive() -> Any:
     meaning = "Whether values are elevations or depths, for a file that does not declare it."
     return key(meaning, values.one_of("up", "down"), default=None)
@@ -54,12 +56,14 @@ class HorizonInput:
     variable: str | None = key(
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
+    # The rule decides which of two crossing horizons ends at the other.
     rule: str = key(
         "Which of two crossing horizons ends at the other, see [the column](guides/column.md).",
         values.one_of(*RULES),
         default="conformable",
     )
 
+    # What is done to the grid before the model is built.
     extend_m: float | None = key(
         "Continue the grid by the smoothest surface, to the box or area, at most this far from its "
         "data and not across faults. The report lists it, and maps hatch it.",
@@ -86,6 +90,7 @@ class FaultInput:
     )
     positive: str | None = _positive()
     length_unit: str | None = _length_unit()
+    # Continued by a distance, or until the fault leaves the box: two different wishes.
     lengthen_m: float | None = key(
         "Distance by which the fault is continued along its dip and strike, before `extend`.",
         values.above_zero,
@@ -115,6 +120,7 @@ class ModelInput:
         "`.ml` (GOCAD Model3d); relative to the scenario. Its boundary is the model box.",
         values.file,
     )
+    # The order of horizons is geology, which the file may not have.
     horizons: tuple[str, ...] = key(
         "Names of its horizons, youngest first. Left empty: as in the file.",
         values.names,
@@ -149,6 +155,7 @@ class ContactInput:
     name: str = key(
         "`OWC`, `GOC` ... Several tables of one name are for blocks or zones.", values.text
     )
+    # A level or a surface, one of both.
     elevation_m: float | None = key(
         "Of a level contact, positive up. Give this or `file`.",
         values.number,
@@ -156,6 +163,7 @@ class ContactInput:
         default=None,
     )
     file: Path | None = key("A gridded contact, read like a horizon.", values.file, default=None)
+    # Where it counts; tables of one name complete each other.
     block: str | None = key(
         "The block that it splits, by sides of faults, as in `F1+ F2-`. Left out: all blocks for "
         "which no other table of this name is given.",
@@ -184,6 +192,7 @@ class TopsInput:
     )
     positive: str | None = _positive()
     length_unit: str | None = _length_unit()
+    # Comparing is the default: a tie changes the data.
     tie: bool = key(
         "Whether horizons are corrected smoothly so that they meet their tops.",
         values.switch,
@@ -204,6 +213,7 @@ class TopsInput:
         """How to tie; None if nothing is tied."""
         if not self.tie:
             return None
+        # The third argument records that nobody chose the range, for a warning.
         reach = RANGE if self.range_m is None else self.range_m
         return TieSettings(reach, self.tolerance_m, self.range_m is None)
 
@@ -242,6 +252,7 @@ class Scenario:
     """
 
     path: Path
+    # What concerns the whole model.
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
     tolerance_m: float | None = key(
         "For pictures and quick volumes: horizons get as few triangles as stay this near to their "

@@ -92,6 +92,7 @@ def require_writable(out: str | os.PathLike[str]) -> None:
     """Create a folder if needed, and raise `OutputError` if nothing can be written there."""
     try:
         Path(out).mkdir(parents=True, exist_ok=True)
+        # A real file: permissions alone do not show full or read-only disks.
         with tempfile.TemporaryFile(dir=out):
             pass
     except OSError as error:
@@ -133,6 +134,7 @@ def _open_stage(out: Path) -> Path:
         discard_twins(out, OURS)
         remove_abandoned(out)
         for path in out.iterdir():
+            # Only folders with our own name pattern, and never through a link.
             if _STAGE.fullmatch(path.name) and path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)
         stage = out / f"{PREFIX}{random_digits()}"

@@ -9,6 +9,7 @@ from geosurf.scenario import values
 from geosurf.scenario.declare import key
 
 VIEWS = (
+    # Oblique views first, then along the axes.
     *("southwest", "southeast", "northwest", "northeast"),
     *("south", "north", "east", "west", "top"),
 )

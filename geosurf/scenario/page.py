@@ -86,6 +86,7 @@ def _section(title: str, text: str, entries: list[Field[Any]]) -> str:
 
 def _default(entry: Field[Any]) -> str:
     value = entry.default
+    # Defaults as they are typed in TOML.
     if value is MISSING:
         return "required"
     if value is None:

@@ -9,6 +9,7 @@ from geosurf.scenario.keys import OutputSettings
 
 def choice_of_pictures(output: OutputSettings) -> dict[str, Any]:
     """Return what `Scene.render_pictures` takes for the pictures that a scenario asks for."""
+    # Keys of the scenario have units in their names, arguments of the scene do not.
     return {
         "views": output.views,
         "exploded": output.exploded,

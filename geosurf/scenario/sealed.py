@@ -36,6 +36,7 @@ def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) ->
         If the file cannot be read, a surface has no kind, or the boundary is not a box.
     """
     surfaces = read_model3d(model.file, positive=model.positive, length_unit=model.length_unit)
+    # The kind of each surface is stated in the model; nothing is guessed from names.
     roles: dict[str, dict[str, TriSurface]] = {"horizon": {}, "fault": {}, "wall": {}}
     for surface in surfaces.values():
         if surface.role not in roles:
@@ -47,6 +48,7 @@ def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) ->
 
     # the order of horizons is geology: the file's own, or the user's
     order = model.horizons or tuple(roles["horizon"])
+    # Both ways: a name that is missing, and one that is unknown.
     for name in (*order, *roles["horizon"]):
         if name not in roles["horizon"] or name not in order:
             known = list(roles["horizon"])

@@ -31,6 +31,7 @@ class SliversInput:
     @property
     def settings(self) -> SliverSettings:
         """The same as `Scene` takes it."""
+        # The same class as for `Scene(slivers=)`, so that both follow one rule.
         return SliverSettings(self.min_volume_m3, self.merge)
 
 

@@ -50,6 +50,7 @@ def torn_horizons(
         The same one where nothing is to be torn.
     """
     reaching = {name: faults_reaching(scenario, name) for name in horizons}
+    # A throw without a list moves the horizons that its fault reaches.
     throws = {
         name: [
             t
@@ -111,6 +112,7 @@ def _as_picked(
     """A sheet from data that smear the horizon over its faults."""
     tear = scenario.tear
     assert tear is not None
+    # One set of settings for all horizons, as [tear] is one table.
     words: dict[str, Any] = {
         "trim": tear.trim_cells,
         "noise": tear.noise_m,
@@ -130,6 +132,7 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
     """A sheet from a continuous horizon and the throws that move it."""
     throw: dict[str, Any] = {}
     for entry in throws:
+        # One of three forms, as `validate` has made sure.
         throw[entry.fault] = entry.throw_m if entry.profile_m is None else entry.profile_m
         if entry.elliptic_m is not None:
             centre = entry.centre_along_m, entry.centre_elevation_m

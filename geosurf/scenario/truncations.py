@@ -10,6 +10,7 @@ from geosurf.scenario.keys import Scenario, TruncationInput
 
 def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
     """Return the truncations of a scenario as `Scene` takes them."""
+    # A fault may end at several others: rules add up in the order of the file.
     found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
     for entry in scenario.truncations:
         rule = (entry.main, entry.keep, entry.extend)
@@ -36,6 +37,7 @@ def with_halves(scenario: Scenario) -> Scenario:
     InputError
         As `geosurf.faults.halves.halves_of`.
     """
+    # `keep = "both"` splits the older fault; its name stands for both halves everywhere else.
     halves = halves_of(truncations_of(scenario), [entry.name for entry in scenario.faults])
     if not halves.parts:
         return scenario
@@ -49,11 +51,13 @@ def with_halves(scenario: Scenario) -> Scenario:
         for fault, rules in halves.truncations.items()
         for main, keep, extend in rules
     )
+    # Both halves move as the whole fault did.
     throws = tuple(
         replace(entry, fault=part)
         for entry in scenario.throws
         for part in halves.names([entry.fault])
     )
+    # A trim by fault applies to both halves.
     tear = scenario.tear
     if tear is not None:
         tear = replace(tear, trim_cells=halves.spread(tear.trim_cells))

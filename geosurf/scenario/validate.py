@@ -22,6 +22,7 @@ from geosurf.scenario.keys import Scenario
 from geosurf.scenario.truncations import truncations_of, with_halves
 from geosurf.scenario.values import KeyPath, read_table
 
+# Keys that describe the ellipse of `elliptic_m`, and nothing else.
 ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
 
 
@@ -59,6 +60,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     path = path_of(path, "a scenario")
     scenario: Scenario = read_table(Scenario, KeyPath(path), _load(path), path=path)
     try:
+        # Before names are checked: other tables may refer to halves.
         scenario = with_halves(scenario)
     except InputError as error:
         KeyPath(path).refuse(str(error))
@@ -193,6 +195,7 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
 
 def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
     """Refuse settings of ``[tear]`` and ``[[throws]]`` that contradict others."""
+    # By kind, for messages that list them.
     known = {
         "fault": [entry.name for entry in scenario.faults],
         "horizon": [entry.name for entry in scenario.horizons],
@@ -243,6 +246,7 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
 
 def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPath) -> None:
     """Each throw is given once, in one form, for a fault and horizons that exist."""
+    # Pairs of fault and horizon that have a throw already.
     given = set()
     for entry in scenario.throws:
         label = f"throws of {entry.fault!r}"
@@ -281,6 +285,7 @@ def is_torn_as_picked(scenario: Scenario, name: str) -> bool:
 
 def filling_of(scenario: Scenario, torn: Sequence[str]) -> dict[str, bool | str]:
     """Return what becomes of torn horizons in blocks without data, see `filling_by_horizon`."""
+    # Without [tear] nothing is filled.
     fill = False if scenario.tear is None else scenario.tear.fill_empty_blocks
     return filling_by_horizon(fill, torn)
 
@@ -302,6 +307,7 @@ def horizon_rules_of(scenario: Scenario) -> tuple[Rule, ...]:
 def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
     """Return the faults that no horizon ends before they reach a horizon."""
     horizons = [entry.name for entry in scenario.horizons]
+    # A fault that ends at a younger horizon does not reach the ones above it.
     ending = faults_at(horizon, horizons, horizon_rules_of(scenario))
     return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
 

@@ -28,6 +28,7 @@ class KeyPath:
 
     def inside(self, word: str) -> KeyPath:
         """Return the path of a key in this table."""
+        # Paths grow like TOML's own: table.key.
         return KeyPath(self.file, f"{self.keys}.{word}" if self.keys else word)
 
     def refuse(self, sentence: str) -> NoReturn:
@@ -68,6 +69,7 @@ def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
 @check("text between quotes")
 def text(_: KeyPath, value: Any) -> str | None:
     """A string with something in it."""
+    # Spaces alone count as empty.
     return value if isinstance(value, str) and value.strip() else None
 
 
@@ -96,6 +98,7 @@ def trim(_: KeyPath, value: Any) -> str | float | dict[str, Any] | None:
 @check('true, false, "lower", "upper", "pinch out", or a table such as {Middle = "lower"}')
 def filling(_: KeyPath, value: Any) -> bool | str | dict[str, Any] | None:
     """What becomes of blocks without data, for all horizons or by horizon."""
+    # One word for all horizons, or one for each.
     every = list(value.values()) if isinstance(value, dict) else [value]
     right = every and all(isinstance(one, bool) or one in list(WAYS) for one in every)
     return value if right else None
@@ -127,6 +130,7 @@ def share(_: KeyPath, value: Any) -> float | None:
 @check("three or more corners: [[easting, northing], ...]")
 def corners(_: KeyPath, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""
+    # Shape first, then numbers: `map` would fail on anything else.
     if not isinstance(value, list) or len(value) < 3:
         return None
     if not all(isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in value):
@@ -175,6 +179,7 @@ def interval(_: KeyPath, value: Any) -> tuple[float, float] | None:
     """Two finite numbers that increase."""
     if not isinstance(value, list) or len(value) != 2 or not all(map(is_number, value)):
         return None
+    # Equal limits enclose nothing.
     low, high = map(float, value)
     return (low, high) if low < high else None
 
@@ -182,6 +187,7 @@ def interval(_: KeyPath, value: Any) -> tuple[float, float] | None:
 @check(f"two whole numbers, [width, height], from {list(SMALLEST)} to {list(LARGEST)}")
 def picture_size(_: KeyPath, value: Any) -> tuple[int, int] | None:
     """Width and height in pixels."""
+    # Whole numbers only: pixels cannot be halved.
     if not isinstance(value, list) or not all(type(v) is int for v in value):
         return None
     try:
@@ -203,6 +209,7 @@ def file(at: KeyPath, value: Any) -> Path | None:
     """The path of a file, found from the folder of the scenario."""
     if not isinstance(value, str) or not value.strip():
         return None
+    # Relative to the scenario, so that a folder can be moved as a whole.
     path = at.file.parent / value
     if not path.is_file():
         near = [entry.name for entry in _entries(path.parent)]
@@ -228,6 +235,7 @@ def one_of(*allowed: str) -> Check:
     @check(f"one of {_words(allowed)}")
     def choice(at: KeyPath, value: Any) -> str | None:
         """The word, if it is allowed."""
+        # A misspelt word gets a suggestion; other types get the list alone.
         if isinstance(value, str) and value not in allowed:
             guess = did_you_mean(value, allowed)
             at.refuse(f"{at.keys} is {value!r}; it must be one of {_words(allowed)}.{guess}")
@@ -261,6 +269,7 @@ def table(kind: type) -> Check:
         """The table as an object."""
         return read_table(kind, at, value) if isinstance(value, Mapping) else None
 
+    # `page` and the parser find the keys of the table here.
     one_table.kind = kind  # type: ignore[attr-defined]
     return one_table
 
@@ -271,6 +280,7 @@ def tables(kind: type) -> Check:
     @check("tables in double brackets")
     def many_tables(at: KeyPath, value: Any) -> tuple[Any, ...] | None:
         """The tables as objects."""
+        # [name] in place of [[name]] is the usual slip.
         if not isinstance(value, list) or not all(isinstance(v, Mapping) for v in value):
             name = at.keys
             at.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")
@@ -326,6 +336,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
                 f"unknown key {word!r}{where}; known keys are {_words(tuple(known))}."
                 f"{did_you_mean(word, known)}"
             )
+    # Then keys that are missing, with what they take.
     for word, entry in known.items():
         if word not in found and is_required(entry):
             allowed = entry.metadata["check"].allowed

@@ -102,6 +102,7 @@ def new_scenario(
     >>> [one.name for one in new.found if one.kind == "horizon"], new.runs
     (['Top', 'Middle', 'Base'], True)
     """
+    # An existing scenario may hold answers of the user: it is never overwritten silently.
     path = path_of(folder, "geosurf new") / FILE
     if path.exists() and not replace:
         raise OutputError(
@@ -111,9 +112,11 @@ def new_scenario(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GeosurfWarning)  # the run prints them
         found = [one for file in _files_of(files) for one in recognised(file)]
+        # Before anything is compared: without a horizon nothing else makes sense.
         _require_model(found)
         ready = judged(found, Answers(positive, length_unit))
         ends = truncations_among(ready)
+    # Paths in the text are relative to the folder of the scenario.
     text, questions = scenario_text(path.parent, ready, ends)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -126,6 +129,7 @@ def new_scenario(
 
 def _check_words(positive: str | None, length_unit: str | None) -> None:
     """Refuse words that readers do not know, before a file is read."""
+    # The words are those of readers, so that their messages fit.
     if positive not in (None, "up", "down"):
         raise InputError(f"--positive is {positive!r}; give up or down.")
     if length_unit is not None and length_unit not in METRES_PER_UNIT:
@@ -137,6 +141,7 @@ def _check_words(positive: str | None, length_unit: str | None) -> None:
 
 def _files_of(files: list[str] | list[Path]) -> list[Path]:
     """Paths as they were given, each once; a folder stands for all files below it, by name."""
+    # A dict keeps the order and drops files that are given twice.
     found: dict[Path, None] = {}
     for word in files:
         path = path_of(word, "geosurf new")
@@ -162,6 +167,7 @@ def _require_model(found: list[Found]) -> None:
     """Without a horizon or a sealed model there is nothing to build."""
     if any(one.kind in ("horizon", "model") for one in found):
         return
+    # The message says what the files hold instead, so that the missing one is obvious.
     left = [one for one in found if one.kind == OUT]
     others = Counter(one.kind for one in found if one.kind != OUT)
     held = [counted(n, kind) for kind, n in others.items()]

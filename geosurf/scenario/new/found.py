@@ -51,6 +51,7 @@ class Found:
     form: str = ""
     note: str = ""
     name: str = ""
+    # A factory, because arrays cannot be defaults; all share one empty array.
     points: np.ndarray = field(default_factory=lambda: NO_POINTS)
     states_direction: bool = False
     states_unit: bool = False
@@ -64,16 +65,19 @@ class Found:
     @property
     def elevations(self) -> np.ndarray:
         """Points with elevations [m], as far as direction and unit are known."""
+        # Only z is scaled: map coordinates are metres in all formats.
         return self.points * [1.0, 1.0, self.scale]
 
     @property
     def scale(self) -> float:
         """What z as it was read is multiplied by to give elevations [m]."""
+        # Metres unless something says otherwise: the run warns of it.
         scale = 1.0 if self.states_unit else METRES_PER_UNIT[self.length_unit or "m"]
         return -scale if not self.states_direction and self.positive == "down" else scale
 
     def leave_out(self, reason: str) -> None:
         """Keep the file out of the model, for a reason."""
+        # Files that are not used stay in the list: the scenario names each with the reason.
         self.kind, self.note = OUT, reason
 
 

@@ -17,6 +17,7 @@ FEET = (2.6, 4.0)  # ratio of reliefs that a foot taken for a metre explains
 ALIKE = 0.9  # correlation from which one horizon follows another
 FEWEST_CELLS = 10
 SAME = 1.0  # [m]: horizons nearer than this in most cells are one
+# Words of names, not parts of words: "stop" and "database" are no horizons' ends.
 UPPER = re.compile(r"(?:^|[^a-z])top|[a-z]top(?:[^a-z]|$)", re.IGNORECASE)
 LOWER = re.compile(r"(?:^|[^a-z])(base|bottom)|[a-z](base|bottom)(?:[^a-z]|$)", re.IGNORECASE)
 DEPTH_HEADER = re.compile(r"tvd|depth", re.IGNORECASE)
@@ -62,6 +63,8 @@ class Ready:
 
 def judged(found: list[Found], answers: Answers) -> Ready:
     """Return what a scenario is written from."""
+    # The order matters: repeats and the stratigraphic order need elevations, hence direction and
+    # unit.
     ready = Ready(found)
     _leave_alternatives_out(ready)
     _state_direction(ready, answers)
@@ -73,6 +76,7 @@ def judged(found: list[Found], answers: Answers) -> Ready:
         ready.notes.append("the order is that of the files, until the direction of z is known")
     _points_need_faults(ready)
     _name(ready)
+    # The order of tables in the scenario; horizons keep theirs, since sorting is stable.
     rank = {"model": 0, "horizon": 1, "fault": 2}
     ready.found.sort(key=lambda one: rank.get(one.kind, 4 if one.kind == OUT else 3))
     return ready
@@ -84,14 +88,17 @@ def _leave_alternatives_out(ready: Ready) -> None:
     models = ready.of("model")
     for other in models[1:]:
         other.leave_out(f"a scenario has one sealed model, {models[0].path.name}")
+    # Contacts and tops can be combined with a sealed model.
     for one in ready.of(*SOLID[:2]) if models else []:
         one.leave_out(f"a sealed model has its own surfaces, see {models[0].path.name}")
     first: dict[tuple[str, str], Found] = {}
     for one in ready.of("horizon", "fault"):
+        # Case does not matter: exports on Windows change it.
         key = one.kind, one.name.casefold()
         known = first.setdefault(key, one)
         if known is one or known.path == one.path:
             continue
+        # A grid and its points, or a fault twice: one of both would be torn or cut twice.
         other_form = one.kind == "fault" or known.form != one.form
         if other_form and overlap_in_map(known.points, one.points):
             one.leave_out(f"{known.path.name} has {one.name!r} as well; use one of them")
@@ -103,11 +110,14 @@ def _leave_alternatives_out(ready: Ready) -> None:
 def _leave_repeats_out(ready: Ready) -> None:
     """Horizons that coincide nearly everywhere are one horizon in two files."""
     means = _means(ready)
+    # Pairs in the order of files; one that was left out is compared no more.
     for a, b in combinations(ready.of("horizon"), 2):
         if OUT in (a.kind, b.kind):
             continue
+        # Cells of a coarse common grid: nodes of two grids differ in position.
         gap = np.abs(means[id(a)] - means[id(b)])
         both = np.isfinite(gap)
+        # The median ignores places where one of both was edited.
         if both.sum() >= FEWEST_CELLS and np.median(gap[both]) < SAME:
             # the one with more nodes shows more of the horizon
             used, spare = (a, b) if len(a.points) >= len(b.points) else (b, a)
@@ -128,6 +138,7 @@ def _points_need_faults(ready: Ready) -> None:
 # ---------------------------------------------------------------------- direction
 def _state_direction(ready: Ready, answers: Answers) -> None:
     """Find out whether z is depth or elevation; files of opposite sign have opposite words."""
+    # Only files that do not state their direction are in question.
     silent = [one for one in ready.of(*SOLID) if not one.states_direction]
     if not silent:
         return
@@ -137,7 +148,9 @@ def _state_direction(ready: Ready, answers: Answers) -> None:
         return
 
     # the word belongs to z of the sign that most files have
+    # Depths below datum may be stored with either sign, in one field even.
     minority = [one for one in silent if _sign(one) != _majority(silent)]
+    # What the user states on the command line counts for all files.
     if answers.positive is None and minority:
         for one in silent:
             opposite = "up" if word == "down" else "down"
@@ -154,11 +167,13 @@ def _direction(ready: Ready, silent: list[Found], answers: Answers) -> tuple[str
     if answers.positive is not None:
         return answers.positive, "as given with --positive"
     usual = [one for one in silent if _sign(one) == _majority(silent)]
+    # From the surest evidence to the weakest: names, headers, then neighbours that state it.
     for find in (_by_names, _by_header):
         word, reason = find(usual)
         if word:
             return word, reason
     word, reason = _by_neighbours(ready, usual)
+    # Meshes of modelling programs are elevations by convention.
     if word is None and all(one.form == "mesh" for one in silent):
         return "up", "the default of such meshes"
     return word, reason
@@ -169,6 +184,7 @@ def _by_names(silent: list[Found]) -> tuple[str | None, str]:
     horizons = [one for one in silent if one.kind == "horizon"]
     if len(horizons) < 2:
         return None, ""
+    # Without a direction z itself is compared: only its trend from top to base matters.
     frame = frame_of([one.points for one in horizons])
     means = {id(one): cell_means(one.points, frame) for one in horizons}
     pairs = [
@@ -179,6 +195,7 @@ def _by_names(silent: list[Found]) -> tuple[str | None, str]:
 
     # top and base of one interval say most: the top of the next one is below this base
     of_one = [pair for pair in pairs if _interval(pair[0]) == _interval(pair[1])]
+    # Every pair votes; contradicting votes leave the question open.
     words, last = set(), ""
     for top, base in of_one or pairs:
         gap = means[id(base)] - means[id(top)]
@@ -199,6 +216,7 @@ def _by_header(silent: list[Found]) -> tuple[str | None, str]:
     """A column that is named depth or elevation."""
     headers = {one.header: one for one in silent if one.header and one.kind != "tops"}
     words = {}
+    # One word in all headers, or nothing is concluded.
     for text, one in headers.items():
         if DEPTH_HEADER.search(text) or UP_HEADER.search(text):
             words["down" if DEPTH_HEADER.search(text) else "up"] = one
@@ -214,6 +232,7 @@ def _by_neighbours(ready: Ready, silent: list[Found]) -> tuple[str | None, str]:
     solid = [one for one in silent if one.kind in SOLID[:2]]
     if not stated or not solid:
         return None, ""
+    # The range of files that state their direction, with its own height as margin.
     low = min(one.points[:, 2].min() for one in stated)
     high = max(one.points[:, 2].max() for one in stated)
     z = np.array([np.median(one.points[:, 2]) for one in solid])
@@ -222,12 +241,14 @@ def _by_neighbours(ready: Ready, silent: list[Found]) -> tuple[str | None, str]:
         word: bool(((sign * z > low - margin) & (sign * z < high + margin)).any())
         for word, sign in (("up", 1.0), ("down", -1.0))
     }
+    # Both signs fit, or none does: nothing is learned.
     if fits["up"] == fits["down"]:
         return None, ""
     return "up" if fits["up"] else "down", f"only so they meet {stated[0].path.name}"
 
 
 def _sign(one: Found) -> float:
+    # The median: single nodes may have the wrong sign.
     return float(np.sign(np.median(one.points[:, 2])))
 
 
@@ -239,11 +260,14 @@ def _majority(silent: list[Found]) -> float:
 def _state_units(ready: Ready, answers: Answers) -> None:
     """Metres, but for files of which both the relief and the position fit feet only."""
     silent = [one for one in ready.of(*SOLID) if not one.states_unit]
+    # The unit that the user gives counts for all silent files; metres are the default and are not
+    # written.
     if answers.length_unit is not None:
         for one in silent:
             one.length_unit = None if answers.length_unit == "m" else answers.length_unit
         return
     horizons = ready.of("horizon")
+    # Relief can only be compared with that of another horizon.
     if len(horizons) < 2:
         return
     frame = frame_of([one.points for one in horizons])
@@ -254,6 +278,7 @@ def _state_units(ready: Ready, answers: Answers) -> None:
         if one in silent
     }
     for one in horizons:
+        # Two independent signs are needed to change a unit; one alone asks the user.
         relief, position = verdicts.get(id(one), (0.0, False))
         if relief and position:
             one.length_unit = "ft"
@@ -273,9 +298,11 @@ def _feet(
     for other in others:
         a, b = means[id(one)], means[id(other)]
         both = np.isfinite(a) & np.isfinite(b)
+        # Too few shared cells, or a flat horizon, tell nothing about relief.
         if both.sum() < FEWEST_CELLS or not np.ptp(a[both]) or not np.ptp(b[both]):
             continue
         ratio = np.std(a[both]) / np.std(b[both])
+        # A ratio near 3.28 counts only where both horizons have the same shape.
         if FEET[0] < ratio < FEET[1] and abs(np.corrcoef(a[both], b[both])[0, 1]) > ALIKE:
             found = float(ratio)
 
@@ -298,14 +325,18 @@ def _means(ready: Ready) -> dict[int, np.ndarray]:
 def _order(ready: Ready) -> None:
     """Sort horizons from the top down: by medians where all of them are, else of each alone."""
     horizons = ready.of("horizon")
+    # Elevations, as direction and unit are known by now.
     means = _means(ready)
     table = np.array([means[id(one)] for one in horizons])
+    # Only cells that all horizons have: a dipping horizon would otherwise seem higher where it
+    # ends.
     shared = np.isfinite(table).all(axis=0)
     if shared.sum() < FEWEST_CELLS and len(horizons) > 1:
         ready.notes.append("these horizons share no area; their order is that of their medians")
         shared = np.ones(table.shape[1], dtype=bool)
     level = {id(one): float(np.nanmedian(row[shared]))
              for one, row in zip(horizons, table, strict=True)}  # fmt: skip
+    # What has no level (faults, tops) goes to the end, in its order.
     ready.found.sort(key=lambda one: -level.get(id(one), -np.inf))
 
 
@@ -314,6 +345,7 @@ def _name(ready: Ready) -> None:
     used: set[str] = set()
     for one in ready.of("horizon", "fault", "contact"):
         base = one.name
+        # The first name that is free: the file's own, then one that says more.
         choices = [base, f"{base} {one.kind}", f"{base} {one.path.parent.name}".strip()]
         choices += [f"{base} {k}" for k in range(2, len(ready.found) + 3)]
         one.name = next(word for word in choices if word.casefold() not in used)

@@ -35,18 +35,23 @@ class End:
 def truncations_among(ready: Ready) -> list[End]:
     """Return faults that stop short of another, each with the share of its throw at that end."""
     faults, horizons = ready.of("fault"), ready.of("horizon")
+    # Without elevations there is no geometry to look at.
     if ready.asks_direction or len(faults) < 2 or not horizons:
         return []
+    # A part of the nodes is enough to estimate throws.
     clouds = [thinned(one.elevations, MOST) for one in horizons]
     bottom, top = (f([f(c[:, 2]) for c in clouds]) for f in (min, max))
     low = np.min([c[:, :2].min(axis=0) for c in clouds], axis=0)
     high = np.max([c[:, :2].max(axis=0) for c in clouds], axis=0)
+    # A box around all data, with 50 m above and below so that no horizon lies in its walls.
     box = (low[0], high[0], low[1], high[1], bottom - 50.0, top + 50.0)
     try:
         surfaces = {one.name: surface_of(one) for one in faults}
+        # Faults alone: horizons play no part in where faults meet.
         network = Scene({}, surfaces, box).propose_fault_network()
     except GeosurfError:
         return []  # the run names what is wrong with them, with a picture
+    # Only ends that a truncation would join; crossings and far ends stay as they are.
     ends = [
         _end(row, surfaces[row.fault].vertices, clouds)
         for row in network.rows
@@ -60,16 +65,19 @@ def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
     done: list[End] = []
     for end in ends:
         if end.joined:
+            # With all ends joined so far: rules may contradict each other only together.
             joined = [one.row for one in (*done, end) if one.joined]
             rules: dict[str, tuple[Any, ...]] = {}
             for row in joined:
                 rules[row.fault] = (*rules.get(row.fault, ()), (row.other, row.keep, True))
+            # Both faults are continued, so that the truncated one cuts through the main one.
             extend = {name: SIDES for row in joined for name in (row.fault, row.other)}
             scene = Scene({}, surfaces, box, extend=extend, truncations=rules)
             try:
                 for name in extend:
                     scene.whole_surface(name)
             except GeosurfError:
+                # Not joined, and not an error: the scenario asks instead.
                 end = replace(end, joined=False)
         done.append(end)
     return done
@@ -78,6 +86,7 @@ def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
 def surface_of(one: Found) -> Any:
     """A fault as a surface, with elevations."""
     surface = one.data
+    # Sticks become a surface first.
     if not hasattr(surface, "triangles"):
         surface = triangulate_fault(surface, name=one.name)
     surface = surface.renamed(one.name, "fault")
@@ -90,9 +99,11 @@ def surface_of(one: Found) -> Any:
 def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End:
     """Compare the throw at the end of a fault with the largest along it."""
     middle = vertices[:, :2].mean(axis=0)
+    # The longest direction of the fault in the map is its strike.
     along = np.linalg.svd(vertices[:, :2] - middle, full_matrices=False)[2][0]
     s = (vertices[:, :2] - middle) @ along
     length = float(np.ptp(s))
+    # Strike points towards the end in question, so that the last station is there.
     if (np.asarray(row.place[:2]) - middle) @ along < 0:
         along, s = -along, -s
 
@@ -100,6 +111,7 @@ def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End
     stations = np.linspace(s.min() + FAR * length / 2, s.max() - FAR * length / 2, STATIONS)
     throws = np.array([_throw_at(at, length, middle, along, clouds) for at in stations])
     largest = float(np.nanmax(throws)) if np.isfinite(throws).any() else 0.0
+    # Throw at the end compared with the largest: a fault that dies out has little left.
     share = float(throws[-1] / largest) if largest > 0 and np.isfinite(throws[-1]) else 0.0
     return End(row, share >= SHARE, share)
 
@@ -112,12 +124,16 @@ def _throw_at(
     steps = []
     for cloud in clouds:
         relative = cloud[:, :2] - middle
+        # Coordinates of nodes along and across the fault.
         s, r = relative @ along - at, relative @ across
         near = (np.abs(s) < FAR * length / 2) & (np.abs(r) < FAR * length)
+        # Nodes in the smear next to the fault would lower the throw.
         near &= np.abs(r) > NEAR * length
         sides = np.sign(r[near])
+        # Too few nodes on one side for a plane.
         if min((sides > 0).sum(), (sides < 0).sum()) < 6:
             continue
+        # Elevation = constant + dip along + dip across + half the step: one plane, two sides.
         design = np.column_stack([np.ones(len(sides)), s[near], r[near], sides])
         steps.append(2 * abs(np.linalg.lstsq(design, cloud[near, 2], rcond=None)[0][3]))
     return float(np.median(steps)) if steps else np.nan

@@ -39,6 +39,8 @@ FAULT_NAME = re.compile(r"fault|(?:^|[^a-z])f\d+(?:$|[^a-z0-9])", re.IGNORECASE)
 HORIZON_NAME = re.compile(r"horizon|top|base|surface", re.IGNORECASE)
 CONTACT_NAME = re.compile(r"(?:^|[^a-z])(owc|goc|gwc|fwl|fwc)(?:$|[^a-z])", re.IGNORECASE)
 OBJECT_COLUMNS = ("feature_name", "formation", "horizon", "surface", "val", "name")
+# Words for readers that apply only where a file is silent: reading twice with different words shows
+# whether it is.
 UP: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
 NEXT_UNIT: dict[str, Any] = otherwise({"positive": "up", "length_unit": "ft"})
 DOWN: dict[str, Any] = otherwise({"positive": "down", "length_unit": "m"})
@@ -49,6 +51,7 @@ def recognised(path: Path) -> list[Found]:
     try:
         found = _by_suffix(path)
     except GeosurfError as error:
+        # The table names the file in its own column.
         reason = str(error).replace(f"{path}: ", "").replace(f"{path}, ", "")
         found = [Found(path, OUT, note=reason)]
     for one in found:
@@ -74,8 +77,10 @@ def _by_suffix(path: Path) -> list[Found]:
     def among(formats: Any) -> bool:
         return any(suffix in suffixes for *_, suffixes in formats.values())
 
+    # From formats with one meaning to those whose content decides.
     if suffix == ".ml":
         return [Found(path, "model", "sealed model", "GOCAD Model3d")]
+    # Parametric grids of faults are NetCDF files as well; their dimensions tell.
     if suffix in GRID_FORMATS["netcdf"][2] and holds_fault(path):
         return [_surface(path, read_fault, "parametric grid", "fault", "has fault dimensions")]
     if among(GRID_FORMATS):
@@ -86,6 +91,7 @@ def _by_suffix(path: Path) -> list[Found]:
         return [_mesh(path, path.stem, lambda words: read_horizon(path, **words))]
     if among(POINT_FORMATS) or among(POLYGON_FORMATS):
         return [_table(path, among(POINT_FORMATS), among(POLYGON_FORMATS))]
+    # Reading raises the usual message about a missing file.
     if not path.exists():
         read_text(path)  # the reason why it cannot be opened
     return [Found(path, OUT, note=f"geosurf reads no files with the suffix {suffix!r}")]
@@ -100,6 +106,7 @@ def _grid(path: Path) -> Found:
         return Found(path, OUT, "grid", "all nodes are undefined")
     one.note = f"{len(z)} nodes" if len(z) < MOST_POINTS else f"{one.note} nodes"
     named = CONTACT_NAME.search(path.stem)
+    # Fluid contacts are level, or named as such.
     if named or np.ptp(z) == 0:
         why = f"is named {named[1]!r}" if named else f"is level, z = {z[0]:g}"
         one.kind, one.note = "contact", f"the grid {why}"
@@ -111,7 +118,9 @@ def _surface(path: Path, read: Any, form: str, kind: str, note: str) -> Found:
     first = read(path, **UP)
     one = Found(path, kind, form, note, points=_points_of(first), data=first)
     one.note = note or str(one.points.shape[0])
+    # Formats with attributes may state direction and unit; the others never do.
     silent = path.suffix.lower() not in (*GRID_FORMATS["netcdf"][2], ".vtp", ".vtk", ".vtu")
+    # Equal points under both words: the file has the last word.
     if not silent:
         one.states_direction = _equal(one.points, _points_of(read(path, **DOWN)))
         one.states_unit = _equal(one.points, _points_of(read(path, **NEXT_UNIT)))
@@ -125,6 +134,7 @@ def _points_of(data: Any) -> np.ndarray:
         return np.asarray(data.vertices, dtype=np.float64)
     z = data.elevation if hasattr(data, "data_vars") else data
     x, y = data.easting, data.northing
+    # Axes become node coordinates.
     if x.ndim == 1 and z.ndim == 2:
         x, y = np.meshgrid(x.values, y.values)
     points = np.column_stack([np.ravel(v) for v in (x, y, z)]).astype(np.float64)
@@ -140,11 +150,13 @@ def _tsurfs(path: Path) -> list[Found]:
     """Every surface of a GOCAD file."""
     surfaces = read_tsurf(path, **UP)
     names = [surface.name for surface in surfaces]
+    # Surfaces are read by name later, so names have to differ.
     if len(set(names)) < len(names):
         reason = f"{len(names)} surfaces share the name {names[0]!r}; rename them in the file"
         return [Found(path, OUT, "mesh", reason)]
     many = len(surfaces) > 1
 
+    # A function of its own binds k for each surface.
     def reader(k: int) -> Any:
         return lambda words: read_tsurf(path, **words)[k]
 
@@ -158,6 +170,7 @@ def _mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
     kind = "fault" if dip >= STEEP else "horizon"
     note = f"{surface.n_triangle} triangles, mean dip {dip:.0f} degrees"
     words = f"{path.stem} {known_as}"
+    # Between gentle and steep the shape does not decide.
     if STEEP / 2 < dip < 1.5 * STEEP or not dip:  # the name decides
         if FAULT_NAME.search(words):
             kind = "fault"
@@ -174,16 +187,19 @@ def _table(path: Path, points: bool, lines: bool) -> Found:
     """Points or lines of a text file: what they are follows from their columns and their shape."""
     text = read_text(path, final_line_end=False)
     header = text.lstrip().split("\n", 1)[0].strip()
+    # Most specific first: tops have named columns, and lines have ends.
     tops = _tops(path, header)
     if tops is not None:
         return tops
     if not _has_numbers(text):
         return Found(path, OUT, "text", "a text, not a table of points")
+    # A file with several objects would become one horizon.
     several = _several(header, text)
     if several:
         return Found(path, OUT, "table", several)
     if lines and (path.suffix.lower() == ".pol" or _is_labelled(header) or _has_ends(text)):
         return _lines(path, header)
+    # The suffix is that of polygons only: their reader says what is missing.
     if not points:
         read_polygons(path, positive="up")  # the reason why there are no lines
     one = _surface(path, read_points, "points", "horizon", "")
@@ -197,12 +213,14 @@ def _judged_points(one: Found) -> Found:
     if n < FEWEST:
         one.leave_out(f"{counted(n, 'point')}: too few for a horizon")
         return one
+    # Picks of a fault lie on a steep plane; without sticks no surface follows.
     dip = plane_dip(one.points)
     if dip >= STEEP:
         one.leave_out(
             f"{n} points of a plane that dips {dip:.0f} degrees: picks of a fault without sticks. "
             "Add a column STICK_ID, or a line 999 999 999 after each stick"
         )
+    # The suffix decides which reader a run takes.
     elif path.suffix.lower() in (".csv",):
         one.leave_out(f"{n} points: [tear] reads points from .poi, .xyz, .txt and .dat; rename it")
     else:
@@ -213,6 +231,7 @@ def _judged_points(one: Found) -> Found:
 def _tops(path: Path, header: str) -> Found | None:
     """Well tops, if a table has the columns of these."""
     words = re.sub(r"[^a-z0-9]+", " ", header.lower())
+    # A header without these words is no table of tops: reading it would cost time.
     if "petrel" not in words and not re.search(r"\b(well|wellname|uwi|wellbore|borehole)\b", words):
         return None
     try:
@@ -229,6 +248,7 @@ def _tops(path: Path, header: str) -> Found | None:
 
 def _has_numbers(text: str) -> bool:
     """Whether most lines have two numbers or more, after at most one header in ten lines."""
+    # The beginning of a file is enough.
     lines = [line for line in text[:20_000].split("\n") if line.strip()][:50]
     numeric = [sum(map(is_number, re.split(r"[\s,;]+", line))) >= 2 for line in lines]
     return sum(numeric) * 2 >= len(lines)
@@ -265,12 +285,15 @@ def _lines(path: Path, header: str) -> Found:
     lines = read_polygons(path, positive="up")
     points = np.concatenate(lines)
     one = Found(path, "fault", "sticks", points=points, header=header)
+    # A polygon repeats its first point.
     closed = [bool((line[0] == line[-1]).all()) and len(line) > 3 for line in lines]
+    # Level lines: an outline in the map.
     if not np.ptp(points[:, 2]):
         one.kind, one.form, one.note = "outline", "polygon", f"{counted(len(lines), 'line')}, level"
         if len(lines) > 1 or not closed[0]:
             one.leave_out(f"{counted(len(lines), 'level line')}: neither sticks nor one polygon")
         return one
+    # Closed and not level: polygons along the cut-offs of one horizon.
     if all(closed):
         one.form = "polygons"
         one.leave_out(
@@ -292,6 +315,7 @@ def _lines(path: Path, header: str) -> Found:
 def _stick_dip(lines: list[np.ndarray]) -> float:
     """Median dip [degrees] of lines, from end to end."""
     ends = np.array([line[-1] - line[0] for line in lines])
+    # From end to end, so that waves of a stick do not count.
     level = np.hypot(ends[:, 0], ends[:, 1])
     return float(np.degrees(np.median(np.arctan2(np.abs(ends[:, 2]), level))))
 

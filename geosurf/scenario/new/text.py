@@ -25,6 +25,7 @@ class Page:
 
     def ask(self, question: str, *answers: str, stops: bool = False) -> None:
         """Append a question and the lines that answer it, as comments."""
+        # A question stands directly above the lines that answer it.
         self.add(f"# QUESTION: {question}")
         self.questions.append(Question(len(self.lines) + 1, question, stops))
         self.add(*(f"# {answer}" for answer in answers))
@@ -32,12 +33,14 @@ class Page:
 
 def scenario_text(folder: Path, ready: Ready, ends: list[End]) -> tuple[str, tuple[Question, ...]]:
     """Return the text of a scenario in a folder, and its questions; those that stop a run first."""
+    # The order of the file: direction, surfaces, rules, then what is optional.
     page = Page()
     page.add("# Written by `geosurf new`. docs/scenario.md lists all keys.")
     page.add(f"title = {quoted(folder.resolve().name or 'Reservoir model')}", "")
     _direction(page, ready)
     for one in ready.of("model"):
         page.add("", "[model]", *_file(folder, one))
+    # Faults that take part in a truncation are extended, both of them.
     joined = {name for end in ends if end.joined for name in (end.row.fault, end.row.other)}
     _surfaces(page, folder, ready, joined)
     _ends(page, ends)
@@ -47,12 +50,14 @@ def scenario_text(folder: Path, ready: Ready, ends: list[End]) -> tuple[str, tup
     if left:
         page.add("", "# Files that are not used:")
         page.add(*(f"# {_path(folder, one.path)}: {one.note}" for one in left))
+    # Those that stop a run first; the others in the order of the file.
     questions = sorted(page.questions, key=lambda question: not question.stops)
     return "\n".join(line.rstrip() for line in page.lines) + "\n", tuple(questions)
 
 
 def _direction(page: Page, ready: Ready) -> None:
     """The direction and unit of all files that do not state theirs."""
+    # Commented out: the scenario does not run before the user decides.
     if ready.asks_direction:
         page.ask(
             "is z depth or elevation? The files do not state it. Uncomment one line.",
@@ -64,6 +69,7 @@ def _direction(page: Page, ready: Ready) -> None:
         page.add(f'positive = "{ready.positive}"  # {_comment(ready.reason)}')
     elif ready.reason:
         page.add(f"# Direction of z: {_comment(ready.reason)}.")
+    # One unit for all silent files is written once, at the top.
     silent = [one for one in ready.of("horizon", "fault") if not one.states_unit]
     units = {one.length_unit for one in silent}
     if len(units) == 1 and None not in units:
@@ -79,6 +85,7 @@ def _surfaces(page: Page, folder: Path, ready: Ready, joined: set[str]) -> None:
     sides = ", ".join(f'"{side}"' for side in SIDES)
     for kind, table in (("horizon", "horizons"), ("fault", "faults")):
         found = ready.of(kind)
+        # The order of horizons is the one thing that the user has to check.
         if found and kind == "horizon":
             page.add("", "# Horizons, youngest first.")
             page.add(*(f"# Note: {_comment(note)}." for note in ready.notes))
@@ -93,6 +100,7 @@ def _surfaces(page: Page, folder: Path, ready: Ready, joined: set[str]) -> None:
 def _file(folder: Path, one: Found, ready: Ready | None = None) -> list[str]:
     """The keys of a file."""
     lines = [f"file = {quoted(_path(folder, one.path))}"]
+    # Only where the file differs from the top of the scenario.
     if one.positive is not None and (ready is None or ready.positive is None):
         lines.append(f'positive = "{one.positive}"')
     if one.length_unit is not None:
@@ -111,6 +119,7 @@ def _ends(page: Page, ends: list[End]) -> None:
             f'keep = "{row.keep}"',
             "extend = true",
         ]
+        # Centimetres matter where faults nearly touch, metres elsewhere.
         gap = f"{row.distance:.0f}" if row.distance >= 1 else f"{row.distance:.2g}"
         short = f"{row.fault!r} stops {gap} m short of {row.other!r}"
         if end.joined:
@@ -128,6 +137,7 @@ def _tear(page: Page, ready: Ready) -> None:
     """Grids and points that faults cross are torn there."""
     faults = ready.of("fault")
     horizons = ready.of("horizon")
+    # Meshes are not torn: they have their cuts already.
     torn = [
         one
         for one in horizons
@@ -137,6 +147,7 @@ def _tear(page: Page, ready: Ready) -> None:
     if not torn or not faults:
         return
     page.add("", "# Grids and points are continuous across faults: they are cut there.", "[tear]")
+    # Without a list [tear] takes all horizons.
     if len(torn) < len(horizons):
         page.add(f"horizons = [{', '.join(quoted(one.name) for one in torn)}]")
 
@@ -150,6 +161,7 @@ def _others(page: Page, folder: Path, ready: Ready) -> None:
         if named:
             page.add(f"# {_comment(one.note)}: a fluid contact.", *lines)
         else:
+            # A level grid may also be a horizon: the user decides.
             page.ask(f"is {one.path.name} a fluid contact? {_comment(one.note)}.", *lines)
     for one in ready.of("tops"):
         page.add("", "[tops]", *_file(folder, one, ready))
@@ -170,6 +182,7 @@ def _path(folder: Path, path: Path) -> str:
         relative = Path(os.path.relpath(whole, home))
     except ValueError:  # another drive
         return whole.as_posix()
+    # One folder up is still the same project; farther away a relative path would break when moved.
     ups = sum(part == ".." for part in relative.parts)
     return relative.as_posix() if ups <= 1 else whole.as_posix()
 
@@ -183,6 +196,7 @@ def quoted(text: str) -> str:
     "Top \"A\""
     """
     body = "".join(
+        # Control characters cannot stand in TOML text.
         f"\\u{ord(c):04X}" if ord(c) < 32 or ord(c) == 127 else {"\\": "\\\\", '"': '\\"'}.get(c, c)
         for c in text
     )
@@ -196,6 +210,7 @@ def _comment(text: str) -> str:
 
 def table_text(found: Iterable[Found]) -> str:
     """How each file is used, for the console."""
+    # The same words as in the scenario, one line per file.
     rows = [("file", "used as", "name", "why")]
     for one in found:
         what = one.kind if one.kind in (OUT, one.form) else f"{one.kind} ({one.form})"

@@ -148,6 +148,7 @@ def build(
     blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
     setting = Setting(picks, list(faults), blocks, triangles, reach, carry_on)
 
+    # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     fewest, since = len(triangles.present), 0
@@ -168,9 +169,11 @@ def build(
             break
         before.append(built.cut.holes)
         stuck = _stuck(before, picks.frame.cell)
+        # A fault that is too short cannot be repaired in the mesh: the caller extends it.
         if needs_more is not None and needs_more(stuck):
             break
         more = repaired(repairs, state, built.torn, built.cut, stuck, rising, at_any_cost)
+        # No repair is left: the last attempt is handed back, open.
         if more is None:
             break
         repairs = more
@@ -179,6 +182,7 @@ def build(
 
 def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
     """The last holes that were the same some attempts ago; `holes` has those of each attempt."""
+    # Too few attempts to compare with.
     if len(holes) <= STUCK:
         return []
     return [
@@ -197,6 +201,7 @@ def _die_at_tips(
 ) -> Heights:
     """Where a tear would leak at its end, throw has to die there: its last link is not torn."""
     limits = state.network.solve.copy()
+    # The ends as the mesh tears them, with the repairs so far.
     ends = torn_limits(state, repairs.shortened, rising)
     for i, k in repairs.shortened:
         # one float past the last torn link: the mesh tears that link, the solve keeps it whole, so
@@ -219,6 +224,7 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     torn = grown_over(tear(cuts, triangles), triangles, state)
     for links in repairs.rings:
         torn = grown_at(torn, triangles, links)
+    # Traces whose tears end before their faults: their ghosts do not bend at the tip.
     early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
     ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state, early)
     ghosts = levelled(torn, ghosts, state.values, repairs.level, picks.frame)
@@ -242,6 +248,7 @@ def _is_own(
     points = np.column_stack([setting.picks.frame.cells_of_node(nodes), state.values[nodes]])
     out = np.ones(len(nodes), dtype=bool)
     reach = float(setting.reach)
+    # Sides at the solved height: a fault that dips is elsewhere at another elevation.
     sides = {k: side_at_own_height(*setting.meshes[k], points, reach) for k in faults}
     network = state.network
     for trace, limits, near in zip(network.traces, network.mesh, state.near, strict=True):

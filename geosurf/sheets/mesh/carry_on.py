@@ -29,10 +29,12 @@ def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
         torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, early: Collection[int]
     ) -> np.ndarray:
         """Heights of the ghosts of one sheet; `early`: traces whose tears end early."""
+        # The bend of throw at tips is known; only what is left is smooth and extrapolated.
         bent = None if state.bent is None else partial(state.bent.of, frame)
         fixed = known(torn, triangles, bits, state, bent)
 
         past = None
+        # Ghosts bend only at traces where the sheet goes on beyond the fault as before it.
         if state.bent is not None:
             past = partial(state.bent.only(_bending_past(state, early)).of, frame)
         return ghost_heights(
@@ -55,12 +57,14 @@ def ghosts_by_picks(
         torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent: Callable | None
     ) -> dict[int, float]:
         """Heights of ghosts, by number."""
+        # Exact picks need no solve: they are the heights of their ghosts.
         fixed = _picked(picks, state, torn)
         if weight is not None and fixed:  # the sheet is one with its part beyond the trace
             nodes, fixed = joined_heights(
                 torn, triangles, bits, state.values, picks.frame.stretch, fixed,
                 lambda nodes: picks.means_at(nodes, state.used), weight, bent,
             )  # fmt: skip
+            # The solver has to know which of its heights are no longer its own.
             mark(nodes)
         return fixed
 
@@ -72,6 +76,7 @@ def _bending_past(state: Heights, early: Collection[int]) -> list[int]:
 
     Not where a tear ends early at a gap: bent ghosts have been tried there and left a hole.
     """
+    # Gaps are positive, overlaps negative.
     heaves = [walls.left + walls.right for walls in state.walls]
     return [
         trace
@@ -87,6 +92,7 @@ def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
     # a node may have ghosts of several sheets: start to stop are those over the node of a pick
     order = np.argsort(torn.node_of_ghost, kind="stable")
     nodes = torn.node_of_ghost[order]
+    # Trace by trace: sides are those of one trace.
     for trace in distinct(state.beyond[:, 1]):
         rows = state.beyond[state.beyond[:, 1] == trace]
         near = state.near[trace]
@@ -99,4 +105,5 @@ def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
                 # the pick belongs to the ghost whose anchor lies on the pick's wall
                 if side[ghost] == own:
                     found.setdefault(int(ghost), []).append(float(picks.z[pick]))
+    # Several picks over one ghost: their mean.
     return {ghost: float(np.mean(z)) for ghost, z in found.items()}

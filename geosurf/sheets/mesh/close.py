@@ -129,16 +129,21 @@ def close(
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
         filled_picks, rebuilt, filled, pinched = _rebuilt(picks, surfaces, trims, noise, filling)
+        # A block that is empty only because its data were ignored near faults gets some of them
+        # back.
         narrower = _narrower(trims, rebuilt.state)
         if narrower is not None:
             trims, more = narrower, {}
             continue
+        # What is still empty now has no data at all.
         refuse_empty_blocks(filled_picks, rebuilt.state, [surface.name for surface in surfaces])
         ends = _branch_ends(rebuilt.state)
+        # Which faults the holes ask for is tested during the attempts too, so that these end early.
         asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell)
         built = _built(filled_picks, rebuilt, surfaces, needs_more=asked)
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
+        # Closed, or no fault can be extended any further.
         if not more:
             break
     return Closed(
@@ -149,6 +154,7 @@ def close(
 
 def close_at_any_cost(closed: Closed) -> Closed:
     """Go on from a sheet that is open with remedies that change cut-offs; it may stay open."""
+    # From the repairs that were found: they hold at any cost too.
     built = _built(
         closed.picks, closed.rebuilt, closed.faults, at_any_cost=True, start=closed.built.repairs
     )
@@ -161,6 +167,7 @@ def _narrower(trims: Trims, state: Heights) -> Trims | None:
         return None
     traces = zip(state.network.traces, state.near, strict=True)
     beside = {trace.fault for trace, near in traces if (near.look_up(state.stray) >= 0).any()}
+    # Half, but never below one cell, within which data of the other wall reach.
     half = [max(0.5 * t, min(t, 1.0)) if k in beside else t for k, t in enumerate(trims.of_fault)]
     return Trims(tuple(half)) if tuple(half) != trims.of_fault else None
 
@@ -169,6 +176,7 @@ def _branch_ends(state: Heights) -> dict[int, np.ndarray]:
     """Places (n, 2) at which traces end on another fault, by fault [m]."""
     frame, found = state.network.frame, dict[int, list[np.ndarray]]()
     for trace in state.network.traces:
+        # `start` and `stop` are places between vertices of the line.
         for end, place in zip(trace.ends, (trace.start, trace.stop), strict=True):
             if end.startswith("branch"):
                 vertex = np.arange(len(trace.line))
@@ -200,6 +208,7 @@ def _lengthened(
     for number, one in short.items():
         fault, old = given[number], before.get(number)
         lengths = {} if old is None else dict(old.lengths)
+        # Twice as far as before at each side, until the most is reached.
         sides = ((side, _next_length(fault, side, lengths.get(side), cell)) for side in one.sides)
         more = {side: length for side, length in sides if length is not None}
         if not more:
@@ -218,6 +227,7 @@ def _lengthened(
 
 def _next_length(fault: TriSurface, side: str, before: float | None, cell: float) -> float | None:
     """By how much a fault is extended at a side next [m]; None if it cannot be longer."""
+    # Along the dip in shares of the fault's height, along strike in cells.
     height = float(fault.bounds[5] - fault.bounds[4])
     least, most = LEAST * height, MOST * height
     if side not in VERTICAL:
@@ -245,6 +255,7 @@ def _rebuilt(
     missing = missing_blocks(picks, rebuilt.state, meshes)
     filled: list[dict] = []
     pinched = np.empty(0, dtype=np.int64)
+    # Once is enough: what is filled has data afterwards.
     if missing and filling.carry:
         picks, filled = continued(picks, missing)
         rebuilt = rebuild(solver_of(picks, meshes, trims, noise, True))
@@ -258,6 +269,7 @@ def _rebuilt(
         picks = stood_in(picks, more, filling.other)
         rebuilt = rebuild(solver_of(picks, meshes, trims, noise, False))
         missing = missing_blocks(picks, rebuilt.state, meshes)
+    # Blocks that were neither filled nor pinched out are an error with their place.
     refuse_missing(picks, missing)
     return picks, rebuilt, filled, pinched
 
@@ -271,8 +283,10 @@ def _built(
     needs_more: NeedsMore | None = None,
 ) -> Built:
     """The torn mesh, with ghosts on the sheets of their walls."""
+    # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
     solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
+    # Points lie between nodes and share their heights; grids have a height at each node.
     if isinstance(picks, Scattered):
         known = ghosts_by_points(picks, weight)
     else:

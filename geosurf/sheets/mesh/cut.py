@@ -72,6 +72,7 @@ class Band:
     def only(self, rows: np.ndarray) -> Band:
         """Some triangles of it."""
         surface = self.surface
+        # Only vertices in use, in their order.
         used, faces = renumbered(surface.triangles.take(rows, axis=0), surface.n_vertex)
         part = TriSurface(
             surface.name,
@@ -151,6 +152,7 @@ def band_of(
     """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first."""
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
+    # An untorn sheet has no ghosts: its first triangle stands for it.
     near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)
 
     # whole triangles of the lattice first, then the copies: `is_copy` follows from this order
@@ -200,6 +202,7 @@ def cut_band(
             for rows, mine in found
         ],
     )
+    # Sorted by vertices, so that threads do not change the order.
     leaks = sorted((leak for part in parts for leak in part.leaks), key=lambda leak: leak[:2])
     dead_ends = [pair for part in parts for pair in part.dead_ends]
     return Cut(parts, leaks, dead_ends, [hole for part in parts for hole in part.holes])
@@ -217,6 +220,7 @@ def _cut_part(
     is_own: IsOwn,
 ) -> Part:
     """Cut one island by its faults."""
+    # The same exact arrangement as for a whole model, on a few thousand triangles.
     patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
 
     # a part that is dropped though it has triangles clearly on their own side leaks somewhere:
@@ -234,6 +238,7 @@ def _cut_part(
         for a, b, met in leaks_of(patches, rim, open_part, corner, torn, triangles)
     ]
     dead_ends = _named(band, false_rims(patches, keep, sides))
+    # A part that was counted as open without being kept may run through a copy.
     if not keep[open_part].all():
         dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
     corners = band.vertex[band.surface.triangles]
@@ -262,6 +267,7 @@ def _clear_triangles(band: Band, own: Callable[[np.ndarray], np.ndarray]) -> np.
     """
     faces = band.surface.triangles
     whole = np.flatnonzero(~band.is_copy)
+    # Each node is asked once; sides cost a search in the fault.
     nodes = distinct(faces[whole])
     clear = np.zeros(band.surface.n_vertex, dtype=bool)
     clear[nodes] = own(band.vertex[nodes])
@@ -304,5 +310,6 @@ def _dropped_with_own(
 
 def _named(band: Band, faces: np.ndarray) -> list[tuple[int, int]]:
     """Triangles of a band, by two of their corners, as vertices of `Torn`."""
+    # Lowest and highest vertex name a copy well enough for messages and repairs.
     corners = np.sort(band.vertex[band.surface.triangles[faces]], axis=1)
     return [(int(a), int(b)) for a, b in np.unique(corners[:, [0, 2]], axis=0)]

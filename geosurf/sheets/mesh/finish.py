@@ -31,6 +31,7 @@ FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points 
 
 def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
     """Faults in any form, as surfaces with normals into their hanging walls."""
+    # Names of a mapping win; surfaces of a list have their own.
     if isinstance(faults, Mapping):
         _refuse_names({f"faults[{key!r}]": fault for key, fault in faults.items()})
         made = tuple(triangulate_fault(fault, name=str(key)) for key, fault in faults.items())
@@ -44,6 +45,7 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
         _refuse_names({f"faults[{k}]": fault for k, fault in enumerate(faults)})
         made = tuple(triangulate_fault(fault) for fault in faults)
     names = [fault.name for fault in made]
+    # Results are by name: two faults cannot share one.
     for fault in names:
         if names.count(fault) > 1:
             raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
@@ -52,9 +54,11 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
 
 def crs_among(name: str, data: Any, faults: Sequence[TriSurface]) -> str | None:
     """The coordinate reference system of a horizon's data; refuses faults in another one."""
+    # Data may be a surface or an array; both declare their system in their own way.
     crs = data.crs if isinstance(data, TriSurface) else crs_of(data)
     known = {} if crs is None else {name: crs}
     for fault in faults:
+        # Each fault is compared with all before it.
         refuse_other_crs(fault.name, fault.crs, known)
         if fault.crs is not None:
             known[fault.name] = fault.crs
@@ -82,10 +86,12 @@ def sheet_of(
 ) -> Sheet:
     """The noun from its parts."""
     frame, torn = picks.frame, built.torn
+    # The lattice keeps the solved heights: maps and areas read them.
     values = built.state.values.reshape(frame.shape)
     lattice = Lattice(frame.easting, frame.northing, values, built.triangles.rising)
     ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
     outer = np.zeros(len(ghosts), dtype=bool)
+    # Ghosts are numbered behind the nodes.
     outer[built.outer - torn.n_node] = True
     return Sheet(
         name=picks.name,
@@ -106,10 +112,12 @@ def refuse_leaks(
     faults: Sequence[TriSurface],
 ) -> None:
     """Raise an error where a sheet does not end on its faults, with the place and a remedy."""
+    # Leaks first: they name the faults that cut them.
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:
         return
     state, names = built.state, _faults_at(built, faults)
+    # The place of the first open edge, at its solved height, for message and picture.
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     remedy = remedy_of_overlap(picks, built) or (
@@ -126,6 +134,7 @@ def refuse_leaks(
 
 def remedy_of_overlap(picks: Picks | Scattered, built: Built) -> str:
     """What to do where scattered points overlap too far; empty where they do not."""
+    # Overlaps are negative heaves.
     widest = max((-w.heave(w.place).min(initial=0.0) for w in built.state.walls), default=0.0)
     if picks.on_nodes or widest <= FAR_OVER:
         return ""
@@ -147,11 +156,13 @@ def _faults_at(built: Built, faults: Sequence[TriSurface]) -> list[str]:
     # the nearest fault in the map, and those within a cell more
     nodes = built.torn.node_of(np.array([one, two]))
     far: dict[int, float] = {}
+    # Distance of the nearest of both ends from each trace; -1 marks nodes far away.
     for trace, near in zip(built.state.network.traces, built.state.near, strict=True):
         at = near.look_up(nodes)
         if (at >= 0).any():
             least = float(near.distance[at[at >= 0]].min())
             far[trace.fault] = min(far.get(trace.fault, np.inf), least)
+    # Faults that are about as near may be the cause as well.
     if far:
         numbers |= {fault for fault, cells in far.items() if cells <= min(far.values()) + 1.0}
     return [faults[k].name for k in sorted(numbers)]
@@ -163,6 +174,7 @@ def open_faults(built: Built) -> set[int]:
         return set()
     found: set[int] = set()
     network, frame = built.state.network, built.state.network.frame
+    # In cells of the lattice, as traces are.
     for hole in built.cut.holes:
         # where faults meet, any of those about as near may leave the hole: all are named
         at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
@@ -179,6 +191,7 @@ def lost_cutoffs(built: Built, cuts: Mapping[str, FaultCut]) -> set[int]:
     """Numbers of the faults at which a sheet is torn, though none of a wall ends on them."""
     found = set()
     for number, cut in enumerate(cuts.values()):
+        # A fault may have several traces on one horizon.
         traces = [i for i, trace in enumerate(built.state.network.traces) if trace.fault == number]
         if np.isin(built.cuts.trace, traces).any() and not all(cut.cutoffs.values()):
             found.add(number)
@@ -188,6 +201,7 @@ def lost_cutoffs(built: Built, cuts: Mapping[str, FaultCut]) -> set[int]:
 def refuse_lost_cutoffs(picks: Picks, built: Built, cuts: Mapping[str, FaultCut]) -> None:
     """Refuse a sheet that is torn at a fault on which none of its walls ends."""
     lost = lost_cutoffs(built, cuts)
+    # The middle station stands for the fault in the message.
     for number, (name, cut) in enumerate(cuts.items()):
         if number in lost:
             at = cut.stations[len(cut.stations) // 2]

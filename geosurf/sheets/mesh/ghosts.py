@@ -41,6 +41,7 @@ def ghost_heights(
     smooth; `scale` is that of the sheet.
     """
     n_ghost = len(torn.anchor)
+    # A sheet that no fault tears.
     if n_ghost == 0:
         return np.empty(0)
     shape = (triangles.n_row, triangles.n_col)
@@ -59,6 +60,7 @@ def ghost_heights(
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
     known[given] = True
     value[len(nodes) + given] += picked
+    # Unknowns are numbered for the solver; -1 marks heights that are known.
     number = np.full(len(value), -1)
     free = np.flatnonzero(~known)
     number[len(nodes) + free] = np.arange(len(free))
@@ -76,6 +78,7 @@ def ghost_heights(
     out[free] = smoothest(
         graph, number, value, stretch, pull=pull, target=target / pull, scale=scale
     )
+    # The bend that was taken out before comes back.
     out += bend[len(nodes) :]
     out[given] = picked
     return kept_apart(torn, heights, out, cell)
@@ -119,6 +122,7 @@ def joined_heights(
     start = heights[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
     value = np.concatenate([heights[nodes] - bend[:n], start])
     free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
+    # As in `ghost_heights`, but real nodes next to the ghosts are unknowns as well.
     number = np.where(free, np.cumsum(free) - 1, -1)
     pull, target = np.full(n + n_ghost, HOLD), value.copy()
 
@@ -154,6 +158,7 @@ def mesh_graph(
     ways = [np.concatenate([to, np.full(n_ghost, -1)]) for to in (base.east, base.north)]
     real = [to >= 0 for to in ways]
     lost = []
+    # East and north links only: diagonals carry no differences.
     _, kind = triangles.links(torn.node_of(torn.corners.ravel()).reshape(-1, 3))
     for way, code in enumerate((EAST, NORTH)):
         # edges of copies of this kind with a ghost end, from their west or lower end
@@ -184,6 +189,7 @@ def _row(vertex: np.ndarray, nodes: np.ndarray, n_node: int) -> np.ndarray:
     """Row of each vertex: real nodes (increasing), then ghosts; -1 where it is neither."""
     at = np.searchsorted(nodes, vertex)
     at[at == len(nodes)] = 0
+    # An empty list of nodes has no row 0 to compare with.
     found = nodes[at] == vertex if len(nodes) else np.zeros(len(vertex), dtype=bool)
     return np.where(vertex >= n_node, len(nodes) + vertex - n_node, np.where(found, at, -1))
 
@@ -226,6 +232,7 @@ def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None =
 
 def _seeds(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None) -> list[Piece]:
     """(triangle beyond, {node: vertex}) of the outer edges, or of chosen ones."""
+    # An empty choice means no ring, None means a ring everywhere.
     if chosen is not None and not chosen:
         return []
     copy, edge, beyond = outer_edges(torn, triangles)
@@ -233,6 +240,7 @@ def _seeds(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None
     if chosen is not None:
         some = distinct(*(np.array(ends) for ends in zip(*chosen, strict=True)))
         rows = np.flatnonzero(is_among(one, some) & is_among(two, some))
+        # Both ends are in the choice, perhaps of two pairs: the last line tests the pair.
         one, two, beyond = one[rows], two[rows], beyond[rows]
     at_one, at_two = torn.node_of(one).tolist(), torn.node_of(two).tolist()
     edges = zip(beyond.tolist(), one.tolist(), two.tolist(), at_one, at_two, strict=True)
@@ -245,6 +253,7 @@ def _seeds(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None
 
 def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> Torn:
     """Add pieces of new triangles; new corners over a common edge with a common end are one."""
+    # New ghosts are numbered behind the old ones.
     n_old = torn.n_node + len(torn.anchor)
     corners = triangles.corners(np.array([t for t, _ in pieces], dtype=np.int64))
     lead: dict[tuple[int, int], tuple[int, int]] = {}
@@ -283,11 +292,13 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
             root = find((p, n))
             if root not in vertex:
                 vertex[root] = n_old + len(nodes)
+                # The anchor of a new ghost is that of a vertex next to it: it is on the same sheet.
                 some = next(iter(known.values()))
                 of = some if some < torn.n_node else int(torn.anchor[some - torn.n_node])
                 anchors.append(of)
                 nodes.append(n)
         rows.append([vertex[find((p, n))] for n in corners[p].tolist()])
+    # No ring to add.
     if not rows:
         return torn
     return Torn(

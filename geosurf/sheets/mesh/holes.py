@@ -108,6 +108,7 @@ def holes_of(
         patches.local[links.ends[:, 1]] - patches.local[links.ends[:, 0]], axis=1
     )
     through = _minimum_cut(links.pairs, length / cell, source, sink)
+    # Nothing flows: the sheet is closed as far as the network tells.
     if not len(through):
         return []
     middle = patches.local[links.ends[through]].mean(axis=1)
@@ -116,6 +117,7 @@ def holes_of(
     ghost, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
     is_outer = is_among(ghost, outer) & (ghost >= 0)
     ghosts, tree = ghost[is_outer], cKDTree(patches.local[point[is_outer], :2])
+    # Edges of the minimum cut that are near each other make one hole.
     return [
         _hole(middle[mine], length[through[mine]], ghosts, tree, patches.origin, cell)
         for mine in _clusters(middle[:, :2] / cell)
@@ -152,6 +154,7 @@ def _minimum_cut(
     n = len(source)
     node = np.where(source, n, np.where(sink, n + 1, np.arange(n)))
     a, b = node[pairs].T
+    # Links inside the source or inside the sink carry nothing.
     inner = np.flatnonzero(a != b)
     a, b = a[inner], b[inner]
 
@@ -179,6 +182,7 @@ def _clusters(uv: np.ndarray) -> list[np.ndarray]:
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
+    # Single linkage in the map: holes are lines along faults.
     pairs = cKDTree(uv).query_pairs(ONE_HOLE, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(uv), len(uv)))
     count, label = connected_components(links, directed=False)
@@ -200,6 +204,7 @@ def _hole(
     """
     reach = float(tree.query(middle[:, :2])[0].min()) + BEHIND * cell
     near = sorted({k for ks in tree.query_ball_point(middle[:, :2], reach) for k in ks})
+    # Long edges count more: the middle of the hole, not of its edges.
     place = np.average(middle, axis=0, weights=length) + origin
     return Hole(place, float(length.sum()), distinct(ghosts[near]), *(_ends(middle) + origin))
 
@@ -211,6 +216,7 @@ def holes_at(
     cell: float,
 ) -> list[Hole]:
     """Holes at edges between vertices of `Torn`, whose `places` (n, 3) [m] are looked up."""
+    # Each pair is an edge of its own.
     ends = np.array(pairs)
     at = places(ends.ravel()).reshape(-1, 2, 3)
     middle, length = at.mean(axis=1), np.linalg.norm(at[:, 1] - at[:, 0], axis=1)

@@ -36,6 +36,7 @@ def islands(
     count, island = _tiled(nodes, frame.shape)
     if count < 2 or len(blocks) < 2 or len(faces) < 2 * LEAST:
         return [(np.arange(len(faces)), list(range(len(blocks))))]
+    # Tiles are joined by the faults that come near them, whatever lies between.
     places = frame.cells_of_node(nodes)
     joined, first = np.arange(count), []  # a fault joins all islands that it comes near
     for of in blocks:

@@ -55,6 +55,7 @@ def free_edges(patches: Patches, sides: Sides) -> Rim:
     one, two = patches.triangles[row, corner], patches.triangles[row, (corner + 1) % 3]
     key = np.minimum(one, two) * len(patches.local) + np.maximum(one, two)
     keys, of = sides[0]  # at a curve other surfaces may be there, too
+    # Keys are sorted: an edge is single if both its neighbours differ.
     new = np.ones(len(keys) + 1, dtype=bool)
     new[1:-1] = keys[1:] != keys[:-1]
     single = new[:-1] & new[1:]
@@ -111,6 +112,7 @@ def leaks_of(
             if name[here] >= 0 and any_kept:
                 edge = min(int(name[a]), int(name[here])), max(int(name[a]), int(name[here]))
                 found.setdefault(edge, set()).update(passed)
+    # At the rim of the data a sheet may end anywhere.
     inner = _inner([edge for edge in sorted(found) if edge[1] >= torn.n_node], torn, triangles)
     met = _faults_at(patches, {point for edge in inner for point in found[edge]})
     return [(*edge, frozenset().union(*(met[p] for p in found[edge]))) for edge in inner]
@@ -129,6 +131,7 @@ def _faults_at(patches: Patches, vertices: set[int]) -> dict[int, set[int]]:
     mine[list(vertices)] = True
     rows = np.flatnonzero(any_of(mine[patches.triangles]) & (patches.surface_of_triangle > 0))
     found: dict[int, set[int]] = {vertex: set() for vertex in vertices}
+    # Surface 0 is the sheet, so faults are counted from 1.
     fault = patches.surface_of_triangle[rows] - 1
     for corner, number in zip(patches.triangles[rows].tolist(), fault.tolist(), strict=True):
         for vertex in corner:
@@ -150,6 +153,7 @@ def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) 
     ends = degree == 1
     one, two, _ = _with_marked(rim, ends)
     ends[one] = ends[two] = False  # where it leaves the sheet
+    # Triangles in which a curve ends; of these only the copies, which have a ghost.
     rows = np.flatnonzero((patches.surface_of_triangle == 0) & among)
     faces = patches.parent_of_triangle[rows[any_of(ends[patches.triangles[rows]])]]
     source = patches.sources[0]
@@ -172,6 +176,7 @@ def _inner(edges: Sequence[Pair], torn: Torn, triangles: Triangles) -> list[Pair
     """The edges with triangles of the horizon on both sides of their link."""
     if not edges:
         return []
+    # Edges as triangles with one corner twice, so that `links` names them.
     nodes = torn.node_of(np.array(edges)[:, [0, 1, 1]].ravel()).reshape(-1, 3)
     node, kind = triangles.links(nodes)
     inner = np.flatnonzero(all_of(triangles.exists(triangles.beside(node[:, 0], kind[:, 0]))))

@@ -81,6 +81,7 @@ def ghosts_by_points(
     ) -> dict[int, float]:
         """Heights of ghosts, by number."""
         vertex, share, pick = points_past(picks, state, torn)
+        # No overlap: ghosts follow from the energy alone.
         if not len(pick):
             return {}
 
@@ -143,6 +144,7 @@ def _drawn_to(
     # heights from the mean of the points: digits go to the relief, not to the depth
     level = float(z.mean())
     free = np.flatnonzero(moves)
+    # Unknowns are the vertices that move; the others enter the right-hand side.
     number = np.where(moves, np.cumsum(moves) - 1, -1)
     weights = weights_of(stretch, BEND, scale=scale_of(weight))
     fixed = np.where(moves, 0.0, value - level)

@@ -40,10 +40,12 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
     GeometryError
         If faults do not close these blocks off.
     """
+    # Parts of the mesh by vertex; nodes without one have no part.
     number = sheet.lattice.vertex_of_node.ravel()
     own = parts_of(sheet)
     part = np.where(number >= 0, own[np.maximum(number, 0)], -1)
     with_data = np.unique(part[data])
+    # Parts without any data are exchanged as a whole.
     mine = np.setdiff1d(part[nodes], with_data)
     theirs = np.unique(other.block[nodes])
 
@@ -58,6 +60,8 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
     surface, second = sheet.surface, other.sheet.surface
     one = surface.triangles[~np.isin(own, mine)[surface.triangles[:, 0]]]
     two = second.triangles[np.isin(other.block_of_vertex, theirs)[second.triangles[:, 0]]]
+    # Vertices of both meshes, those of the other one behind; nothing is welded, as faults lie
+    # between.
     used = [np.unique(one), np.unique(two)]
     corners = [np.searchsorted(used[0], one), len(used[0]) + np.searchsorted(used[1], two)]
     vertices = np.concatenate([surface.vertices[used[0]], second.vertices[used[1]]])
@@ -65,6 +69,7 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
         key: np.concatenate([surface.vertex_data[key][used[0]], second.vertex_data[key][used[1]]])
         for key in ("ghost", "outer")
     }
+    # What comes from the other horizon counts as extrapolated, except for its ghosts.
     ghost = second.vertex_data["ghost"][used[1]]
     marks["extrapolated"] = np.concatenate([_marks(surface)[used[0]], ~ghost])
     triangles = np.concatenate(corners)
@@ -73,6 +78,7 @@ def pinched_out(sheet: Sheet, nodes: np.ndarray, data: np.ndarray, other: StandI
 
     # the grid for maps and areas
     z = sheet.lattice.elevation.copy()
+    # Maps and areas read the grid, so it has to agree with the mesh.
     z.ravel()[nodes] = other.heights[nodes]
     lattice = Lattice(sheet.lattice.easting, sheet.lattice.northing, z, sheet.lattice.rising)
     mark = np.zeros(z.shape, bool) if sheet.extrapolated is None else sheet.extrapolated.copy()
@@ -95,6 +101,7 @@ def _far_from(nodes: np.ndarray, sheet: Sheet) -> np.ndarray:
     """Nodes farther than `NEAR` cells from some nodes, bool (n_node,)."""
     from scipy.ndimage import distance_transform_edt
 
+    # A distance transform: one pass, however many nodes there are.
     away = np.ones(sheet.lattice.shape, dtype=bool)
     away.ravel()[nodes] = False
     far: np.ndarray = distance_transform_edt(away).ravel() > NEAR
@@ -118,8 +125,10 @@ def _refuse_open(sheet: Sheet, nodes: np.ndarray) -> None:
 def _warning(sheet: Sheet, nodes: np.ndarray, other: StandIn) -> GeosurfWarning:
     """How large the blocks are in which the horizon is pinched out."""
     frame, _ = frame_of_lattice(sheet.lattice, f"horizon {sheet.name!r}")
+    # In cells times their area: near enough for a message.
     size = area_text(len(nodes) * float(np.prod(frame.spacing)))
     middle = frame.node_places(nodes).mean(axis=0)
+    # A place on the horizon: the middle of a ring of blocks may be outside.
     nearest = nodes[np.hypot(*(frame.node_places(nodes) - middle).T).argmin()]
     at = frame.node_places(np.array([nearest]))[0]
     return GeosurfWarning(

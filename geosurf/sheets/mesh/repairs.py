@@ -89,11 +89,13 @@ def repaired(
     Holes that are stuck get no further ring. `at_any_cost` allows what changes cut-offs: a level
     sheet, ends of tears that are moved far, and parts of traces that are left out.
     """
+    # All holes of one attempt are planned for together: each attempt costs a cut.
     frame, plan = state.network.frame, Plan(set(), set(), [], repairs.untorn)
     tears = Ends(state, torn_limits(state, repairs.shortened, rising))
     for hole in cut.holes:
         is_stuck = any(hole is one for one in stuck)
         _plan_for(hole, plan, repairs, tears, torn, cut, is_stuck, at_any_cost)
+    # Nothing changes: another attempt would find the same holes.
     if not (plan.ends or plan.links or plan.untorn != repairs.untorn):
         return None
 
@@ -113,6 +115,7 @@ def repaired(
         # at a tip 0 comes first: the tear ends where it did, but throw dies at its last link
         is_tip = state.network.traces[end[0]].ends[end[1]] == "tip"
         shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
+    # One ring per attempt, at all holes that ask for one.
     if plan.links:
         rings.append(frozenset(plan.links))
     return Repairs(shortened, tuple(rings), (*repairs.level, *plan.level), plan.untorn)
@@ -171,6 +174,7 @@ def _leaks_near(at: np.ndarray, cut: Cut, torn: Torn, frame: Frame) -> set[Pair]
     """Pairs of nodes at outer edges that leak near a hole [cells]."""
     if not cut.leaks:
         return set()
+    # Pairs of nodes, since vertices are numbered anew in each attempt.
     pairs = torn.node_of(np.array([leak[:2] for leak in cut.leaks]).ravel()).reshape(-1, 2)
     places = frame.cells_of_node(pairs.ravel()).reshape(-1, 2, 2).mean(axis=1)
     near = np.hypot(*(places - at).T) <= NEAR_LEAK
@@ -180,6 +184,7 @@ def _leaks_near(at: np.ndarray, cut: Cut, torn: Torn, frame: Frame) -> set[Pair]
 def _rings_near(repairs: Repairs, frame: Frame, at: np.ndarray) -> int:
     """How many rings were tried near a place [cells]."""
     count = 0
+    # A ring near the hole counts whatever its shape.
     for ring in repairs.rings:
         nodes = np.array(sorted({node for pair in ring for node in pair}), dtype=np.int64)
         uv = frame.uv_of_node(nodes) * frame.stretch

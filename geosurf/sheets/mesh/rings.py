@@ -19,6 +19,7 @@ SPARE = 0.25  # cells of overlap that the first ring covers for certain; further
 
 def grown_over(torn: Torn, triangles: Triangles, state: Heights) -> Torn:
     """Further rings where a reverse fault makes the horizon overlap its own trace."""
+    # The widest overlap decides whether any ring is needed at all.
     widest = max((-np.minimum(w.left, w.right).min(initial=0.0) for w in state.walls), default=0.0)
     if widest <= SPARE:
         return torn
@@ -59,11 +60,13 @@ def levelled(
     """
     if not places:
         return ghosts
+    # Places are given in cells of the lattice.
     at = frame.cells_of_node(torn.node_of_ghost)
     near = np.zeros(len(at), dtype=bool)
     for place in places:
         near |= np.hypot(*(at - place).T) <= LEVEL_REACH
     level = np.where(near, heights[torn.anchor], ghosts)
+    # Level sheets may coincide with others: they are kept apart as everywhere.
     return kept_apart(torn, heights, level, frame.cell)
 
 
@@ -85,6 +88,7 @@ def _short_of_overlap(torn: Torn, state: Heights) -> np.ndarray:
 def _grown_from(torn: Torn, triangles: Triangles, ghosts: np.ndarray) -> Torn:
     """Another ring along the outer edges that have one of these ghosts."""
     one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
+    # Inner edges among them are dropped by `grow`, which looks at outer edges only.
     mine = is_among(one, ghosts) | is_among(two, ghosts)
     chosen = _pairs(one[mine], two[mine])
     return grow(torn, triangles, chosen) if chosen else torn

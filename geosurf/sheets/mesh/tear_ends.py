@@ -26,6 +26,7 @@ def torn_limits(
     state: Heights, shortened: dict[End, int], rising: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """First and last place of each trace that is torn in the mesh."""
+    # Copies: limits of the network stay as they are.
     low, high = state.network.mesh.T.copy()
     every = state.network.cuts
     diagonal = RISING if rising else FALLING
@@ -34,6 +35,7 @@ def torn_limits(
         # places of the links that the mesh tears; the n-th from this end is the new end
         place = np.sort(every.place[in_mesh & (every.trace == trace)])
         place = place[(place >= low[trace]) & (place <= high[trace])]
+        # The tear has no link left: it is empty.
         if n >= len(place):
             low[trace], high[trace] = np.inf, -np.inf
         elif end == 0:
@@ -56,6 +58,7 @@ class Ends:
         network = self.state.network
         joined: Collection[End] = {(i, k) for i, k, _ in network.on}
         for i, trace in enumerate(network.traces):
+            # Places along a trace are vertex numbers with fractions.
             vertex = np.arange(len(trace.line))
             for k, end in enumerate(trace.ends):
                 # a branch that was led to its main fault ends there, and is not moved
@@ -84,6 +87,7 @@ def reverse_ends(state: Heights) -> set[End]:
 
 def is_overlapping(state: Heights, at: np.ndarray) -> bool:
     """Whether the horizon overlaps at the trace that is nearest to a place [cells]."""
+    # The nearest trace decides, as the hole belongs to it.
     traces = state.network.traces
     nearest = min(
         range(len(traces)), key=lambda i: float(np.hypot(*(traces[i].line[:, :2] - at).T).min())
@@ -103,10 +107,12 @@ def longer_part(
     for part in untorn:
         number, *ends = part
         trace = state.network.traces[number]
+        # A long part with throw is not made longer; one without throw costs nothing.
         if ends[1] - ends[0] > MOST_LEFT_OUT and throw_of(state, part) > NO_THROW * _cell(state):
             continue
         for k, end in enumerate(ends):
             tip = [np.interp(end, trace.along, trace.line[:, c]) for c in (0, 1)]
+            # Ends of the trace itself cannot be moved further.
             inside = 0.0 < end < trace.along[-1]
             if inside and np.hypot(*(at - tip)) <= reach:
                 longer = (number, end - 1.0, ends[1]) if k == 0 else (number, ends[0], end + 1.0)
@@ -120,6 +126,7 @@ def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tu
     Of the traces near the place the one with the smallest throw there is left out.
     """
     choice: list[tuple[float, int, float]] = []
+    # Every trace near the place, with its throw there.
     for number, (trace, walls) in enumerate(zip(state.network.traces, state.walls, strict=True)):
         far = np.hypot(*(trace.line[:, :2] - at).T)
         vertex = int(far.argmin())
@@ -154,10 +161,12 @@ def without_throw(
     place = float(trace.along[int(far.argmin())])
     if far.min() > NEAR_HOLE or any(p[0] == number and p[1] <= place <= p[2] for p in untorn):
         return None
+    # Throw is known at places of the walls; distance along the trace compares them.
     along = np.interp(walls[number].place, np.arange(len(trace.line)), trace.along)
     high = along[np.abs(walls[number].throw) > NO_THROW * _cell(state)]
     first = float(high[high < place].max(initial=trace.along[0]))
     last = float(high[high > place].min(initial=trace.along[-1]))
+    # Throw close by: the fault does move the horizon here.
     if min(place - first, last - place) < LEFT_OUT and len(high):
         return None
     return (*untorn, (number, first, last))
@@ -178,6 +187,7 @@ def lost_throw(state: Heights, untorn: Sequence[Part]) -> float:
     """
     lost = 0.0
     for part in untorn:
+        # Only what lies on the trace is lost.
         length = float(np.ptp(np.clip(part[1:], 0.0, state.network.traces[part[0]].along[-1])))
         throw = throw_of(state, part)
         lost += length * throw if throw > NO_THROW * _cell(state) else 0.0
@@ -191,6 +201,7 @@ def _cell(state: Heights) -> float:
 
 def _throw_at(walls: Walls, vertex: float) -> float:
     """Size of the throw at a place of a trace [m]."""
+    # A trace without walls has no throw.
     if not len(walls.place):
         return 0.0
     return float(np.interp(vertex, walls.place, np.abs(walls.throw)))

@@ -47,6 +47,7 @@ def too_short(
             arcs = find_rim(fault).arcs
         except GeosurfError:  # several pieces, or a closed rim: it has no upper side
             continue
+        # A hole is tall where a sheet leaves a steep fault: its ends count as well as its middle.
         places = [place for one in holes for place in (one.place, one.lowest, one.highest)]
         for place in places:
             # distance [m] from each side of the rim: the sheet got out at the nearest
@@ -58,6 +59,7 @@ def too_short(
             if not sides and _is_near(place, branches.get(number), reach):
                 sides = frozenset(side for side in LATERAL if far.get(side, np.inf) == nearest)
             if nearest <= reach and sides:
+                # Sides of all holes add up; the first place is the one that messages name.
                 before = found.get(number, Short(frozenset(), place))
                 found[number] = Short(before.sides | sides, before.place)
     return found
@@ -83,6 +85,7 @@ def _distance(place: np.ndarray, line: np.ndarray) -> float:
     """Distance of a place from a line of points (n, 3) [m]; infinite for a single point."""
     if len(line) < 2:
         return np.inf
+    # Nearest point of each segment, clamped to its ends.
     a, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-30)
     t = np.clip(((place - a) * step).sum(axis=1) / length, 0.0, 1.0)

@@ -47,6 +47,7 @@ class Torn:
     def node_of(self, vertex: np.ndarray) -> np.ndarray:
         """Lattice node under each vertex."""
         ghost = vertex >= self.n_node
+        # Real vertices are their own nodes.
         out = vertex.copy()
         out[ghost] = self.node_of_ghost[vertex[ghost] - self.n_node]
         return out
@@ -160,6 +161,7 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     corners = triangles.corners(near)
     node, kind = triangles.links(corners)
     is_cut = is_among(node * 4 + kind, cut)
+    # One cut edge alone ends inside the triangle: the tip goes through it, and it stays whole.
     divided = is_cut.sum(axis=1) >= 2
     near, corners, is_cut = near[divided], corners[divided], is_cut[divided]
 
