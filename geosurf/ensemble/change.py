@@ -51,6 +51,7 @@ class Change:
 
     given: Given
     draws: Draws
+    # Sums of what each uncertainty adds, point by point; absent: the horizon stays.
     up: dict[str, np.ndarray] = field(default_factory=dict)
     faults: dict[str, TriSurface] = field(default_factory=dict)
     contacts: dict[str, Any] = field(default_factory=dict)
@@ -59,15 +60,18 @@ class Change:
 
     def lift(self, horizon: str, by: Any) -> None:
         """Move a horizon up [m], in addition to what others have moved it."""
+        # Several uncertainties may move one horizon: their moves add up, in any order.
         known = self.up.get(horizon, 0.0)
         self.up[horizon] = known + np.broadcast_to(by, len(self.given.horizon(horizon).points))
 
     def fault(self, name: str) -> TriSurface:
         """Return a fault as it has been moved so far."""
+        # A fault may be shifted and then turned: the second starts from the first.
         return self.faults.get(name) or self.given.fault(name)
 
     def horizons(self) -> dict[str, Any]:
         """Return the horizons that have moved, as a scene takes them."""
+        # Only horizons that have moved: results of the others are shared by all realisations.
         return {name: self.given.horizon(name).moved(up) for name, up in self.up.items()}
 
 
@@ -104,6 +108,7 @@ def names_among(names: Any, known: tuple[str, ...], what: str) -> tuple[str, ...
     >>> names_among("Top", ("Top", "Base"), "horizon"), names_among((), ("Top", "Base"), "horizon")
     (('Top',), ('Top', 'Base'))
     """
+    # A single name is a common slip for a list of one.
     listed = (names,) if isinstance(names, str) else tuple(names)
     for name in listed:
         if name not in known:
@@ -111,6 +116,7 @@ def names_among(names: Any, known: tuple[str, ...], what: str) -> tuple[str, ...
                 f"no {what} is called {name!r}; there are {', '.join(known) or 'none'}."
                 f"{did_you_mean(str(name), known)}"
             )
+    # Nothing listed means everything.
     return listed or known
 
 

@@ -52,6 +52,7 @@ class ContactLevel:
     unit = "m"
 
     def __post_init__(self) -> None:
+        # Both would contradict each other, neither would change nothing.
         if (self.elevation is None) == (self.shift is None):
             raise InputError(f"{self.parameter}: give either elevation= or shift=.")
 
@@ -64,6 +65,7 @@ class ContactLevel:
         """Check names and distribution."""
         names_among(self.contact, tuple(given.contacts), "fluid contact")
         value = given.contacts[self.contact]
+        # One elevation can replace only one: contacts of several blocks differ.
         absolute = self.elevation is not None
         if absolute and _count(value) > 1:
             raise InputError(
@@ -90,12 +92,14 @@ class PreparedContact:
     def apply(self, change: Change) -> None:
         """Move the contact."""
         level = change.numbers[self.parameter] = change.draws.number(self.parameter, self.level)
+        # As other uncertainties have left it, else as given.
         value = change.contacts.get(self.contact, change.given.contacts[self.contact])
 
         def at(old: Any) -> Any:
             """The new place of one contact: a number, or a surface."""
             if self.absolute:
                 return level
+            # A level contact is a number, a gridded one moves node by node.
             if is_number(old):
                 return float(old) + level
             data = HorizonData.of(self.contact, old)
@@ -106,10 +110,12 @@ class PreparedContact:
 
 def _each(value: Any, at: Callable[[Any], Any]) -> Any:
     """A contact with each of its elevations replaced; see ``Scene(contacts=)`` for its forms."""
+    # Recursive: a list may hold contacts, and a mapping may have lists.
     if isinstance(value, FluidContact):
         return replace(value, at=_each(value.at, at))
     if isinstance(value, list | tuple):
         return [_each(one, at) for one in value]
+    # A surface is one contact, not a mapping of blocks.
     if isinstance(value, Mapping) and not isinstance(value, TriSurface):
         return {block: _each(one, at) for block, one in value.items()}
     return at(value)
@@ -117,6 +123,7 @@ def _each(value: Any, at: Callable[[Any], Any]) -> Any:
 
 def _count(value: Any) -> int:
     """How many elevations a contact has."""
+    # The same walk as for changes, with a function that only looks.
     seen: list[Any] = []
     _each(value, seen.append)
     return len(seen)

@@ -54,6 +54,7 @@ class Covariance:
     model: str = "gaussian"
 
     def __post_init__(self) -> None:
+        # The message shows what a sensible value looks like.
         for key, example in (("sd", 10), ("range", 1500)):
             value = getattr(self, key)
             if not (is_number(value) and value > 0):
@@ -69,15 +70,18 @@ class Covariance:
     @property
     def independent(self) -> float:
         """Distance from which two errors are practically independent [m]."""
+        # Errors beyond this distance need no common lattice: it sets the size of the torus.
         return float(self.range) * _INDEPENDENT[self.model]
 
     @property
     def cell(self) -> float:
         """Cell of a lattice that resolves the field [m]."""
+        # Rough fields change within a cell: they need more nodes per range.
         return float(self.range) / _NODES_PER_RANGE[self.model]
 
     def at(self, distance: np.ndarray | list[float]) -> np.ndarray:
         """Return the covariance [m2] at distances [m]."""
+        # In units of the range, so that one formula serves all ranges.
         h = np.asarray(distance, dtype=np.float64) / float(self.range)
         found: np.ndarray = float(self.sd) ** 2 * _MODELS[self.model](h)
         return found

@@ -62,6 +62,7 @@ class DepthShift:
 
     def prepare(self, given: Given) -> PreparedShift:
         """Check names and distribution."""
+        # Names are checked once, not in every realisation.
         names = names_among(self.horizons, given.horizon_names, "horizon")
         return PreparedShift(self.parameter, names, distribution_of(self.by, self.parameter))
 
@@ -80,6 +81,7 @@ class PreparedShift:
 
     def apply(self, change: Change) -> None:
         """Move the horizons."""
+        # One number for all horizons: they move together.
         length = change.numbers[self.parameter] = change.draws.number(self.parameter, self.by)
         for name in self.horizons:
             change.lift(name, length)
@@ -132,9 +134,12 @@ class DepthError:
         names = names_among(self.horizons, given.horizon_names, "horizon")
         data = [given.horizon(name) for name in names]
         covariance = Covariance(self.sd, self.range, self.model)
+        # On the nodes of the horizons no interpolation is needed.
         grid = _shared_grid(data)
         weights: list[Any] = [None] * len(data)
+        # Horizons with different nodes share a field on a lattice of its own.
         if grid is None:
+            # Absent nodes have no place; the lattice is laid around the others.
             there = np.concatenate([one.points[one.there, :2] for one in data])
             grid = FieldGrid.around(there, covariance.cell)
             weights = [grid.weights_at(_finite(one.points[:, :2], grid)) for one in data]
@@ -149,16 +154,19 @@ class DepthError:
         points = self._points(given, names)
         if points is None or not len(points):
             return None, None, None
+        # One field cannot meet different misfits at the wells of each horizon.
         if len(names) > 1:
             raise InputError(
                 f"{self.parameter}: one error of several horizons cannot meet the picks of each. "
                 "Give one DepthError for each horizon, or picks=None."
             )
         corners, shares = data[0].shares_at(points[:, :2])
+        # Outside of a horizon there is no elevation to compare with.
         inside = np.isfinite(shares).all(axis=1)
         if not inside.all():
             self._warn_of_outside(names[0], int((~inside).sum()), len(points))
         points, corners, shares = points[inside], corners[inside], shares[inside]
+        # What the field has to be there: the pick minus the horizon of the base case.
         error = points[:, 2] - (data[0].points[corners, 2] * shares).sum(axis=1)
         return points[:, :2], error, _rows(corners, shares, len(data[0].points), weights[0])
 
@@ -166,6 +174,7 @@ class DepthError:
         """Points that the horizon passes through (n, 3); None without."""
         if self.picks is None:
             return None
+        # Without well tops in the scene the error is unconditioned.
         if isinstance(self.picks, str):
             if self.picks != TOPS:
                 raise InputError(
@@ -174,6 +183,7 @@ class DepthError:
                 )
             if given.tops is None:
                 return None
+            # Only the tops of these horizons count.
             rows = [row for name in names for row in given.tops.of(name).tolist()]
             return given.tops.points[rows]
         if hasattr(self.picks, "keys"):  # a table of tops
@@ -219,26 +229,32 @@ class PreparedError:
 
     def reach(self) -> float:
         """Return how far horizons may move [m]."""
+        # Known errors move the field by about as much; twice that is on the safe side.
         largest = float(np.abs(self.field.values).max(initial=0.0))
         return FAR * float(self.field.covariance.sd) + 2.0 * largest
 
     def apply(self, change: Change) -> None:
         """Move the horizons by one realisation of the error."""
+        # One field for all horizons; each reads it at its own points.
         error = change.draws.field(self.parameter, self.field).ravel()
         for k, name in enumerate(self.horizons):
             weights = self.weights[k]
             up = error if weights is None else weights @ error
             change.lift(name, up)
+            # The number of a field, for tables and tornado diagrams: its mean over the first
+            # horizon.
             if k == 0:
                 change.numbers[self.parameter] = float(up[self.there].mean())
 
 
 def _shared_grid(data: list[HorizonData]) -> FieldGrid | None:
     """The nodes of all horizons, if these are the same and in equal steps."""
+    # Points and meshes have no lattice.
     first = data[0].surface
     if first is None or first.lattice is None:
         return None
     for other in data[1:]:
+        # The same nodes to the last bit: anything else is interpolated.
         if not np.array_equal(other.points[:, :2], data[0].points[:, :2]):
             return None
     return FieldGrid.of_lattice(first.lattice)
@@ -246,6 +262,7 @@ def _shared_grid(data: list[HorizonData]) -> FieldGrid | None:
 
 def _finite(places: np.ndarray, grid: FieldGrid) -> np.ndarray:
     """Places, the corner of the grid in place of those that do not exist."""
+    # An absent node gets any place: its result is not used.
     found: np.ndarray = np.where(np.isfinite(places).all(axis=1)[:, None], places, grid.corner)
     return found
 
@@ -254,8 +271,10 @@ def _rows(corners: np.ndarray, shares: np.ndarray, n: int, weights: Any) -> Any:
     """Weights of the field's nodes in the elevation at each pick."""
     from scipy.sparse import csr_matrix
 
+    # Three corners per pick.
     indptr = np.arange(len(corners) + 1) * 3
     rows = csr_matrix((shares.ravel(), corners.ravel(), indptr), shape=(len(corners), n))
+    # Through the lattice of the field where it is another one.
     return rows if weights is None else (rows @ weights).tocsr()
 
 

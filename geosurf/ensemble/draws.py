@@ -34,8 +34,10 @@ class Draws:
 
     def number(self, parameter: str, distribution: Distribution) -> float:
         """Return the value of a parameter."""
+        # The base case: the median of each number, which is also its most central value.
         if self.realization is None:
             return distribution.quantile(0.5)
+        # A stream for each parameter: adding one leaves the numbers of the others as they are.
         stream = stream_of(self.seed, self.realization, parameter)
         return distribution.quantile(probability_of(stream))
 

@@ -88,6 +88,7 @@ class FaultDip:
         """Check names and distribution."""
         names = names_among(self.faults, given.fault_names, "fault")
         by = distribution_of(self.by, self.parameter)
+        # A fault turned past the vertical would swap its walls.
         if reach_of(by) >= 90.0:
             raise InputError(f"{self.parameter}: a dip cannot change by 90 degrees or more.")
         return PreparedMove(self.parameter, names, by, turns=True)
@@ -104,12 +105,14 @@ class PreparedMove:
 
     def reach(self) -> float:
         """Return how far horizons may move [m]."""
+        # Horizons are cut elsewhere, but none of their data move.
         return 0.0
 
     def apply(self, change: Change) -> None:
         """Move the faults."""
         by = change.numbers[self.parameter] = change.draws.number(self.parameter, self.by)
         for name in self.faults:
+            # Each fault about its own strike, as it has been moved so far.
             fault = change.fault(name)
             change.faults[name] = turned(fault, by) if self.turns else shifted(fault, by)
 
@@ -133,11 +136,13 @@ def shifted(fault: TriSurface, by: float) -> TriSurface:
 def turned(fault: TriSurface, by: float) -> TriSurface:
     """Return a fault, made steeper by an angle [degrees] about its mean strike."""
     across, middle = _across_and_middle(fault)
+    # Positive angles are steeper: the normal turns towards the horizontal.
     cosine, sine = np.cos(np.radians(by)), np.sin(np.radians(by))
     away = np.array([*across, 0.0])
 
     def turn(x: np.ndarray) -> np.ndarray:
         """Points, turned in the plane of `across` and the vertical."""
+        # Across strike and up from the middle: strike itself does not change.
         flat, high = (x - middle) @ away, x[..., 2] - middle[2]
         step = (cosine - 1.0) * flat + sine * high
         made: np.ndarray = x + step[..., None] * away
@@ -149,11 +154,13 @@ def turned(fault: TriSurface, by: float) -> TriSurface:
 
 def _across_and_middle(fault: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     """Horizontal direction into the hanging wall (2,), and the middle of the area (3,)."""
+    # The mean normal, weighted by area, is the dip direction of the fault as a whole.
     corners = fault.vertices[fault.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normals, axis=1)
     total = normals.sum(axis=0)
     length = float(np.hypot(total[0], total[1]))
+    # A horizontal fault has no strike to turn about.
     if not length > 1e-9 * float(np.linalg.norm(total)):
         raise InputError(
             f"fault {fault.name!r} is horizontal on average and has no strike, so that it cannot "
@@ -165,10 +172,12 @@ def _across_and_middle(fault: TriSurface) -> tuple[np.ndarray, np.ndarray]:
 
 def _mapped(fault: TriSurface, way: Any) -> TriSurface:
     """A fault with all its points moved; one from a grid stays one."""
+    # A fault from a grid stays a grid.
     lattice = fault.lattice
     if lattice is None:
         made = TriSurface(fault.name, "fault", way(fault.vertices), fault.triangles)
     else:
+        # Rotated nodes have two-dimensional coordinates, whatever the grid had before.
         nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
         x, y, z = np.moveaxis(way(nodes), -1, 0)
         grid = Lattice(x, y, z, lattice.rising, lattice.reverse)

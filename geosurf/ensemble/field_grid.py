@@ -40,14 +40,17 @@ class FieldGrid:
     def of_lattice(cls, lattice: Lattice) -> FieldGrid | None:
         """Return the grid of a horizon's nodes; None if these are not in equal steps."""
         n_row, n_col = lattice.shape
+        # A single row has no step across.
         if min(n_row, n_col) < 2:
             return None
         x, y = lattice.horizontal()
+        # Steps from the first to the last node average what rounding did to each.
         corner = np.array([x[0, 0], y[0, 0]])
         last_row = np.array([x[-1, 0], y[-1, 0]]) - corner
         last_col = np.array([x[0, -1], y[0, -1]]) - corner
         steps = np.stack([last_row / (n_row - 1), last_col / (n_col - 1)])
         cell = np.hypot(*steps.T)
+        # Absent corners: the grid may be regular, but nothing proves it.
         if not (np.isfinite(steps).all() and cell.min() > 0):
             return None
 
@@ -66,7 +69,9 @@ class FieldGrid:
     def around(cls, places: np.ndarray, cell: float) -> FieldGrid:
         """Return an axis-parallel grid around places (n, 2), two nodes wider on each side."""
         low, high = places.min(axis=0), places.max(axis=0)
+        # Two nodes more on each side, so that cubic interpolation finds its neighbours.
         n_col, n_row = (np.ceil((high - low) / cell).astype(int) + 5).tolist()
+        # Rows run north, columns east.
         steps = np.array([[0.0, cell], [cell, 0.0]])
         return cls(low - 2.0 * cell, steps, (n_row, n_col))
 
@@ -97,15 +102,19 @@ class FieldGrid:
         """
         from scipy.sparse import csr_matrix
 
+        # Rows and columns as real numbers, also for a rotated lattice.
         offset = (places - self.corner) @ np.linalg.inv(self.steps)
+        # The last node belongs to the last cell.
         base = np.clip(np.floor(offset), 0, np.array(self.shape) - 2).astype(np.int64)
         rows, rising = _cubic(offset[:, 0] - base[:, 0], base[:, 0], self.shape[0])
         cols, across = _cubic(offset[:, 1] - base[:, 1], base[:, 1], self.shape[1])
         nodes = rows[:, :, None] * self.shape[1] + cols[:, None, :]
+        # The weights of a product of two cubics.
         weights = rising[:, :, None] * across[:, None, :]
         n = len(places)
         indptr = np.arange(n + 1) * 16
         found = csr_matrix((weights.ravel(), nodes.ravel(), indptr), shape=(n, self.n_node))
+        # At the boundary a node stands for several: its weights add up.
         found.sum_duplicates()
         found.eliminate_zeros()
         return found
@@ -113,7 +122,9 @@ class FieldGrid:
 
 def _cubic(t: np.ndarray, base: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Four nodes along one axis and their weights (n, 4); beyond an end, the end itself."""
+    # Outside, the value at the boundary.
     t = np.clip(t, 0.0, 1.0)
+    # Cubic convolution (Keys 1981) with a = -1/2: exact at nodes and for parabolas.
     weights = 0.5 * np.stack(
         [
             t * (t * (2.0 - t) - 1.0),

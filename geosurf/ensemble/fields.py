@@ -69,6 +69,7 @@ class GaussianField:
     ) -> None:
         self.grid, self.covariance = grid, covariance
         self.torus = torus_of(grid, covariance)
+        # An empty matrix conditions nothing.
         self.known: Any = known if known is not None and known.shape[0] else None
         self.values = np.zeros(0) if values is None else np.asarray(values, dtype=np.float64)
         self.places = places
@@ -77,6 +78,7 @@ class GaussianField:
 
     def __getstate__(self) -> dict[str, Any]:
         """What goes to other processes: without what a transform gives again to the last bit."""
+        # Large arrays that each process computes again, instead of sending them.
         again = ("row", "eigenvalues", "_roots", "_between_known")
         return {key: value for key, value in self.__dict__.items() if key not in again}
 
@@ -86,6 +88,7 @@ class GaussianField:
     def row(self) -> np.ndarray:
         """Covariance of the first node of the torus with all nodes [m2], over all images."""
         total: np.ndarray = np.zeros(self.torus)
+        # The neighbouring images of the lattice on the torus; farther ones add nothing.
         for i in (-1, 0, 1):
             for j in (-1, 0, 1):
                 down = (np.arange(self.torus[0]) + i * self.torus[0]) * self.grid.cell[0]
@@ -101,6 +104,7 @@ class GaussianField:
         """Of the covariance, for the half of the frequencies that a real transform has."""
         from scipy.fft import rfft2
 
+        # Rounding may leave small negative ones.
         found: np.ndarray = np.maximum(rfft2(self.row).real, 0.0)
         return found
 
@@ -113,7 +117,9 @@ class GaussianField:
         """A product with the covariance or its root, on the nodes of the lattice."""
         from scipy.fft import irfft2, rfft2
 
+        # One real transform there and back: n log n for n nodes.
         made = irfft2(factor * rfft2(source), s=self.torus, overwrite_x=True)
+        # The torus beyond the lattice only separates its ends.
         inside: np.ndarray = made[: self.grid.shape[0], : self.grid.shape[1]]
         return inside
 
@@ -123,6 +129,7 @@ class GaussianField:
     def _between_known(self) -> np.ndarray:
         """Covariance between known values (n_known, n_known) [m2]."""
         weights = self.known.tocoo()
+        # Covariance depends on the lag only, so rows of the torus give all of it.
         n, n_col = self.known.shape[0], self.grid.shape[1]
         row, col = np.divmod(weights.col.astype(np.int64), n_col)
         found = np.zeros((n, n))
@@ -131,6 +138,7 @@ class GaussianField:
             lags = np.abs(row[mine, None] - row), np.abs(col[mine, None] - col)
             with_all = (weights.data[mine, None] * self.row[lags]).sum(axis=0) * weights.data
             found[k] = np.bincount(weights.row, with_all, minlength=n)
+        # Symmetric to the last bit: the inverse relies on it.
         return 0.5 * (found + found.T)
 
     @cached_property
@@ -141,12 +149,14 @@ class GaussianField:
 
     def _check_known(self) -> None:
         """Refuse known values that no field of this covariance takes."""
+        # The test is the result itself: does kriging meet the values?
         met = self._kriged(self.values)
         off = np.abs(self.known @ met.ravel() - self.values)
         worst = int(off.argmax())
         if off[worst] <= MET * max(self.covariance.sd, float(np.abs(self.values).max())):
             return
         where, nearest = "", ""
+        # The nearest other pick is mostly the one that contradicts it.
         if self.places is not None:
             gap = np.hypot(*(self.places - self.places[worst]).T)
             gap[worst] = np.inf
@@ -160,6 +170,7 @@ class GaussianField:
 
     def _kriged(self, residual: np.ndarray) -> np.ndarray:
         """The smoothest correction that takes some values; in two passes, so that it meets them."""
+        # The second pass takes up what rounding left of the first.
         total = np.zeros(self.grid.shape)
         left = residual
         for _ in range(2):
@@ -175,7 +186,9 @@ class GaussianField:
 
     def simulate(self, stream: np.random.Generator) -> np.ndarray:
         """Return one realisation on the nodes of the lattice [m], float64 (n_row, n_col)."""
+        # White noise, filtered by the root of the covariance.
         field: np.ndarray = self._filtered(stream.standard_normal(self.torus), self._roots)
+        # Kriging of the residual: conditional simulation.
         if self.known is not None:
             field = field + self._kriged(self.values - self.known @ field.ravel())
         return field
@@ -195,6 +208,7 @@ def torus_of(grid: FieldGrid, covariance: Covariance) -> tuple[int, int]:
     """
     from scipy.fft import next_fast_len
 
+    # Wide enough that errors at two ends are independent across the seam.
     wanted = np.array(grid.shape) + np.ceil(covariance.independent / grid.cell)
     if wanted.prod() > LARGEST:
         raise InputError(
@@ -202,12 +216,14 @@ def torus_of(grid: FieldGrid, covariance: Covariance) -> tuple[int, int]:
             f"needs {wanted.prod():.2g} nodes, more than {LARGEST:.2g}. Give a longer range for "
             "horizons of this size, or a smaller area."
         )
+    # Lengths with small prime factors transform fastest.
     n_row, n_col = (next_fast_len(int(n), real=True) for n in wanted)
     return n_row, n_col
 
 
 def _turned(row: np.ndarray, *axes: int) -> np.ndarray:
     """A row of the torus, counted backwards from its first node along some axes."""
+    # The first node stays where it is.
     return np.roll(np.flip(row, axes), 1, axes)
 
 

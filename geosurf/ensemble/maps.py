@@ -57,6 +57,7 @@ class Layers:
         grid : float or xarray object
             As for `Scene.thickness`: the width of cells [m], or a grid with unrotated axes.
         """
+        # True stands for the default width of cells.
         nodes = nodes_of(None if grid is True else grid, scene.box)
         if len(nodes.shape) != 2 or nodes.coords["easting"][1].ndim != 1:
             raise InputError(
@@ -64,8 +65,10 @@ class Layers:
                 "northing and easting of one dimension each."
             )
         found = []
+        # The outermost zones have no second horizon, hence no thickness.
         for zone in names_of_zones(scene.horizon_names)[1:-1]:
             found.append((zone, zone, ""))
+            # A contact may be given for some zones only.
             fluids = [one for one in scene.contacts if not one.zones or zone in one.zones]
             parts = _intervals(list(dict.fromkeys(one.name for one in fluids)))
             found += [(f"{zone} {part}", zone, part) for part in parts]
@@ -80,6 +83,7 @@ class Layers:
     @property
     def identity(self) -> str:
         """A hash of layers and nodes."""
+        # Names and nodes: an ensemble with other layers cannot be continued.
         digest = hashlib.sha256(repr(self.names).encode())
         digest.update(self.easting.tobytes() + self.northing.tobytes())
         return digest.hexdigest()
@@ -88,12 +92,14 @@ class Layers:
         """Return the vertical thickness of each layer (n_layer, n_row, n_col) [m], 0 if absent."""
         import xarray as xr
 
+        # One grid for all realisations, so that maps can be summed.
         grid = xr.DataArray(
             np.empty(self.shape[1:]),
             coords={"northing": self.northing, "easting": self.easting},
             dims=("northing", "easting"),
         )
         made = np.zeros(self.shape, dtype=np.float32)
+        # What is absent in this realisation has thickness 0 there, and is not computed.
         there = {(unit.zone, unit.contact) for unit in scene.units.values()}
         for k, (zone, part) in enumerate(zip(self.zones, self.contacts, strict=True)):
             if part and (zone, part) not in there:
@@ -101,6 +107,7 @@ class Layers:
             if not any(zone == other for other, _ in there):
                 continue
             found = thickness_map(scene.units, zone, grid, contact=part or None)
+            # Blocks are summed: a layer is one map.
             made[k] = np.nan_to_num(found.values).sum(axis=0)
         return made
 
@@ -109,6 +116,7 @@ def _intervals(names: list[str]) -> list[str]:
     """Intervals between fluid contacts from the top down, as units call them."""
     if not names:
         return []
+    # The names that units have.
     between = [f"{a}/{b}" for a, b in pairwise(names)]
     return [f"above {names[0]}", *between, f"below {names[-1]}"]
 

@@ -61,6 +61,7 @@ class SceneModel:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.horizon_names, self.fault_names = scene.horizon_names, scene.fault_names
+        # Data of a horizon are read once and shared by all realisations.
         self._data: dict[str, HorizonData] = {}
         self._frame: dict[str, Any] = {}
 
@@ -90,6 +91,7 @@ class SceneModel:
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation; it shares with the others what does not change."""
+        # What did not change is not handed over: the scene keeps its results.
         contacts = {**self.contacts, **change.contacts}
         changes = {"contacts": contacts} if change.contacts else {}
         scene = self.scene.replace(
@@ -99,6 +101,7 @@ class SceneModel:
 
     def _thrown(self, scene: Scene, change: Change) -> Scene:
         """A scene with all horizons torn by the throws of a realisation."""
+        # As the scene has them, extended and truncated: sheets have to end on these.
         faults = [scene.surface(name) for name in change.throws]
         throws = {
             name: throw.of(None) if isinstance(throw, Factor) else throw
@@ -111,23 +114,29 @@ class SceneModel:
             )
             for name in self.horizon_names
         }
+        # Sheets replace the continuous horizons that they were made from.
         return scene.replace(horizons=sheets)
 
     def framed(self, base: Scene, reach: float) -> None:
         """Keep area and box of the base case for all, taller by a reach [m]."""
         given = given_settings(self.scene)
+        # A box that the user gave holds for all realisations as it is.
         if given["box"] is not None:
             return
+        # Without one, each realisation would get its own area, and volumes could not be compared.
         west, east, south, north, bottom, top = base.box
         self._frame = {"box": (west, east, south, north, bottom - reach, top + reach)}
+        # A word such as "rectangle" is not an area: the box is enough then.
         if not isinstance(given["aoi"], str):
             self._frame["aoi"] = base.aoi
 
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
+        # Names and arrays: a store must not be continued with other data.
         digest = hashlib.sha256()
         for name in self.horizon_names:
             value, words = given_horizon(self.scene, name)
+            # A sheet counts as its mesh, other horizons as their points.
             surface = value.surface if isinstance(value, Sheet) else None
             points = surface.vertices if surface else HorizonData.of(name, value, words).points
             add_to(digest, (name, points))
@@ -159,6 +168,7 @@ class BuiltModel:
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
+        # One stream for all that the function draws.
         scene = self.function(stream_of(self.seed, change.draws.realization or 0, "build"))
         if not isinstance(scene, Scene):
             raise InputError(
@@ -172,6 +182,7 @@ class BuiltModel:
 
     def identity(self) -> str:
         """Return the name of the function: what it does cannot be compared."""
+        # Two functions of one name count as one: their code is not compared.
         return f"{self.function.__module__}.{getattr(self.function, '__qualname__', '')}"
 
 
@@ -186,6 +197,7 @@ def add_to(digest: Any, value: Any) -> None:
     >>> one.hexdigest() == two.hexdigest()
     True
     """
+    # By kind: each value contributes its content and enough of its structure that no two are alike.
     if isinstance(value, TriSurface):
         add_to(digest, (value.name, value.vertices, value.triangles))
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
@@ -196,17 +208,20 @@ def add_to(digest: Any, value: Any) -> None:
             add_to(digest, asdict(value))
         except TypeError:  # holds something that cannot be copied
             digest.update(repr(value).encode())
+    # In the order of the mapping, which is part of the meaning.
     elif isinstance(value, Mapping):
         for key in value:
             digest.update(f"{key}:".encode())
             add_to(digest, value[key])
     elif isinstance(value, np.ndarray):
         digest.update(f"{value.dtype} {value.shape}".encode())
+        # Bytes of a slice depend on its layout: one piece first.
         digest.update(np.ascontiguousarray(value))
     elif isinstance(value, tuple | list):
         digest.update(f"{len(value)}".encode())
         for part in value:
             add_to(digest, part)
+    # A function counts by its name, a frozen distribution by its arguments.
     elif callable(value):
         name = getattr(value, "__qualname__", type(value).__name__)
         args = getattr(value, "args", ())

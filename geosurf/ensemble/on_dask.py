@@ -25,6 +25,7 @@ _PLANS: dict[str, Plan] = {}  # of a worker process: the one that it works on
 
 def require_extra() -> None:
     """Raise an error that names the extra, if a package of it is missing."""
+    # Found without importing: dask takes a second to load.
     missing = [name for name in ("dask", "zarr") if find_spec(name) is None]
     if missing:
         raise DependencyError(
@@ -43,6 +44,7 @@ def check_workers(workers: Any) -> int:
     """
     if workers is None:
         return n_threads()
+    # type(): True is an int.
     if type(workers) is not int or workers < 1:
         raise InputError(f"workers is {workers!r}; give a whole number above 0.")
     return workers
@@ -83,6 +85,7 @@ def run_on_dask(
     wanted = list(numbers)
     if not wanted:
         return
+    # A client has its own workers: `workers` and `processes` count without it only.
     if client is not None:
         _on_cluster(plan, wanted, on_record, client)
     elif processes:
@@ -99,6 +102,7 @@ def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **optio
 
     def done(key: Any, record: Record, _: Any, state: dict[str, Any], __: Any) -> None:
         """Take one result from the scheduler."""
+        # Dask would keep all results until the end; maps of thousands would fill memory.
         state["cache"][key] = None
         on_record(record)
 
@@ -112,11 +116,13 @@ def _in_processes(plan: Plan, wanted: list[int], on_record: OnRecord, workers: i
 
     from dask.multiprocessing import get
 
+    # A file instead of a task argument: the plan would be sent with each realisation.
     with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as folder:
         file = Path(folder) / "plan"
         file.write_bytes(dumps(plan))
         graph = _graph(partial(run_from_file, str(file)), wanted)
         try:
+            # One task at a time, so that progress shows and no worker sits on a batch.
             _streamed(get, graph, on_record, num_workers=workers, chunksize=1, optimize_graph=False)
         except BrokenProcessPool as error:
             raise WorkerError(_lost(f"{workers} worker processes")) from error
@@ -129,19 +135,23 @@ def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any)
     from distributed.comm.core import CommClosedError
     from distributed.scheduler import KilledWorker
 
+    # Sent to each worker once.
     remote = client.scatter(dumps(plan), broadcast=True, hash=False)
     token = plan.identity
+    # Keys of their own: a cluster remembers results by key, and another run must not get these.
     futures = client.map(
         lambda k, data: run_from_bytes(token, data, k), wanted, data=remote, pure=False,
         key=[f"geosurf-realization-{os.urandom(4).hex()}-{k}" for k in wanted],
     )  # fmt: skip
     try:
         finished: Any = as_completed
+        # As they come, in any order; the store puts them in order.
         for _, record in finished(futures, with_results=True):
             on_record(record)
     except (KilledWorker, FutureCancelledError, CommClosedError) as error:
         raise WorkerError(_lost("the Dask cluster")) from error
     finally:
+        # What has not started is not needed after an error.
         client.cancel(futures)
 
 
@@ -150,6 +160,7 @@ def _graph(run: Callable[[int], Record], wanted: list[int]) -> dict[str, Any]:
     from dask.order import order
 
     names = [f"realization-{row:09d}" for row in range(len(wanted))]
+    # Dask orders tasks by itself: names are handed out so that its order is ours.
     rank = order(dict.fromkeys(names, (int,)))
     names.sort(key=rank.__getitem__)
     return {name: (partial(run, k),) for name, k in zip(names, wanted, strict=True)}
@@ -171,6 +182,7 @@ def dumps(plan: Plan) -> bytes:
 
 def run_from_file(path: str, realization: int) -> Record:
     """Run a realisation in a worker process."""
+    # A worker keeps the plan that it read; another run has another file.
     if path not in _PLANS:
         os.environ.setdefault("GEOSURF_THREADS", "1")  # workers share the cores
         _PLANS.clear()

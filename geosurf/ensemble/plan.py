@@ -46,6 +46,7 @@ class Plan:
 
     def __post_init__(self) -> None:
         self.layers: Layers | None = None
+        # Parameters are columns of the result, and select streams of random numbers.
         names = [one.parameter for one in self.uncertain]
         for name in names:
             if names.count(name) > 1:
@@ -69,6 +70,7 @@ class Plan:
     @cached_property
     def identity(self) -> str:
         """A hash of everything that results depend on."""
+        # The version counts: another geosurf may compute other volumes.
         digest = hashlib.sha256(f"{__version__} {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
@@ -78,6 +80,8 @@ class Plan:
 
     def start(self) -> Record:
         """Build the base case, keep its area for all realisations, and measure it."""
+        # First with its own area, to learn it; then with that area and the reach of all
+        # uncertainties.
         base = self.scene(None)
         self.model.framed(base, sum(one.reach() for one in self.prepared))
         base = self.scene(None)
@@ -91,6 +95,7 @@ class Plan:
 
     def _drawn(self, realization: int | None) -> tuple[Scene, dict[str, float]]:
         """The scene of a realisation, and the numbers that were drawn for it."""
+        # Uncertainties act in the order in which they were given.
         change = Change(self.model, Draws(self.seed, realization))
         for one in self.prepared:
             one.apply(change)
@@ -105,6 +110,7 @@ class Plan:
         Warnings are counted, not issued: those of the base case are issued once.
         """
         change = Change(self.model, Draws(self.seed, realization))
+        # One warning per realisation would fill the console.
         with silenced() as warnings:
             try:
                 for one in self.prepared:
@@ -112,14 +118,17 @@ class Plan:
                 record = self.measure(self.model.build(change), change.numbers)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))
+            # A realisation that breaks an invariant is a failed one, and the others go on.
             except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
                 record = Record.failed(change.numbers, f"{type(error).__name__}: {error}")
+        # Equal warnings count once.
         return record.numbered(realization, len(set(warnings)))
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
         """Return volumes of all units, and maps if they are requested."""
         units = scene.units.values()
         volumes = {
+            # Labels go along: tables sum by zone, block or contact.
             UnitKey(unit.name, unit.zone, unit.block, unit.contact): float(unit.volume)
             for unit in units
         }
@@ -129,6 +138,7 @@ class Plan:
 
 def uncertainties(given: Any) -> tuple[Uncertainty, ...]:
     """Return uncertainties as a tuple, or raise an error that names their kinds."""
+    # A single uncertainty is a list of one.
     if hasattr(given, "prepare"):
         given = (given,)
     if not isinstance(given, Sequence) or isinstance(given, str):
@@ -141,6 +151,7 @@ def uncertainties(given: Any) -> tuple[Uncertainty, ...]:
 
 def vector(numbers: dict[str, float], parameters: list[str]) -> np.ndarray:
     """Return drawn numbers in the order of the parameters; NaN where none was drawn."""
+    # A failed realisation may have drawn some of its numbers only.
     return np.array([numbers.get(name, np.nan) for name in parameters])
 
 

@@ -39,6 +39,7 @@ class Progress:
     def __init__(self, n: int, done: int, show: Callable[[str], object] | None = None) -> None:
         self.n, self.done, self.failed = n, done, 0
         self.show = show or console_line
+        # Monotonic: the clock of the computer may be set meanwhile.
         self._times = [time.monotonic()]
         self._shown = -EVERY
 
@@ -48,6 +49,7 @@ class Progress:
         self.failed += failed
         now = time.monotonic()
         self._times.append(now)
+        # Not more often than people read, and always the last one.
         if now - self._shown >= EVERY or self.done == self.n:
             self._shown = now
             self.show(self.line())
@@ -64,9 +66,11 @@ class Progress:
 
     def seconds_left(self) -> float | None:
         """Estimate the time that is left [s]; None at the beginning."""
+        # The last ones: an ensemble that shares a computer changes its pace.
         recent = self._times[-200:]
         if len(self._times) <= WARM + 1:
             return None
+        # The first realisations fill caches and are slower.
         recent = recent[WARM:] if len(self._times) < 50 else recent
         each = (recent[-1] - recent[0]) / max(len(recent) - 1, 1)
         return each * (self.n - self.done)
@@ -91,10 +95,12 @@ def duration(seconds: float) -> str:
 def console_line(line: str, stream: TextIO | None = None) -> None:
     """Show a line in place of the one before, on stderr if that is a console."""
     stream = sys.stderr if stream is None else stream
+    # Files and pipes get no lines that overwrite each other.
     if stream is None or not stream.isatty():
         return
     done, _, rest = line.partition(" of ")
     end = "\n" if done == rest.split(" ", 1)[0] else ""  # the last line stays
+    # Back to the start of the line, and clear it.
     stream.write(f"\r\x1b[K{line}{end}")
     stream.flush()
 

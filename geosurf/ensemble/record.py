@@ -56,6 +56,7 @@ class Record:
     @classmethod
     def failed(cls, numbers: dict[str, float], reason: str) -> Record:
         """Return the record of a realisation that could not be built."""
+        # Reasons are shown in tables: one line.
         return cls({}, numbers, None, " ".join(reason.split()) or "no reason is given")
 
     def numbered(self, realization: int, n_warning: int) -> Record:
@@ -64,6 +65,7 @@ class Record:
 
     def to_bytes(self) -> bytes:
         """Return the record as the content of a file."""
+        # Names and texts as JSON, numbers as arrays.
         head = {
             "units": [list(key) for key in self.volumes],
             "parameters": list(self.numbers),
@@ -79,6 +81,7 @@ class Record:
         if self.maps is not None:
             arrays["maps"] = self.maps
         file = io.BytesIO()
+        # Without pickles: reading a record runs no code.
         np.savez(file, allow_pickle=False, **arrays)
         return file.getvalue()
 

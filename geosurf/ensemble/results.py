@@ -44,9 +44,11 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
 
     require_extra()
     path = path_of(store, "open_ensemble")
+    # The marker of a Zarr group: another folder is an error before it is opened.
     if not (path / ".zgroup").is_file():
         raise InputError(f"{path} is not an ensemble. Give the store= of run_ensemble.")
     opened = xr.open_zarr(path, consolidated=False, chunks=None, mask_and_scale=False)
+    # Sums of single regions are for continuing only.
     hidden = [name for name in opened.data_vars if str(name).startswith("region_")]
     result: xarray.Dataset = opened.drop_vars(hidden).load()
     opened.close()
@@ -59,6 +61,7 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
                 else result.assign({name: (result[name].dims, values)})
             )
     result = result.set_coords(["zone", "block", "contact", "parameter_unit"])
+    # Realisations that have not run have no volume; 0 would mean an absent unit.
     unfinished = result.status.values == 0
     result["volume"] = result.volume.where(~unfinished[:, None])
     return result
@@ -91,18 +94,21 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
         raise InputError(
             f"by is {by!r}; it must be one of {', '.join(BY)}.{did_you_mean(str(by), BY)}"
         )
+    # Failed realisations take no part in statistics.
     rows = np.flatnonzero(result.status.values == 1)
     if not len(rows):
         raise InputError("no realisation of this ensemble has been built, so it has no volumes.")
     volume: xarray.DataArray = result.volume.isel(realization=rows)
     if by == "unit":
         return volume
+    # Labels of units, by which their volumes are summed.
     labels = result[by].values.tolist()
     if by == "contact":
         labels = [
             f"{zone} {part}".strip()
             for zone, part in zip(result.zone.values.tolist(), labels, strict=True)
         ]
+    # In the order of units, each once.
     names = list(dict.fromkeys(labels))
     sums = np.stack(
         [volume.values[:, [k for k, one in enumerate(labels) if one == name]].sum(axis=1)
@@ -160,13 +166,16 @@ def quantiles(
     values = volume.values
     metric = {"units": "m3"}
     data: dict[str, Any] = {
+        # P90 is exceeded by 90 %: the lower tail, as reserves are quoted.
         f"P{one:g}": (by, np.quantile(values, 1.0 - one / 100.0, axis=0), metric)
         for one in exceeded
     }
     data["mean"] = (by, values.mean(axis=0), metric)
     data["sd"] = (by, values.std(axis=0, ddof=1 if len(values) > 1 else 0), metric)
+    # How often a unit exists at all, which volumes alone do not show.
     data["present"] = (by, (values > 0).mean(axis=0), {"units": "1"})
     coords: dict[str, Any] = {by: volume[by].values}
+    # Labels and base case belong to units; sums have neither.
     if by == "unit":
         data["base"] = (by, result.base_volume.values, metric)
         coords |= {k: (by, result[k].values) for k in BY[1:]}
@@ -202,6 +211,7 @@ def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.D
     values = _one(result, name, by)
     if len(values) < 2:
         raise InputError("convergence needs at least two realisations. Give a larger n.")
+    # From two on: one realisation has no spread.
     counts = np.arange(2, len(values) + 1)
     metric = {"units": "m3"}
     data: dict[str, Any] = {
@@ -209,6 +219,7 @@ def convergence(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.D
         for one in EXCEEDED
     }
     data["mean"] = ("n", np.array([values[:n].mean() for n in counts]), metric)
+    # Standard error of the mean: by how much more realisations could still move it.
     errors = np.array([values[:n].std(ddof=1) / np.sqrt(n) for n in counts])
     data["standard_error"] = ("n", errors, metric)
     return xr.Dataset(data, coords={"n": counts}, attrs={"name": name})
@@ -248,14 +259,17 @@ def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Datas
     values = _one(result, name, by)
     if len(values) < 10:
         raise InputError("a tornado needs at least ten realisations. Give a larger n.")
+    # Rows of the volumes: realisations that were built.
     drawn = result.drawn.values[result.status.values == 1]
     n_tail = max(1, round(TAIL * len(values)))
     rows = []
+    # Both measures need no assumption about the shape of the dependence.
     for column in drawn.T:
         order = np.argsort(column, kind="stable")
         low, high = values[order[:n_tail]].mean(), values[order[-n_tail:]].mean()
         rows.append((_rank_correlation(column, values), low, high))
     table = np.array(rows).reshape(-1, 3)
+    # Widest bar first, as a tornado is drawn.
     order = np.argsort(-np.abs(table[:, 2] - table[:, 1]), kind="stable")
     metric = {"units": "m3"}
     return xr.Dataset(
@@ -284,6 +298,7 @@ def _one(result: xarray.Dataset, name: str, by: str) -> np.ndarray:
 
 def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
     """Spearman's rank correlation; 0 where one of them does not vary."""
+    # The correlation of ranks, which ignores how values are spread.
     a, b = (_ranks(values) for values in (one, other))
     a, b = a - a.mean(), b - b.mean()
     size = float(np.sqrt((a * a).sum() * (b * b).sum()))
@@ -293,6 +308,7 @@ def _rank_correlation(one: np.ndarray, other: np.ndarray) -> float:
 def _ranks(values: np.ndarray) -> np.ndarray:
     """Ranks from 0, equal values sharing their mean rank."""
     _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
+    # Equal values share the mean of their ranks.
     last = np.cumsum(count)
     ranks: np.ndarray = (last - 0.5 * (count + 1.0))[inverse]
     return ranks

@@ -120,12 +120,17 @@ def run_ensemble(
     (8, 8)
     """
     require_extra()
+
+    # Arguments are checked before the first model is built.
     workers, processes = check_workers(workers), flag_of(processes, "processes")
     plan, n = planned(model, n, uncertain, seed, maps)
+    # The base case also fixes the area for all realisations.
     base = plan.start()
     with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch:
+        # Without a store results pass through a temporary one: one way for both.
         path = Path(scratch) / "ensemble.zarr" if store is None else path_of(store, "store")
         target = EnsembleStore(path, plan, base, n)
+        # The store is closed whatever happens, so that another call can continue.
         try:
             _run(target, client, workers, processes, progress)
         finally:
@@ -139,6 +144,7 @@ def planned(
     model: Any, n: int | None, uncertain: Any, seed: int | None, maps: Any
 ) -> tuple[Plan, int]:
     """Return the plan of an ensemble and its number of realisations, all arguments checked."""
+    # A path is a scenario, which has its uncertainties along.
     if isinstance(model, str | os.PathLike):
         return _of_scenario(model, n, uncertain, seed, maps)
     count = 100 if n is None else n
@@ -146,6 +152,7 @@ def planned(
         raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
     chosen = check_seed(0 if seed is None else seed)
     listed = uncertainties(uncertain)
+    # False means no maps, as None does; True asks for the default grid.
     grid = None if maps is None or maps is False else maps
     if isinstance(model, Scene):
         if not listed:
@@ -170,6 +177,7 @@ def _of_scenario(
     """Return the plan of a scenario; arguments count before its table ``[ensemble]``."""
     model = ScenarioModel(path)
     given = model.scenario.ensemble or EnsembleSettings()
+    # Two places for uncertainties would leave open which of them count.
     if len(uncertainties(uncertain)):
         raise InputError(f"{path} has its own [[uncertain]] tables. Leave out uncertain=.")
     count = given.n if n is None else n
@@ -188,6 +196,7 @@ def _run(
     progress: bool | Callable[[str], object],
 ) -> None:
     """Run what is missing, and store each realisation when it is finished."""
+    # What the store has is not run again.
     missing = target.missing()
     show: Any = progress if callable(progress) else None if progress else lambda _: None
     counter = Progress(target.n, target.n - len(missing), show)
@@ -198,6 +207,7 @@ def _run(
         counter.add(bool(record.reason))
         _refuse_if_all_fail(target)
 
+    # Also before the first: a store that is continued may have failed completely.
     _refuse_if_all_fail(target)
     run_on_dask(target.plan, missing, finished, client=client, workers=workers, processes=processes)
     target.finish()
@@ -205,6 +215,7 @@ def _run(
 
 def _refuse_if_all_fail(target: EnsembleStore) -> None:
     """Stop if no realisation of the first region could be built."""
+    # After one region: later ones would fail like it, and each costs time.
     if target.next_region >= 1 and (target.status[: target.rows(0).stop] == 2).all():
         reasons = target.group["reason"][: target.rows(0).stop].tolist()
         raise GeometryError(
@@ -244,6 +255,7 @@ def realize(
     if realization is not None and not (is_whole(realization) and realization >= 0):
         raise InputError(f"realization is {realization!r}; give its number, 0 or above, or None.")
     plan, _ = planned(model, None, uncertain, seed, None)
+    # As in an ensemble: the area of the base case, with the reach of all uncertainties.
     base = plan.scene(None)
     plan.model.framed(base, sum(one.reach() for one in plan.prepared))
     return plan.scene(realization)
@@ -255,6 +267,7 @@ def _warn_of_failed(result: xarray.Dataset) -> None:
     if not len(failed):
         return
     reasons = result.reason.values[failed].tolist()
+    # The most frequent reason, and the first realisation that had it.
     most = max(dict.fromkeys(reasons), key=reasons.count)
     first = int(failed[reasons.index(most)])
     total = result.sizes["realization"]

@@ -48,25 +48,31 @@ class ScenarioModel(SceneModel):
             raise InputError(
                 f"{path}: nothing is uncertain. Add a table [[uncertain]] for each input that is."
             )
+        # Without tearing: that is repeated in each realisation.
         scene, self._values = untorn_scene(self.scenario)
         super().__init__(scene)
         self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
 
     def horizon(self, name: str) -> HorizonData:
         """Return the data of a horizon, before it is torn or thrown."""
+        # Points of a horizon stay points here, while the scene has an outline in their place.
         if name not in self._data:
             self._data[name] = HorizonData.of(name, self._values[name])
         return self._data[name]
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
+        # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
         plain = {
             name: footprint(name, values[name], {}) if are_points(values[name]) else values[name]
+            # Only what has moved is handed to the scene; points are an outline there until they are
+            # torn.
             for name in change.up
         }
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
         scene = self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
+        # Throws change in the scenario, so that tearing follows its usual way.
         throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
         scenario = replace(self.scenario, throws=throws)
         return torn_horizons(scenario, scene, values, lambda *_: None)
@@ -79,6 +85,7 @@ class ScenarioModel(SceneModel):
         for name in self.fault_names:
             fault = self.fault(name)
             add_to(digest, (name, fault.vertices, fault.triangles))
+        # Settings of tearing change results as data do.
         settings = (self.scenario.tear, self.scenario.throws)
         add_to(digest, (self.contacts, given_settings(self.scene), settings))
         return digest.hexdigest()
@@ -87,10 +94,12 @@ class ScenarioModel(SceneModel):
 def _changed(entry: ThrowInput, throws: dict[str, Any]) -> ThrowInput:
     """A throw of a scenario, as a realisation has it."""
     throw = throws.get(entry.fault)
+    # A throw that is certain stays as the scenario has it.
     if throw is None:
         return entry
     if not isinstance(throw, Factor):
         return replace(entry, throw_m=throw)
+    # A factor multiplies whatever form the throw has.
     words: dict[str, Any] = {}
     for word in ("throw_m", "elliptic_m"):
         if getattr(entry, word) is not None:
@@ -113,6 +122,7 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
         assert entry.range_m is not None
         picks = TOPS if entry.meet_tops else None
         return DepthError(entry.of, entry.sd_m, entry.range_m, entry.model, picks)
+    # Exactly one of these is given: `check_uncertain` has made sure.
     by: Any = None
     if entry.normal is not None:
         by = Normal(*entry.normal)
@@ -120,6 +130,7 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
         by = Uniform(*entry.uniform)
     elif entry.triangular is not None:
         by = Triangular(*entry.triangular)
+    # Made on demand: names may be missing for other kinds.
     makers: dict[str, Any] = {
         "depth shift": lambda: DepthShift(entry.of, by),
         "contact shift": lambda: ContactLevel(entry.of[0], shift=by),

@@ -58,6 +58,7 @@ class EnsembleStore:
     def __init__(self, path: Path, plan: Plan, base: Record, n: int) -> None:
         self.path, self.plan, self.base, self.n = path, plan, base, n
         self.pending: dict[int, Record] = {}
+        # One process at a time: two would write different regions into the same arrays.
         self.lock = Lock(path / ".lock")
         self._keys: list[UnitKey] = []
         try:
@@ -65,6 +66,7 @@ class EnsembleStore:
         except OSError as error:
             self.lock.release()
             raise self._unwritable(error) from error
+        # The folder is given back, so that the next call does not wait for this one.
         except InputError:
             self.lock.release()
             raise
@@ -75,6 +77,7 @@ class EnsembleStore:
         """Open the store, or create it; another length is the same ensemble."""
         import zarr
 
+        # Only an empty folder or an ensemble: nothing of the user is overwritten.
         stranger = self.path.exists() and (
             not self.path.is_dir()
             or (any(self.path.iterdir()) and not (self.path / ".zgroup").is_file())
@@ -93,6 +96,7 @@ class EnsembleStore:
         for left in self.path.rglob("*.partial"):  # of a write that was killed
             left.unlink(missing_ok=True)
         self.group: Any = zarr.open_group(self.path, mode="a", zarr_format=2)
+        # Another seed, data or version would mix results that do not belong together.
         known = self.group.attrs.get("identity")
         if known is None:
             self._create()
@@ -102,6 +106,7 @@ class EnsembleStore:
                 "another store, or delete this folder."
             )
         self._resize()
+        # Columns of finished regions first, then units of the base case.
         self._keys = self._stored_keys()
         self._add_columns(self.base.volumes)
         self.sums = None if self.plan.layers is None else MapSums(self.group, self.base.maps)
@@ -111,6 +116,7 @@ class EnsembleStore:
         """Create all arrays, empty; the identity comes last, so that this can be repeated."""
         n_parameter = len(self.plan.parameters)
         self.array("volume", "f8", ("realization", "unit"), (REGION, UNITS), units="m3")
+        # Flags as the CF conventions name them.
         meanings = {"flag_values": [*STATUSES], "flag_meanings": ", ".join(STATUSES.values())}
         self.array("status", "u1", ("realization",), (REGION,), **meanings)
         self.array("reason", str, ("realization",), (REGION,), long_name="why it failed")
@@ -148,6 +154,7 @@ class EnsembleStore:
 
     def _resize(self) -> None:
         """Make the arrays as long as the ensemble."""
+        # Longer is the same ensemble with more realisations; shorter would drop results.
         known = self.group["realization"].shape[0]
         if known > self.n:
             raise InputError(
@@ -166,6 +173,7 @@ class EnsembleStore:
     def _stored_keys(self) -> list[UnitKey]:
         """Units that have a column, those of the base case first, as far as regions are whole."""
         columns = [self.group[name][:].tolist() for name in ("unit", *UnitKey._fields[1:])]
+        # Names of a region that was interrupted do not count: they may be incomplete.
         whole = self._whole_regions()
         n = int(self.group["region_units"][whole - 1]) if whole else 0
         return [UnitKey(*row) for row in zip(*(c[:n] for c in columns), strict=True)]
@@ -189,6 +197,7 @@ class EnsembleStore:
 
     def missing(self) -> list[int]:
         """Load finished records that are in no region yet; return the realisations to run."""
+        # From the first incomplete region on, records decide and not the arrays.
         self.status = self.group["status"][:]
         self.next_region = self._whole_regions()
         self.status[self.next_region * REGION :] = 0
@@ -197,6 +206,7 @@ class EnsembleStore:
                 record = Record.from_bytes(file.read_bytes())
             except (OSError, ValueError, KeyError, EOFError, BadZipFile):
                 continue  # damaged by a crash of the machine: it is run again
+            # Records of regions that are written already are left-overs.
             if self.next_region * REGION <= record.realization < self.n:
                 self.pending[record.realization] = record
         self._write_regions()
@@ -224,6 +234,7 @@ class EnsembleStore:
         """
         try:
             file = self.path / RECORDS / f"{record.realization:09d}.npz"
+            # Written aside and renamed: a record is there completely or not at all.
             write_whole(file, record.to_bytes())
             self.pending[record.realization] = record
             self._write_regions()
@@ -232,22 +243,26 @@ class EnsembleStore:
 
     def _write_regions(self) -> None:
         """Write all regions whose turn it is."""
+        # In order, so that columns do not depend on which worker was faster.
         while self.next_region < self.n_region:
             rows = self.rows(self.next_region)
             if not all(k in self.pending for k in rows):
                 return
             self._write_region(rows, [self.pending[k] for k in rows])
             for k in rows:
+                # Maps of a record are large: memory is given back at once.
                 del self.pending[k]
                 (self.path / RECORDS / f"{k:09d}.npz").unlink(missing_ok=True)
             self.next_region += 1
 
     def _write_region(self, rows: range, records: list[Record]) -> None:
         """Write the results of a region; its status last, so that it counts only when whole."""
+        # Columns first, so that all rows of the region have one width.
         for record in records:
             self._add_columns(record.volumes)
         at = slice(rows.start, rows.stop)
         volumes = np.array(
+            # NaN: failed. 0: built, and the unit is absent.
             [
                 [np.nan if r.reason else r.volumes.get(key, 0.0) for key in self._keys]
                 for r in records
@@ -259,6 +274,7 @@ class EnsembleStore:
             self.group["drawn"][at] = drawn
         self.group["reason"][at] = np.array([r.reason for r in records], dtype=object)
         self.group["warnings"][at] = np.array([r.n_warning for r in records], dtype=np.int32)
+        # How many columns there were then, for a run that continues here.
         self.group["region_units"][rows.start // REGION] = len(self._keys)
         if self.sums is not None:
             self.sums.write(rows.start // REGION, records)
@@ -271,6 +287,7 @@ class EnsembleStore:
         known = set(self._keys)
         self._keys = [*self._keys, *(key for key in keys if key not in known)]
         n = len(self._keys)
+        # Nothing new, and the base case is written.
         if n == len(known) == self.group["base_volume"].shape[0]:
             return
 
@@ -289,6 +306,7 @@ class EnsembleStore:
         try:
             if self.sums is not None:
                 self.sums.finish(self.n_region)
+            # All records are in the arrays now.
             shutil.rmtree(self.path / RECORDS, ignore_errors=True)
         except OSError as error:
             raise self._unwritable(error) from error

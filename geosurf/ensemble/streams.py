@@ -52,6 +52,7 @@ def stream_of(seed: int, realization: int, parameter: str) -> np.random.Generato
     >>> a == b, a == c
     (True, False)
     """
+    # The name enters by its hash: 128 bits, the same in every process and on every machine.
     words = np.frombuffer(hashlib.sha256(parameter.encode()).digest()[:16], dtype="<u4")
     sequence = np.random.SeedSequence(seed, spawn_key=(realization, *words.tolist()))
     return np.random.Generator(np.random.PCG64(sequence))
@@ -65,6 +66,7 @@ def probability_of(stream: np.random.Generator) -> float:
     >>> 0.0 < probability_of(stream_of(0, 0, "x")) < 1.0
     True
     """
+    # The middle of one of 2**53 equal steps: never 0 or 1, where quantiles are infinite.
     return (int(stream.integers(_STEPS)) + 0.5) / _STEPS
 
 

@@ -39,6 +39,7 @@ class MapSums:
     @staticmethod
     def create(new: Callable[..., Any], layers: Layers, base: Any) -> None:
         """Create the arrays of maps; `new` creates one of the store."""
+        # One chunk per region: it is written once, as a whole.
         n_layer, n_row, n_col = layers.shape
         dims = ("layer", "northing", "easting")
         for name, dtype in _PARTS.items():
@@ -50,6 +51,7 @@ class MapSums:
         made = new("base_thickness", "f8", dims, layers.shape, units="m")
         made.resize(layers.shape)
         made[:] = base
+        # Axes as variables, so that xarray finds them.
         for name, values in (
             ("layer", np.array(layers.names, dtype=object)),
             ("easting", layers.easting),
@@ -63,12 +65,14 @@ class MapSums:
     def write(self, region: int, records: list[Record]) -> None:
         """Write the sums of a region."""
         maps = [record.maps for record in records if record.maps is not None]
+        # Differences from the base case are small: their squares keep their digits.
         off = np.zeros((2, *self.base.shape))
         present = np.zeros(self.base.shape, dtype=np.int32)
         for one in maps:
             difference = one.astype(np.float64) - self.base
             off[0] += difference
             off[1] += difference * difference
+            # A layer is present where it has any thickness.
             present += one > 0
         for name, values in zip(_PARTS, (*off, present), strict=True):
             array = self.group[name]
@@ -78,13 +82,16 @@ class MapSums:
 
     def finish(self, n_region: int) -> None:
         """Write mean, standard deviation and probability over all realisations."""
+        # Failed realisations have no maps and do not count.
         n = int((self.group["status"][:] == 1).sum())
         total = [np.zeros(self.base.shape) for _ in _PARTS]
+        # In the order of regions: the sum is the same in any run.
         for region in range(n_region):
             for sum_, name in zip(total, _PARTS, strict=True):
                 sum_ += self.group[name][region]
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = total[0] / n
+            # The unbiased variance; rounding may make it slightly negative.
             variance = (total[1] - n * mean * mean) / max(n - 1, 1)
             found = (self.base + mean, np.sqrt(np.maximum(variance, 0.0)), total[2] / n)
         for name, values in zip(_MAPS, found, strict=True):

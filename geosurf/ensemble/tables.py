@@ -31,8 +31,10 @@ def quantile_csv(result: xarray.Dataset, by: str) -> str:
     """
     found, file = quantiles(result, by), io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
+    # Units in the names of columns, since a table of text has no attributes.
     writer.writerow([by, *(f"{c}_m3" if c != "present" else c for c in COLUMNS), "n", "failed"])
     for row, name in enumerate(found[by].values.tolist()):
+        # repr() keeps all digits.
         numbers = [repr(float(found[column][row])) for column in COLUMNS]
         writer.writerow([name, *numbers, found.attrs["n"], found.attrs["failed"]])
     return file.getvalue()
@@ -60,6 +62,7 @@ def quantile_text(result: xarray.Dataset, by: str = "contact") -> str:
         f"{by:<{width}}" + "".join(f"{column:>12}" for column in COLUMNS[:3]),
     ]
     for row, name in enumerate(names):
+        # Million cubic metres, as in messages.
         numbers = (float(found[column][row]) / 1e6 for column in COLUMNS[:3])
         lines.append(f"{name:<{width}}" + "".join(f"{number:12.3f}" for number in numbers))
     return "\n".join(lines)

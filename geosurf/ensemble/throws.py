@@ -69,6 +69,7 @@ class Throw:
         """Check names and distribution."""
         names_among(self.fault, given.fault_names, "fault")
         name = self.parameter
+        # A factor multiplies a form that is given here, or the one of the scenario.
         if self.factor is not None:
             by = distribution_of(self.factor, f"{name}: factor")
             return PreparedThrow(name, self.fault, by, self.throw, True)
@@ -101,6 +102,7 @@ class PreparedThrow:
 
     def reach(self) -> float:
         """Return how far horizons may move from the base case [m]."""
+        # Throw moves horizons relative to the base case, which has the median.
         middle = self.by.quantile(0.5)
         spread = reach_of(_Off(self.by, middle))
         return spread if self.shape is None else spread * largest_throw(self.shape)
@@ -125,8 +127,10 @@ class _Off:
 
 def _is_shape(throw: Any) -> bool:
     """Whether a throw is a profile, a map, a function or an ellipse: no number."""
+    # Forms of `throw_horizon` other than a number.
     if isinstance(throw, EllipticThrow | np.ndarray | list | tuple) or hasattr(throw, "dims"):
         return True
+    # Distributions can be called for quantiles; plain functions are throws.
     return callable(throw) and not hasattr(throw, "quantile") and not hasattr(throw, "ppf")
 
 
@@ -142,10 +146,12 @@ def times(throw: Any, factor: float) -> Any:
         return replace(throw, largest=throw.largest * factor)
     if is_number(throw):
         return float(throw) * factor
+    # An array keeps its coordinates.
     if hasattr(throw, "dims"):
         return throw * factor
     if callable(throw):
         return _Times(throw, factor)
+    # Pairs of distance and throw: only the second column is multiplied.
     return np.asarray(throw, dtype=np.float64) * np.array([1.0, factor])
 
 
@@ -172,6 +178,7 @@ def largest_throw(throw: Any) -> float:
         return abs(float(throw.largest))
     if is_number(throw):
         return abs(float(throw))
+    # Its values are not known ahead.
     if callable(throw) and not hasattr(throw, "dims"):
         return 0.0
     values = throw.values if hasattr(throw, "dims") else np.asarray(throw, dtype=np.float64)[:, 1]
