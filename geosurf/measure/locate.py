@@ -1,8 +1,8 @@
 """Which unit is at a point: the surfaces of a model, made ready for vertical lines.
 
 What no curve touches of a grid stays a grid: a point finds its cell by its coordinates. All other
-triangles are sorted into bins on the map. The kernels in `geosurf.kernels.location` say why sums
-over both are enough, and decide every sign exactly.
+triangles are sorted into bins on the map. The kernels in `geosurf.kernels.location` explain
+why sums over both are enough, and decide every sign exactly.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ HOW = (
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where something is asked for.
+    """Places of a question, as arrays of coordinates.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Places:
 
 def places_of(where: Any, cell: Any, box: tuple[float, ...]) -> Places:
     """
-    Return the places that a user asks about, or raise an error that says what is wrong.
+    Return the places that a user asks about, or raise an error that names what is wrong.
 
     Parameters
     ----------
