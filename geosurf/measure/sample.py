@@ -26,8 +26,8 @@ LABELS: dict[str, tuple[str, Callable[[Unit], str]]] = {
     "contact": ("interval between fluid contacts", lambda unit: unit.contact),
 }
 RULE = (
-    "A point on a surface belongs to the unit below it. On a vertical surface it belongs to the unit "
-    "on the side of the middle of the model, on the floor of the model to the unit above."
+    "A point on a surface belongs to the unit below it. On a vertical surface it belongs to the "
+    "unit on the side of the middle of the model, on the floor of the model to the unit above."
 )
 
 
