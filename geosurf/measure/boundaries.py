@@ -43,7 +43,8 @@ class Boundaries:
         # tile by tile: the nearest triangle of one point is a good guess for the next
         low, high = self.tree[1][-1].reshape(2, 3)
         tiles = np.append(low[:2], TILES / np.maximum(high - low, 1e-9)[:2])
-        order = order_by_tile(local, tiles, np.full(2, TILES))
+        of = (tiles, np.full(2, TILES), np.empty((len(points), 2)), np.empty(len(points)))
+        order = order_by_tile(local, local[:, 2].copy(), *of)
         found, out = np.empty(len(points)), np.empty(len(points))
         nearest_distance(self.x, self.triangles, *self.tree, local[order], found)
         out[order] = found

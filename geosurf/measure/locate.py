@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from geosurf.kernels.location import lattice_units, triangle_bins
-from geosurf.kernels.location.pushed import digits_of, frame_with
+from geosurf.kernels.location.pushed import digits_of, frame_with, sum_from_top
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.measure.columns import signs_of_turns
 from geosurf.model import Lattice, Units
@@ -24,6 +25,34 @@ TILES = 64  # along each side of the model, in whose order points are looked up
 MOST_BINS = 1 << 22
 MOST_ITEMS = 1 << 26  # triangles in all bins: coarser bins hold each less often
 MOST_DEVIATION = 0.25  # of a cell, of nodes from a grid of equal cells: a guess is one cell off
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Vertical lines and the points on them, local.
+
+    Attributes
+    ----------
+    feet : ndarray of float64, shape (n, 2)
+    levels : ndarray of float64
+        Elevations of the points, rising along each line.
+    each : int
+        Number of points of each line; 0 if all lines have the same levels.
+    """
+
+    feet: np.ndarray
+    levels: np.ndarray
+    each: int
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """As the kernels take them."""
+        return self.feet, self.levels, self.each
+
+    @cached_property
+    def digits(self) -> tuple[int, int]:
+        """Binary digits of all coordinates."""
+        return digits_of(self.feet, self.levels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +69,11 @@ class Grids:
     turn: int
     digits: tuple[int, int]
 
-    def add(self, points: np.ndarray, rule: np.ndarray, unit: np.ndarray) -> None:
-        """Add the steps of all surfaces above each point."""
-        m, w = frame_with(self.digits, digits_of(points))
+    def add(self, lines: Lines, rule: np.ndarray, unit: np.ndarray) -> None:
+        """Add the steps of all surfaces to the highest point below each, line by line."""
+        m, w = frame_with(self.digits, lines.digits)
         of = (self.x, self.y, self.places, self.z, self.column, self.steps, self.guess, self.turn)
-        lattice_units.add_lattice_units(*of, points, rule, m, w, unit)
+        lattice_units.add_lattice_units(*of, *lines.arrays, rule, m, w, unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +90,12 @@ class Bins:
     items: np.ndarray
     digits: tuple[int, int]
 
-    def add(self, points: np.ndarray, rule: np.ndarray, unit: np.ndarray) -> None:
-        """Add the steps of all triangles above each point."""
-        m, w = frame_with(self.digits, digits_of(points))
+    def add(self, lines: Lines, rule: np.ndarray, unit: np.ndarray) -> None:
+        """Add the steps of all triangles to the highest point below each, line by line."""
+        m, w = frame_with(self.digits, lines.digits)
         of = (self.corners, self.facing, self.ends, self.step)
         bins = (self.grid, self.shape, self.start, self.items)
-        triangle_bins.add_triangle_units(*of, *bins, points, rule, m, w, unit)
+        triangle_bins.add_triangle_units(*of, *bins, *lines.arrays, rule, m, w, unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,15 +135,41 @@ class Locator:
         """
         # into the local frame as nodes of surfaces go: a point at a node stays at it
         local = points - self.origin
-        order = triangle_bins.order_by_tile(local, self.tiles, np.full(2, TILES))
-        local = local[order]
-        unit = np.full(len(local), -1, dtype=np.int64)
-        for group in self.groups:
-            group.add(local, self.rule, unit)
-        self.bins.add(local, self.rule, unit)
+        feet, levels = np.empty((len(points), 2)), np.empty(len(points))
+        of = (self.tiles, np.full(2, TILES), feet, levels)
+        order = triangle_bins.order_by_tile(local, local[:, 2].copy(), *of)
         found = np.empty(len(points), dtype=np.int64)
-        found[order] = unit
+        found[order] = self._units(Lines(feet, levels, 1), len(points))
         return found
+
+    def find_on_lines(self, feet: np.ndarray, levels: np.ndarray) -> np.ndarray:
+        """
+        Return the unit at each level of each vertical line: a line passes each surface once.
+
+        Parameters
+        ----------
+        feet : ndarray of float64, shape (n_line, 2)
+            World coordinates [m].
+        levels : ndarray of float64, shape (n_level,)
+            Elevations, rising [m].
+
+        Returns
+        -------
+        ndarray of int64, shape (n_line, n_level)
+            Row of the unit; -1 outside the model.
+        """
+        lines = Lines(feet - self.origin[:2], levels - self.origin[2], 0)
+        return self._units(lines, len(feet) * len(levels)).reshape(len(feet), len(levels))
+
+    def _units(self, lines: Lines, n_point: int) -> np.ndarray:
+        """Units of all points, line by line."""
+        unit = np.zeros(n_point, dtype=np.int64)
+        if n_point:
+            for group in self.groups:
+                group.add(lines, self.rule, unit)
+            self.bins.add(lines, self.rule, unit)
+            sum_from_top(unit, n_point // len(lines.feet))
+        return unit
 
 
 def locator_of(units: Units) -> Locator:

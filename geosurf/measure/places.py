@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -50,13 +51,26 @@ class Places:
         """Number of places."""
         return int(np.prod(self.shape, dtype=np.int64))
 
-    def parts(self, at_once: int) -> Iterator[tuple[int, int]]:
-        """First and last place of parts of about a size: whole slices of the first dimension."""
+    def parts(self, at_once: int) -> Iterator[tuple[slice, Callable[[], np.ndarray]]]:
+        """Parts of about a size: which places, and what makes their coordinates (n, 3)."""
+        # whole slices of the first dimension: nothing is broadcast as a whole
         n = self.shape[0] if self.shape else 1
-        each = self.size // n if n else 1
+        each = self.size // max(n, 1)
         step = max(at_once // max(each, 1), 1)
         for first in range(0, n, step):
-            yield first, min(first + step, n)
+            last = min(first + step, n)
+            yield slice(first * each, last * each), partial(self.points, first, last)
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether the first dimension has levels, and the others places on the map."""
+        x, y, z = self.axes
+        return x.ndim > 1 and x.shape[0] == y.shape[0] == 1 and z.size == z.shape[0] > 1
+
+    def lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places on the map (n, 2), and the levels of a grid."""
+        x, y = (np.broadcast_to(axis[0], self.shape[1:]).ravel() for axis in self.axes[:2])
+        return np.stack([x, y], axis=1), self.axes[2].ravel()
 
     def points(self, first: int, last: int) -> np.ndarray:
         """World coordinates (n, 3) of slices of the first dimension."""
@@ -128,10 +142,7 @@ def _cells(cell: Any, box: tuple[float, ...]) -> Places:
 
 def _product(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Places:
     axes = (x[None, None, :], y[None, :, None], z[:, None, None])
-    coords = {
-        name: (name, axis, {"units": "m", **({"positive": "up"} if name == "elevation" else {})})
-        for name, axis in zip(NAMES, (x, y, z), strict=True)
-    }
+    coords = {name: (name, axis, _attrs(name)) for name, axis in zip(NAMES, (x, y, z), strict=True)}
     return Places(NAMES[::-1], (len(z), len(y), len(x)), axes, coords)
 
 
@@ -151,10 +162,7 @@ def _of_array(where: Any) -> Places:
 
 def _point_coords(dims: tuple[str, ...], axes: tuple[np.ndarray, ...]) -> dict[str, Any]:
     """Coordinates that lie along the dimensions of the points."""
-    return {
-        name: (dims, axis, {"units": "m", **({"positive": "up"} if name == "elevation" else {})})
-        for name, axis in zip(NAMES, axes, strict=True)
-    }
+    return {name: (dims, axis, _attrs(name)) for name, axis in zip(NAMES, axes, strict=True)}
 
 
 def _of_table(where: Any) -> Places:
@@ -201,21 +209,21 @@ def _of_xarray(where: Any) -> Places:
             raise InputError(f"{name!r} of the places is not numeric ({error}). {HOW}.") from error
 
     # levels lead, rows and columns follow, as grids have them
+    xr.align(*found, join="exact")
     order = list(dict.fromkeys(d for one in found[::-1] for d in one.dims))
     if set(order) >= set(HORIZON_DIMS):
         order = [d for d in order if d not in HORIZON_DIMS] + list(HORIZON_DIMS)
-    broadcast = [one.transpose(*order) for one in xr.broadcast(*found)]
-    shape = broadcast[0].shape
+    shape = tuple(next(one.sizes[d] for one in found if d in one.dims) for d in order)
     coords = {
-        name: (
-            one.dims,
-            one.values,
-            {"units": "m"} | ({"positive": "up"} if name == NAMES[2] else {}),
-        )
-        for name, one in zip(NAMES, found, strict=True)
+        name: (one.dims, one.values, _attrs(name)) for name, one in zip(NAMES, found, strict=True)
     }
-    x, y, z = (one.values for one in broadcast)
+    x, y, z = (one.expand_dims([d for d in order if d not in one.dims]) for one in found)
+    x, y, z = (one.transpose(*order).values for one in (x, y, z))
     return Places(tuple(map(str, order)), shape, (x, y, z), coords)
+
+
+def _attrs(name: str) -> dict[str, str]:
+    return {"units": "m", "positive": "up"} if name == "elevation" else {"units": "m"}
 
 
 def _check_finite(places: Places) -> None:
@@ -223,8 +231,8 @@ def _check_finite(places: Places) -> None:
     if all(np.isfinite(axis).all() for axis in places.axes):
         return
     at = 0
-    for first, last in places.parts(1 << 20):
-        points = places.points(first, last)
+    for _, make in places.parts(1 << 20):
+        points = make()
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         if len(bad):
             at = at + int(bad[0])

@@ -11,7 +11,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InputError
 from geosurf.measure.boundaries import Boundaries
 from geosurf.measure.locate import AT_ONCE, Locator, locator_of
-from geosurf.measure.places import places_of
+from geosurf.measure.places import Places, places_of
 from geosurf.model import Unit, Units
 from geosurf.model.expected import expect
 
@@ -98,19 +98,7 @@ def sample_units(
     places = places_of(where, cell, units.box)
     locator = locator_of(units) if locator is None else locator
 
-    # parts in threads; each writes its own rows
-    found = np.empty(places.size, dtype=np.int32)
-    distance = np.empty(places.size if boundaries is not None else 0)
-    parts = list(places.parts(AT_ONCE))
-    each = places.size // max(places.shape[0], 1) if places.shape else 1
-
-    def work(first: int, last: int) -> None:
-        rows, points = slice(first * each, last * each), places.points(first, last)
-        found[rows] = locator.find(points)
-        if boundaries is not None:
-            distance[rows] = boundaries.distance(points)
-
-    map_threads(work, parts, worth=len(parts) > 1)
+    found = (_of_grid if places.is_grid else _of_points)(places, locator)
     found = found.reshape(places.shape)
 
     # one variable for each kind of name that tells units apart
@@ -123,9 +111,49 @@ def sample_units(
         data[name] = (places.dims, *_labels(found, words, meaning, codes=bool(codes)))
     if boundaries is not None:
         attrs = {"units": "m", "long_name": "distance to the nearest boundary of a unit"}
-        data["distance"] = (places.dims, distance.reshape(places.shape), attrs)
+        data["distance"] = (places.dims, _distances(places, boundaries), attrs)
     crs = {} if units.crs is None else {"crs": units.crs}
     return xr.Dataset(data, places.coords, {"rule": RULE, **crs})
+
+
+def _of_points(places: Places, locator: Locator) -> np.ndarray:
+    """Row of the unit at each place; parts in threads, each writes its own rows."""
+    found = np.empty(places.size, dtype=np.int32)
+
+    def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
+        found[rows] = locator.find(points())
+
+    parts = list(places.parts(AT_ONCE))
+    map_threads(work, parts, worth=len(parts) > 1)
+    return found
+
+
+def _of_grid(places: Places, locator: Locator) -> np.ndarray:
+    """The same for a grid, line by line: a thirtieth of the time of as many points."""
+    feet, levels = places.lines()
+    order = np.argsort(levels, kind="stable")
+    found = np.empty((len(levels), len(feet)), dtype=np.int32)
+    each = max(AT_ONCE // len(levels), 1)
+
+    def work(first: int) -> None:
+        rows = slice(first, first + each)
+        found[order, rows] = locator.find_on_lines(feet[rows], levels[order]).T
+
+    parts = [(first,) for first in range(0, len(feet), each)]
+    map_threads(work, parts, worth=len(parts) > 1)
+    return found
+
+
+def _distances(places: Places, boundaries: Boundaries) -> np.ndarray:
+    """Distance of each place to the nearest boundary of a unit [m]."""
+    found = np.empty(places.size)
+
+    def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
+        found[rows] = boundaries.distance(points())
+
+    parts = list(places.parts(AT_ONCE))
+    map_threads(work, parts, worth=len(parts) > 1)
+    return found.reshape(places.shape)
 
 
 def _labels(

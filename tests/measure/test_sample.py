@@ -82,7 +82,15 @@ def assert_exact(units, seed):
     """Compare with rays through shells, at points of which most lie on something."""
     origin = next(iter(units.values())).origin
     world = corners_and_middles(units, np.random.default_rng(seed), 10) + origin
-    assert locator_of(units).find(world).tolist() == unit_by_rays(units, world - origin)
+    locator = locator_of(units)
+    assert locator.find(world).tolist() == unit_by_rays(units, world - origin)
+
+    # all points of a line at once: levels on surfaces, floor and top, too
+    levels = np.unique(np.concatenate([world[:, 2], np.arange(-5, 9.5) + origin[2]]))
+    of_lines = locator.find_on_lines(world[:, :2], levels)
+    each = np.concatenate([np.broadcast_to(p, (len(levels), 2)) for p in world[:, :2]])
+    points = np.column_stack([each, np.tile(levels, len(world))])
+    assert (of_lines.ravel() == locator.find(points)).all()
 
 
 @settings(max_examples=25, deadline=None)

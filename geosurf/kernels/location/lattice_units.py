@@ -11,7 +11,10 @@ Notation
     z         elevations of all surfaces of the group, local, float64 (n_node, n_surface)
     column    row of `steps` of each triangle, by key; row 0 is all zeros
     steps     unit below minus unit above, int64 (n_column, n_surface)
-    p         points, local, float64 (n, 3)
+    p         eastings and northings of vertical lines, local, float64 (n, 2)
+    levels    elevations of points on the lines, rising on each: of line i from ``i * each`` on,
+              where `each` is their number, or 0 if all lines have the same ones
+    unit      row of the unit of each point, line by line: see `sum_from_top`
     rule      [middle easting, middle northing, floor]: points move towards the middle on the map;
               those on the floor count as above what they lie on, all others as below
 """
@@ -22,7 +25,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, key_at, load
-from geosurf.kernels.location.pushed import side_of_edge, side_of_plane
+from geosurf.kernels.location.pushed import count_levels, side_of_edge, side_of_plane
 from geosurf.kernels.search.tree import N_COL, N_ROW, RISING
 
 OFF = -1  # the key of a point beside the lattice
@@ -142,14 +145,6 @@ def _corner_nodes(a, i, j, half):
 def _is_below(x, y, z, a, k, corners, px, py, pz, on_floor, turn, s, m, w):
     """Whether a point lies below a triangle of surface k; on it counts as below, off the floor."""
     i0, j0, i1, j1, i2, j2 = corners
-    n = a[N_COL]
-    z0, z1, z2 = z[i0 * n + j0, k], z[i1 * n + j1, k], z[i2 * n + j2, k]
-
-    # above or below all corners: nearly all points
-    if pz > max(z0, max(z1, z2)):
-        return False
-    if pz < min(z0, min(z1, z2)):
-        return True
     _set_corner(x, y, z, a, k, i0, j0, 0, s)
     _set_corner(x, y, z, a, k, i1, j1, 1, s)
     _set_corner(x, y, z, a, k, i2, j2, 2, s)
@@ -158,19 +153,43 @@ def _is_below(x, y, z, a, k, corners, px, py, pz, on_floor, turn, s, m, w):
     return side < 0 or (side == 0 and not on_floor)
 
 
-@entry("d1 d1 l1 d2 l1 l2 d1 l d2 d1 l1 l1 l1 -> .")
-def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, rule, m, w, unit):
-    """Add to each point the steps of all surfaces of a group that lie above it.
+@scalar
+def _n_below(x, y, z, a, k, corners, px, py, levels, first, n, floor, turn, s, m, w):
+    """How many of the levels of a line are below a triangle of surface k."""
+    i0, j0, i1, j1, i2, j2 = corners
+    n_col = a[N_COL]
+    z0, z1, z2 = z[i0 * n_col + j0, k], z[i1 * n_col + j1, k], z[i2 * n_col + j2, k]
+    low, high = min(z0, min(z1, z2)), max(z0, max(z1, z2))
+
+    # levels below all corners, and up to those above all; in between exact signs decide
+    begin = count_levels(levels, first, n, low)
+    end = begin
+    while end < n and levels[first + end] <= high:
+        end += 1
+    while begin < end:
+        middle = (begin + end) // 2
+        pz = levels[first + middle]
+        if _is_below(x, y, z, a, k, corners, px, py, pz, pz == floor, turn, s, m, w):
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
+@entry("d1 d1 l1 d2 l1 l2 d1 l d2 d1 l d1 l1 l1 l1 -> .")
+def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, rule, m, w, unit):
+    """Add the steps of all surfaces of a group to the highest level below each.
 
     `guess` is empty for grids whose axes are those of the map; `turn` is +1 where columns, rows and
     up make a right-handed system.
     """
     s = np.zeros((4, 3))
+    n = unit.shape[0] // max(p.shape[0], 1)
     aligned = guess.shape[0] == 0
     way_x = _step_of_axis(x) if aligned else 1.0
     way_y = _step_of_axis(y) if aligned else 1.0
     for q in range(p.shape[0]):
-        px, py, pz = p[q, 0], p[q, 1], p[q, 2]
+        px, py = p[q, 0], p[q, 1]
         east = 1 if px <= rule[0] else -1
         north = 1 if py <= rule[1] else -1
 
@@ -194,8 +213,12 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, rule, m, w, uni
         if of == 0:  # no surface of the group is whole here
             continue
         corners = _corner_nodes(a, i, j, half)
-        on_floor = pz == rule[2]
         for k in range(steps.shape[1]):
             step = steps[of, k]
-            if step != 0 and _is_below(x, y, z, a, k, corners, px, py, pz, on_floor, turn, s, m, w):
-                unit[q] += step
+            if step == 0:
+                continue
+            below = _n_below(
+                x, y, z, a, k, corners, px, py, levels, q * each, n, rule[2], turn, s, m, w
+            )
+            if below > 0:
+                unit[q * n + below - 1] += step

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.errors import SurfaceError
-from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.bigint import BITS
 from geosurf.kernels.exact.exact_signs import LIMBS, N_META, N_VERTEX, SCALE, workspace
 from geosurf.kernels.exact.predicates import (
@@ -107,3 +107,32 @@ def side_of_plane(s, m, w, facing):
     `facing` is +1 where the three rows go round counter-clockwise on the map, -1 where clockwise.
     """
     return facing * side_of(s, m, w, 0, 1, 2, 3, plane_terms(s, 0, 1, 2), 0.0)
+
+
+@scalar
+def count_levels(levels, first, n, height):
+    """How many of n rising levels, from `first` on, are below a height."""
+    if n == 1:
+        return 1 if levels[first] < height else 0
+    low, high = 0, n
+    while low < high:
+        middle = (low + high) // 2
+        if levels[first + middle] < height:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@entry("l1 l -> .")
+def sum_from_top(unit, n):
+    """Turn steps at the highest level below each surface into units, line by line of n levels.
+
+    At the highest point of a line the sum is that of all surfaces above it, with the outside (-1)
+    at the top; each lower point adds what is between.
+    """
+    for first in range(0, unit.shape[0], n):
+        total = -1
+        for k in range(first + n - 1, first - 1, -1):
+            total += unit[k]
+            unit[k] = total

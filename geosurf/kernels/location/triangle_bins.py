@@ -15,7 +15,7 @@ Notation
     shape     rows and columns of bins, int64 (2,)
     start     first item of each bin, int64 (n_bin + 1,)
     items     triangles bin by bin: the row, or ``-1 - row`` where the shadow covers the bin
-    p, rule   as in `lattice_units`
+    p, levels, each, unit, rule   as in `lattice_units`
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.location.pushed import side_of_edge, side_of_plane
+from geosurf.kernels.location.pushed import count_levels, side_of_edge, side_of_plane
 
 _MARGIN = 1e-6  # of a bin: far more than rounding moves the corner of a bin, or a crossing
 
@@ -133,10 +133,8 @@ def _is_in_shadow(c, facing, t, px, py, east, north, s, m, w):
 
 
 @scalar
-def _is_below(c, facing, ends, t, px, py, pz, on_floor, s, m, w):
+def _is_below(c, facing, t, px, py, pz, on_floor, s, m, w):
     """Whether a point in the shadow of a triangle lies below it; on it counts as below."""
-    if pz < ends[t, 0]:
-        return True
     for k in range(9):
         s[k // 3, k % 3] = c[t, k]
     s[3, 0], s[3, 1], s[3, 2] = px, py, pz
@@ -144,9 +142,28 @@ def _is_below(c, facing, ends, t, px, py, pz, on_floor, s, m, w):
     return side < 0 or (side == 0 and not on_floor)
 
 
-@entry("d2 d1 l1 -> l1")
-def order_by_tile(p, box, shape):
-    """Order of points by tiles of the map, row by row: a counting sort.
+@scalar
+def _n_below(c, facing, ends, t, px, py, levels, first, n, floor, s, m, w):
+    """How many of the levels of a line are below a triangle."""
+    begin = count_levels(levels, first, n, ends[t, 0])
+    end = begin
+    while end < n and levels[first + end] <= ends[t, 1]:
+        end += 1
+
+    # levels between its lowest and its highest corner: exact signs
+    while begin < end:
+        middle = (begin + end) // 2
+        pz = levels[first + middle]
+        if _is_below(c, facing, t, px, py, pz, pz == floor, s, m, w):
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
+@entry("d2 d1 d1 l1 d2 d1 -> l1")
+def order_by_tile(p, levels, box, shape, ordered, z):
+    """Order of points by tiles of the map, row by row, with their coordinates: a counting sort.
 
     Points far from each other would load the memory of the model once each: random points take a
     third of the time in this order. `box` is west, south, tiles per metre east and north.
@@ -162,30 +179,36 @@ def order_by_tile(p, box, shape):
         at[k + 1] += at[k]
     order = np.empty(p.shape[0], dtype=np.int64)
     for q in range(p.shape[0]):
-        order[at[tile[q]]] = q
+        k = at[tile[q]]
+        order[k] = q
+        ordered[k, 0], ordered[k, 1], z[k] = p[q, 0], p[q, 1], levels[q]
         at[tile[q]] += 1
     return order
 
 
-@entry("d2 l1 d2 l1 d1 l1 l1 l1 d2 d1 l1 l1 l1 -> .")
-def add_triangle_units(c, facing, ends, step, grid, shape, start, items, p, rule, m, w, unit):
-    """Add to each point the steps of all triangles that lie above it."""
+@entry("d2 l1 d2 l1 d1 l1 l1 l1 d2 d1 l d1 l1 l1 l1 -> .")
+def add_triangle_units(
+    c, facing, ends, step, grid, shape, start, items, p, levels, each, rule, m, w, unit
+):
+    """Add the steps of all triangles to the highest level below each."""
     s = np.zeros((4, 3))
+    n = unit.shape[0] // max(p.shape[0], 1)
     for q in range(p.shape[0]):
-        px, py, pz = p[q, 0], p[q, 1], p[q, 2]
+        px, py = p[q, 0], p[q, 1]
         row, col = (py - grid[1]) * grid[3], (px - grid[0]) * grid[2]
         if not (0.0 <= row < shape[0] and 0.0 <= col < shape[1]):
             continue  # beside all triangles
         of = int(row) * shape[1] + int(col)
         east = 1 if px <= rule[0] else -1
         north = 1 if py <= rule[1] else -1
-        on_floor = pz == rule[2]
+        lowest = levels[q * each]
         for k in range(start[of], start[of + 1]):
             covered = items[k] < 0
             t = -1 - items[k] if covered else items[k]
-            if ends[t, 1] < pz:
+            if ends[t, 1] < lowest:
                 break  # this triangle and all after it lie below
             if not covered and not _is_in_shadow(c, facing, t, px, py, east, north, s, m, w):
                 continue
-            if _is_below(c, facing, ends, t, px, py, pz, on_floor, s, m, w):
-                unit[q] += step[t]
+            below = _n_below(c, facing, ends, t, px, py, levels, q * each, n, rule[2], s, m, w)
+            if below > 0:
+                unit[q * n + below - 1] += step[t]
