@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,11 @@ import pytest
 from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# A run starts about two hundred processes. Without cached bytecode each of them compiles geosurf's
+# sources again, and each worker the tests' (50 s of processor together).
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # The first example may compile a kernel, so no example has a deadline of its own.
 settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import io
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -68,40 +69,71 @@ def test_version(capsys):
     assert capsys.readouterr().out == f"geosurf {gs.__version__}\n"
 
 
-def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path):
-    said = geosurf("run", folder / "good.toml", "-o", tmp_path / "out")
-    assert (said.returncode, said.stderr) == (0, "")
+def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path, capsys):
+    assert cli.main(["run", str(folder / "good.toml"), "-o", str(tmp_path / "out")]) == 0
+    said, errors = capsys.readouterr()
+    assert errors == ""
     for word in ("rebuild", "carve", "Volumes [million m³]", "Top/Base", "all zones", "9 600.000"):
-        assert word in said.stdout
-    assert "6 units in " in said.stdout
-    page = said.stdout.rpartition("Report: ")[2].partition(";")[0]
+        assert word in said
+    assert "6 units in " in said
+    page = said.rpartition("Report: ")[2].partition(";")[0]
     assert Path(page).is_file()
     assert (tmp_path / "out" / "pictures" / "view_southwest.png").is_file()
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "ascii:strict", "cp1252", "utf-8"])
-def test_names_in_any_script_are_printed_in_any_encoding(folder, tmp_path, encoding):
-    """On stdout (volumes, the path of the report) and on stderr (what is wrong)."""
+def scripts_in(folder: Path) -> None:
+    """A scenario with a name in another script, and one whose file is missing."""
     text = (folder / "good.toml").read_text().replace('"Base"', '"\u50a8\u5c42"')
     (folder / "script.toml").write_text(text, encoding="utf-8")
     (folder / "wrong.toml").write_text(text.replace('"F1.nc"', '"\u50a8.nc"'), encoding="utf-8")
-    done = {}
-    for name, words in (
-        ("script", ["-o", tmp_path / "\u00e4\u50a8", "--no-pictures"]),
-        ("wrong", []),
-    ):
-        command = ["run" if words else "check", folder / f"{name}.toml", *words]
-        done[name] = subprocess.run(
-            [sys.executable, "-m", "geosurf.cli", *map(str, command)],
-            env={**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"},
-            capture_output=True,
-            check=False,
-        )
-    assert (done["script"].returncode, done["script"].stderr) == (0, b"")
-    assert (done["wrong"].returncode, done["wrong"].stdout) == (2, b"")
-    said = done["script"].stdout + done["wrong"].stderr
-    shown = "\u50a8".encode(encoding.partition(":")[0], "backslashreplace")
-    assert said.count(shown) > 3
+
+
+def shown_in(encoding: str) -> bytes:
+    return "\u50a8".encode(encoding.partition(":")[0], "backslashreplace")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_names_in_any_script_are_printed_in_any_encoding(folder, tmp_path, monkeypatch, encoding):
+    """On stdout (volumes, the path of the report) and on stderr (what is wrong)."""
+    scripts_in(folder)
+    out, errors = io.BytesIO(), io.BytesIO()
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", io.TextIOWrapper(out, encoding, write_through=True))
+        patch.setattr(sys, "stderr", io.TextIOWrapper(errors, encoding, write_through=True))
+        words = ["run", folder / "script.toml", "-o", tmp_path / "\u00e4\u50a8", "--no-pictures"]
+        assert cli.main([*map(str, words)]) == 0
+        assert errors.getvalue() == b""
+        assert out.getvalue().count(shown_in(encoding)) > 2
+
+        before = out.getvalue()
+        assert cli.main(["check", str(folder / "wrong.toml")]) == 2
+        assert out.getvalue() == before
+        assert shown_in(encoding) in errors.getvalue()
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_names_in_any_script_are_printed_by_a_process(folder, tmp_path, command):
+    """As above, where Python itself has opened the streams."""
+    scripts_in(folder)
+    words = {"run": ["script.toml", "-o", "\u00e4\u50a8", "--no-pictures"], "check": ["wrong.toml"]}
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "geosurf.cli",
+            command,
+            folder / words[command][0],
+            *words[command][1:],
+        ],
+        env={**os.environ, "PYTHONIOENCODING": "ascii:strict", "PYTHONUTF8": "0"},
+        capture_output=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == {"run": 0, "check": 2}[command]
+    said, silent = (done.stdout, done.stderr)[:: 1 if command == "run" else -1]
+    assert silent == b""
+    assert shown_in("ascii") in said
 
 
 def test_the_streams_of_a_caller_are_left_as_they_are(folder, monkeypatch):
@@ -315,13 +347,20 @@ def test_warmup_has_nothing_to_do_where_nothing_is_compiled():
         ("leaks.toml", 3, "Shrink the box"),
     ],
 )
-def test_errors_are_one_sentence_on_stderr(folder, name, code, sentence):
-    said = geosurf("check", folder / name)
-    assert said.returncode == code
+def test_errors_are_one_sentence_on_stderr(folder, capsys, name, code, sentence):
+    assert cli.main(["check", str(folder / name)]) == code
+    said = capsys.readouterr()
+    assert said.err.startswith("geosurf: ")
+    assert sentence in said.err
+    assert len(said.err.splitlines()) == 1
+    assert said.out == ""
+
+
+def test_the_process_ends_with_the_code_of_the_error(folder):
+    said = geosurf("check", folder / "none.toml")
+    assert (said.returncode, said.stdout) == (2, "")
     assert said.stderr.startswith("geosurf: ")
-    assert sentence in said.stderr
     assert len(said.stderr.splitlines()) == 1
-    assert said.stdout == ""
 
 
 def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
@@ -359,12 +398,18 @@ def test_how_other_errors_end(folder, capsys, monkeypatch, error, code, sentence
         assert "Traceback" in capsys.readouterr().err
 
 
+def short_command(folder: Path) -> list[str]:
+    """A command that prints, and whose process imports little."""
+    path = folder / "F.ts"
+    gs.write(gs.TriSurface("F", "fault", CORNERS, [[0, 1, 2], [1, 3, 2]]), path)
+    return ["curves", str(path), str(path), "-o", str(folder / "curves.pl")]
+
+
 @pytest.mark.skipif(os.name != "posix", reason="needs a device that is always full")
 def test_outputs_that_are_closed_or_full(folder, capfd):
     """What is printed goes nowhere, and nobody is told that geosurf is at fault."""
-    words = [sys.executable, "-m", "geosurf.cli", "check", str(folder / "good.toml")]
-    closed = subprocess.run(f'"{words[0]}" -m geosurf.cli check "{words[-1]}" >&-', shell=True,
-                            check=False)  # fmt: skip
+    words = [sys.executable, "-m", "geosurf.cli", *short_command(folder)]
+    closed = subprocess.run(f"{shlex.join(words)} >&-", shell=True, check=False)
     assert (closed.returncode, capfd.readouterr().err) == (0, "")
     for unbuffered in ("", "1"):
         env = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
@@ -376,9 +421,10 @@ def test_outputs_that_are_closed_or_full(folder, capfd):
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes end otherwise here")
 def test_a_reader_that_leaves_early_is_no_error(folder):
-    command = f"{sys.executable} -m geosurf.cli check {folder / 'good.toml'} | head -c 1"
+    words = [sys.executable, "-m", "geosurf.cli", *short_command(folder)]
+    command = f"{shlex.join(words)} | head -c 1"
     said = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
-    assert (said.returncode, said.stdout, said.stderr) == (0, "p", "")
+    assert (said.returncode, said.stdout, said.stderr) == (0, str(folder)[0], "")
 
 
 # ---- bad inputs, wherever they are raised --------------------------------------------
