@@ -217,8 +217,11 @@ def _of_xarray(where: Any) -> Places:
     coords = {
         name: (one.dims, one.values, _attrs(name)) for name, one in zip(NAMES, found, strict=True)
     }
-    x, y, z = (one.expand_dims([d for d in order if d not in one.dims]) for one in found)
-    x, y, z = (one.transpose(*order).values for one in (x, y, z))
+    arrays = []
+    for one in found:
+        wide = one.expand_dims([d for d in order if d not in one.dims])
+        arrays.append(wide.transpose(*order).values)
+    x, y, z = arrays
     return Places(tuple(map(str, order)), shape, (x, y, z), coords)
 
 

@@ -93,6 +93,16 @@ def polydata(
     return mesh
 
 
+def multiblock(blocks: Mapping[str, Any]) -> pyvista.MultiBlock:
+    """Named blocks of pyvista."""
+    import pyvista
+
+    made = pyvista.MultiBlock()
+    for name, block in blocks.items():
+        made.append(block, name)
+    return made
+
+
 def any_of(marks: np.ndarray) -> np.ndarray:
     """Whether any of a few columns (n, 2 or 3) is marked; numpy's `any` takes ten times as long."""
     # Column by column: operations on whole columns are vectorised, reductions along rows are not.

@@ -12,12 +12,13 @@ import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, is_word, volume_text
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, frozen, polydata
+from geosurf.model.base import Noun, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    import pandas
     import pyvista
     import xarray
 
@@ -417,6 +418,26 @@ class Units(Noun, Mapping[str, Unit]):
             if " #" in unit.block or unit.volume < min_volume:
                 found.append(Remnant(unit.name, unit.volume, unit.middle))
         return tuple(sorted(found, key=lambda remnant: -remnant.volume))
+
+    def to_pyvista(self) -> pyvista.MultiBlock:
+        """Return the shells of all units as named blocks of `pyvista`.
+
+        Returns
+        -------
+        pyvista.MultiBlock
+            One `pyvista.PolyData` for each unit, with the surface row as cell data.
+        """
+        return multiblock({name: unit.to_pyvista() for name, unit in self._units.items()})
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the table of units for `pandas`: one row for each unit.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Zone, block, volume [m3], areas [m2]; indexed by the names of the units.
+        """
+        return self.table.to_dataframe()
 
     @cached_property
     def volumes(self) -> xarray.DataArray:

@@ -23,6 +23,7 @@ from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tie import tie_settings
+from geosurf.triangulate.neighbours import own_form
 
 Box = tuple[float, float, float, float, float, float]
 Entry = TypeVar("Entry")
@@ -124,8 +125,8 @@ class SceneInputs:
     def __post_init__(self) -> None:
         """Check every input, alone and against the others."""
         # fields are checked, brought into one form and set; from then on the object is frozen
-        horizons = as_mapping("horizons", self.horizons)
-        faults = as_mapping("faults", self.faults)
+        horizons = self._opened("horizon", as_mapping("horizons", self.horizons))
+        faults = self._opened("fault", as_mapping("faults", self.faults))
         if not horizons and not faults:
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
@@ -190,6 +191,10 @@ class SceneInputs:
             lengthen=read_lengthen(halves.spread(self.lengthen), tuple(faults)),
         )
         self._refuse_torn_beyond()
+
+    def _opened(self, role: str, inputs: dict[str, Any]) -> dict[str, Any]:
+        """Inputs by name, with objects of other packages in geosurf's own form."""
+        return {name: own_form(one, name, role, self.positive) for name, one in inputs.items()}
 
     def _refuse_torn_beyond(self) -> None:
         """Refuse sheets that are torn at a fault which ends at a horizon before it reaches them."""

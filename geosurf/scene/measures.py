@@ -14,12 +14,14 @@ import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
+from geosurf.model.base import multiblock
 from geosurf.model.expected import flag_of, name_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.wells import opened_tops, warnings_of_names
 from geosurf.triangulate.coarsen import volume_error
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    import pyvista
     import xarray
 
     from geosurf.measure.boundaries import Boundaries
@@ -37,6 +39,16 @@ def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
     inside = np.unique(patches.surface_of_triangle[(graph.units.sides >= 0).any(axis=1)])
     sources = [patches.sources[i] for i in inside.tolist()]
     return tuple(source.name for source in sources if source.role == role)
+
+
+def to_pyvista(graph: Graph) -> pyvista.MultiBlock:
+    """Return horizons, faults, curves and units as named blocks; see `Scene.to_pyvista`."""
+    surfaces = {
+        f"{role}s": multiblock({name: graph.patches.surface(name).to_pyvista() for name in names})
+        for role, names in (("horizon", graph.inputs.horizons), ("fault", graph.inputs.faults))
+    }
+    units, curves = graph.units.to_pyvista(), graph.curves.to_pyvista()
+    return multiblock({**surfaces, "curves": curves, "units": units})
 
 
 def volume_error_bound(graph: Graph) -> float:

@@ -27,6 +27,7 @@ from geosurf.scene.memory import Memory, Step
 from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    import pyvista
     import xarray
 
 
@@ -448,6 +449,17 @@ class Scene:
     def horizons_inside(self) -> tuple[str, ...]:
         """Names of the horizons that reach into the model, youngest first."""
         return measures.names_inside(self._graph, "horizon")
+
+    def to_pyvista(self) -> pyvista.MultiBlock:
+        """Return horizons, faults, curves and units as named blocks of `pyvista`.
+
+        Returns
+        -------
+        pyvista.MultiBlock
+            ``"horizons"``, ``"faults"`` and ``"units"`` hold a block for each name; ``"curves"`` is
+            one block. Surfaces are split where they meet, and end at the model.
+        """
+        return measures.to_pyvista(self._graph)
 
     # ---- measures ------------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ from geosurf.sheets.report.describe import make_report
 from geosurf.sheets.report.propose_trim import trims_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
+from geosurf.triangulate.neighbours import own_form
 from geosurf.warning import warn
 
 __all__ = ["tear_horizon"]
@@ -124,6 +125,7 @@ def tear_horizon(
     # read horizon and faults
     surfaces = fault_surfaces(faults)
     _check_trim(trim, surfaces)
+    data = own_form(data, name or "horizon", "horizon", positive)
     picks = picks_or_points(data, name, positive, length_unit, spacing)
     crs = crs_among(picks.name, data, surfaces)
 

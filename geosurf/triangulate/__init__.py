@@ -5,6 +5,7 @@ horizon.py      a gridded horizon: checks, and one diagonal rule
 coarsen.py      fewer triangles for a horizon, within a tolerance
 fault.py        a fault in any of its forms: grid, sticks, mesh
 mesh.py         a horizon or fault from vertices and triangles
+neighbours.py   surfaces and lines of other packages
 sticks.py       fault sticks: orient, order along strike, join
 stick_points.py points out of order, sticks twice, single sticks
 fault_polygons.py fault polygons of horizons: both cut-off lines, and beyond

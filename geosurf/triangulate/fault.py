@@ -14,6 +14,7 @@ from geosurf.model.expected import name_of
 from geosurf.triangulate.cells import corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import refuse_zero_area
 from geosurf.triangulate.mesh import is_mesh, refuse_flat_triangles, triangulate_mesh
+from geosurf.triangulate.neighbours import own_form
 from geosurf.triangulate.orient import orient_fault, refuse_far
 from geosurf.triangulate.sticks import triangulate_sticks
 
@@ -39,7 +40,8 @@ def triangulate_fault(
           over ``("down_dip", "along_strike")``; NaN marks absent nodes;
         - an object with `name` and `sticks`, see `triangulate_sticks`;
         - a `TriSurface`: checked, oriented and passed on;
-        - vertices (n_vertex, 3) and triangles (n_triangle, 3).
+        - vertices (n_vertex, 3) and triangles (n_triangle, 3);
+        - a surface or lines of another package, see docs/guides/other_packages.md.
     name : str, optional
         Needed where the object has no name of its own.
     positive : {"up", "down"}, optional
@@ -88,6 +90,10 @@ def triangulate_fault(
     if not title:
         raise SurfaceError("a fault has no name. Pass it, as in triangulate_fault(..., name='F1').")
     title = str(title)
+
+    given, obj = obj, own_form(obj, title, "fault", positive)
+    if obj is not given and hasattr(obj, "sticks"):
+        positive = "up"  # sticks in their own form are elevations
 
     # One reader for each form; all end as a surface in metres, positive up.
     if is_mesh(obj):

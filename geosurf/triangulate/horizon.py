@@ -23,6 +23,7 @@ from geosurf.model.expected import name_of
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.degenerate import map_turns
 from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
+from geosurf.triangulate.neighbours import own_form
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -50,8 +51,9 @@ def triangulate_horizon(
 
     Parameters
     ----------
-    da : xarray.DataArray, TriSurface, or (vertices, triangles)
-        A mesh has vertices (n_vertex, 3) and triangles (n_triangle, 3). A grid has either dims
+    da : xarray.DataArray, TriSurface, (vertices, triangles), or a surface of another package
+        Other packages: see docs/guides/other_packages.md. A mesh has vertices (n_vertex, 3) and
+        triangles (n_triangle, 3). A grid has either dims
         ``("northing", "easting")`` with 1-D coordinates that increase, or decrease as in rasters
         (rows or columns are then turned round), or any two dims with 2-D coordinates ``easting``
         and ``northing`` (rotated and curvilinear grids). NaN marks absent nodes. Horizontal
@@ -119,6 +121,7 @@ def triangulate_horizon(
         raise HorizonError(
             f"{what}: tolerance is {tolerance!r}. Give a length in metres, or 0 for all nodes."
         )
+    da = own_form(da, title, "horizon", positive)
     if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
     values = _checked_values(da, what)

@@ -1,0 +1,177 @@
+"""Objects of other packages give the model that arrays give: real ones, and look-alikes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeosurfError, InputError
+
+WORLD = gs.synthetic.tilted_planes(n=9)
+TOP = WORLD.horizons["Top"]
+
+
+def mesh(name="F1"):
+    fault = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box).surface(name)
+    return np.array(fault.vertices), np.array(fault.triangles)
+
+
+def volumes(horizons=None, faults=None, **more):
+    horizons = {**WORLD.horizons, **(horizons or {})}
+    return gs.Scene(horizons, {**WORLD.faults, **(faults or {})}, WORLD.box, **more).volumes
+
+
+EXPECTED = volumes()
+
+
+def same(found):
+    assert list(found.unit.values) == list(EXPECTED.unit.values)
+    assert np.allclose(found.values, EXPECTED.values, rtol=1e-12)
+
+
+class Like:
+    """An object with some attributes."""
+
+    def __init__(self, **attributes):
+        self.__dict__.update(attributes)
+
+
+def as_pyvista(vertices, triangles):
+    pv = pytest.importorskip("pyvista")
+    return pv.PolyData.from_regular_faces(vertices, triangles)
+
+
+def as_meshio(vertices, triangles):
+    return pytest.importorskip("meshio").Mesh(vertices, [("triangle", triangles)])
+
+
+def as_trimesh(vertices, triangles):
+    trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
+    return trimesh.Trimesh(vertices, triangles, process=False)
+
+
+MESHES = {
+    "pyvista": as_pyvista,
+    "meshio": as_meshio,
+    "trimesh": as_trimesh,
+    "vertices and faces": lambda v, t: Like(vertices=v, faces=t),
+    "vertices and triangles": lambda v, t: Like(vertices=v, triangles=t),
+    "vertices and edges": lambda v, t: Like(vertices=v, edges=t),
+}
+
+
+@pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
+def test_a_mesh_is_a_fault_and_a_horizon(make):
+    same(volumes(faults={"F1": make(*mesh())}))
+    same(volumes(horizons={"Top": make(*mesh("Top"))}))
+    assert gs.triangulate_fault(make(*mesh()), name="F1").n_triangle == len(mesh()[1])
+
+
+def test_what_is_changed_afterwards_stays_out():
+    fault = as_pyvista(*mesh())
+    scene = gs.Scene(WORLD.horizons, {"F1": fault}, WORLD.box)
+    fault.points[:] += 500.0
+    same(scene.volumes)
+
+
+def test_polygons_of_pyvista_are_split():
+    pv = pytest.importorskip("pyvista")
+    wall = pv.PolyData(
+        [[2000.0, -100, -3000], [2000, 3100, -3000], [2000, 3100, -1000], [2000, -100, -1000]],
+        faces=[4, 0, 1, 2, 3],
+    )
+    assert gs.triangulate_fault(wall, name="F2").n_triangle == 2
+
+
+def test_layers_of_pyvista_are_horizons_and_faults():
+    pv = pytest.importorskip("pyvista")
+    x, y = np.meshgrid(TOP.easting.values, TOP.northing.values, indexing="ij")
+    z = TOP.transpose("easting", "northing").values
+    z = z if TOP.attrs["positive"] == "up" else -z
+    same(volumes(horizons={"Top": pv.StructuredGrid(x[..., None], y[..., None], z[..., None])}))
+    volume = pv.StructuredGrid(*np.meshgrid(*[np.arange(3.0)] * 3, indexing="ij"))
+    with pytest.raises(InputError, match="is a volume"):
+        volumes(horizons={"Top": volume})
+    found = gs.triangulate_fault(
+        pv.StructuredGrid(*(np.stack([np.full((2, 3), 5.0), *np.mgrid[:2, :3]])[..., None])),
+        name="F",
+    )
+    assert found.n_triangle == 4
+
+
+def xtgeo_surface(rotation=0.0):
+    xtgeo = pytest.importorskip("xtgeo", reason="xtgeo is not installed")
+    depth = TOP if TOP.attrs["positive"] == "down" else -TOP
+    return xtgeo.RegularSurface(
+        ncol=TOP.sizes["easting"], nrow=TOP.sizes["northing"],
+        xinc=float(TOP.easting[1] - TOP.easting[0]), yinc=float(TOP.northing[1] - TOP.northing[0]),
+        xori=float(TOP.easting[0]), yori=float(TOP.northing[0]), rotation=rotation,
+        values=depth.transpose("easting", "northing").values,
+    )  # fmt: skip
+
+
+def test_grids_of_xtgeo_are_horizons():
+    same(volumes(horizons={"Top": xtgeo_surface()}, positive="down"))
+    with pytest.raises(GeosurfError, match="positive"):
+        volumes(horizons={"Top": xtgeo_surface()})
+    turned = gs.triangulate_horizon(xtgeo_surface(30.0), positive="down")
+    x, y = xtgeo_surface(30.0).get_xy_values(asmasked=False)
+    expected = np.stack([x.ravel(), y.ravel()], axis=1)
+    found = turned.vertices[:, :2]
+    order, of = np.lexsort(found.round(3).T), np.lexsort(expected.round(3).T)
+    assert np.abs(found[order] - expected[of]).max() < 1e-9
+
+
+def test_lines_of_xtgeo_are_sticks():
+    xtgeo = pytest.importorskip("xtgeo", reason="xtgeo is not installed")
+    corners = [(2000 + k, 1500 * i, 1000 + 900 * k) for i in range(3) for k in range(3)]
+    rows = [(*corner, n // 3) for n, corner in enumerate(corners)]
+    found = gs.triangulate_fault(xtgeo.Polygons(rows), name="F2", positive="down")
+    assert found.bounds == (2000.0, 2002.0, 0.0, 3000.0, -2800.0, -1000.0)
+    with pytest.raises(InputError, match="depth or elevation"):
+        gs.triangulate_fault(xtgeo.Polygons(rows), name="F2")
+
+
+def test_geodataframes_are_points_and_sticks():
+    geopandas = pytest.importorskip("geopandas", reason="geopandas is not installed")
+    from shapely import LineString, Point
+
+    lines = [
+        LineString([(2000, y, -3000), (2000, y, -2000), (2100, y, -1000)]) for y in (0, 1500, 3000)
+    ]
+    fault = gs.triangulate_fault(
+        geopandas.GeoDataFrame(geometry=lines, crs="EPSG:23031"), name="F2", positive="up"
+    )
+    assert fault.n_vertex == 9
+    flat = geopandas.GeoDataFrame(geometry=[Point(0, 0)])
+    with pytest.raises(InputError, match="no third coordinate"):
+        volumes(horizons={"Top": flat})
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (Like(vertices=np.zeros((3, 3)), faces=np.zeros((1, 4), int)), r"faces \(1, 4\)"),
+        (Like(points=np.zeros((4, 3)), cells_dict={"tetra": np.zeros((1, 4))}), "takes triangles"),
+    ],
+)
+def test_other_cells_are_refused_by_name(value, words):
+    with pytest.raises(InputError, match=words):
+        volumes(faults={"F1": value})
+
+
+def test_results_go_back():
+    pv = pytest.importorskip("pyvista")
+    scene = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box)
+    blocks = scene.to_pyvista()
+    assert isinstance(blocks, pv.MultiBlock)
+    assert list(blocks["units"].keys()) == list(scene.units)
+    for name, unit in scene.units.items():
+        assert blocks["units"][name].volume == pytest.approx(unit.volume, rel=1e-6)
+    assert set(blocks["horizons"].keys()) == {"Top", "Base"}
+    table = scene.units.to_dataframe()
+    assert table.volume.sum() == pytest.approx(scene.units.box_volume)
+    assert (table.index == list(scene.units)).all()
+    assert isinstance(scene.volumes, xr.DataArray)
