@@ -24,7 +24,10 @@ from geosurf.triangulate import triangulate_horizon
 
 
 def build_scene(
-    scenario: Scenario, on_step: OnStep = lambda *_: None, out: Path | None = None
+    scenario: Scenario,
+    on_step: OnStep = lambda *_: None,
+    out: Path | None = None,
+    on_start: OnStep = lambda *_: None,
 ) -> Scene:
     """
     Read the surfaces of a scenario, and tear the horizons that ``[tear]`` and ``[[throws]]`` name.
@@ -36,6 +39,8 @@ def build_scene(
         Is called after each step: stage, subject, outcome.
     out : pathlib.Path, optional
         A folder for a picture of the place where a horizon cannot be torn.
+    on_start : callable, optional
+        Is called before each horizon is torn, which may take long: stage, horizon, its number.
 
     Returns
     -------
@@ -54,7 +59,7 @@ def build_scene(
         return scene
     scene, horizons = untorn_scene(scenario)
     on_step("read", _numbers(scene), "")
-    return torn_horizons(scenario, scene, horizons, on_step, out)
+    return torn_horizons(scenario, scene, horizons, on_step, out, on_start)
 
 
 def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:

@@ -208,7 +208,7 @@ def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
 
     A picture of the place where the model cannot be built goes into the folder ``out``.
     """
-    scene = build_scene(scenario, log.step, out)
+    scene = build_scene(scenario, log.step, out, log.begin)
 
     # surface by surface, so that the log moves while a long run reads
     for name in (*scene.horizon_names, *scene.fault_names):

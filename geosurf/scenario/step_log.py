@@ -48,6 +48,11 @@ class StepLog:
         if self._progress is not None:
             self._progress(f"{stage:<11} {subject:<38} {outcome:<20}{seconds:7.1f} s")
 
+    def begin(self, stage: str, subject: str, outcome: str = "") -> None:
+        """Name a step that starts now, for steps that take long: its own line follows."""
+        if self._progress is not None:
+            self._progress(f"{stage:<11} {subject:<38} {outcome} ...")
+
     def new_steps_of(self, scene: Scene) -> None:
         """Report the steps that a scene has run since the last call."""
         # results from memory took no time and are not logged again

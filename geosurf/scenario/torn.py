@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ def torn_horizons(
     horizons: Mapping[str, Any],
     on_step: OnStep,
     out: Path | None = None,
+    on_start: OnStep = lambda *_: None,
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -43,6 +45,8 @@ def torn_horizons(
         Is called after each sheet: stage, horizon, outcome.
     out : pathlib.Path, optional
         Where a picture goes of the place where a horizon cannot be torn.
+    on_start : callable, optional
+        Is called before each horizon is torn: stage, horizon, its number.
 
     Returns
     -------
@@ -74,11 +78,12 @@ def torn_horizons(
     filling = filling_of(scenario, picked)
 
     # tearing may extend faults: sheets and scene must have the same ones
-    sheets, faults = sheets_on(given, filling, as_picked)
+    sheets, faults = sheets_on(given, filling, as_picked, partial(on_start, "tear"))
     for warning in warnings_of(given, faults, sheets):
         warn(warning)
     for name, horizon in horizons.items():
         if name not in sheets and throws[name]:
+            on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
                 sheets[name] = _by_throw(scene, throws[name], name, horizon)
     for name in sheets:

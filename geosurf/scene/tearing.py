@@ -95,6 +95,7 @@ def sheets_on(
     faults: Faults,
     filling: Mapping[str, bool | str],
     make: Callable[[str, Faults, bool | Sheet], Sheet],
+    on_start: Callable[[str, str], object] = lambda *_: None,
 ) -> tuple[dict[str, Sheet], Faults]:
     """Return sheets that all end on the same faults, and these: longer ones where one needs it.
 
@@ -106,17 +107,21 @@ def sheets_on(
     make : callable
         (horizon, faults, bool or sheet that it is pinched out onto) -> its sheet; its warnings are
         those of the sheet.
+    on_start : callable, optional
+        Is called with (horizon, "2 of 4") before each tear, and with faults that became longer.
     """
     # all horizons again with the longer fault: two sheets must not end on different surfaces
     for _ in range(ROUNDS):
         with collected():
             sheets: dict[str, Sheet] = {}
-            for name in in_order(filling):
+            for place, name in enumerate(in_order(filling), 1):
+                on_start(name, f"{place} of {len(filling)}")
                 fill = filling[name]
                 sheets[name] = make(name, faults, fill if isinstance(fill, bool) else sheets[fill])
         longer = _longer(faults, sheets)
         if not longer:
             return {name: sheets[name] for name in filling}, faults
+        on_start(", ".join(longer), "extended; horizons are torn again")
         faults = {**faults, **longer}
     raise InvariantError(f"faults {sorted(longer)} became longer {ROUNDS} times.")
 

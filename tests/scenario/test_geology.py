@@ -273,6 +273,9 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
     for name, unit in plain.units.items():
         assert outcome.scene.units[name].volume == pytest.approx(unit.volume, rel=1e-3)
     assert any(re.match(r"tear +Top +at F1 ", line) for line in told)
+    starts = [line for line in told if re.match(r"tear +Top +1 of \d+ \.\.\.$", line)]
+    assert starts, "the console names the horizon before it is torn"
+    assert told.index(starts[0]) < min(n for n, line in enumerate(told) if " at F1 " in line)
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
     section = page[page.index("Throw and heave of torn") : page.index("<h2>Certificate")]
     assert "trim 1.5 cells" in section
