@@ -26,7 +26,7 @@ from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
 from geosurf.model import TriSurface
 
-_FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking crowns
+_FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking tops
 
 
 @dataclass
@@ -136,7 +136,7 @@ def find_candidates(
 def _near_pairs(
     surfaces: Sequence[TriSurface], trees: list[tree.Tree], pairs: Sequence[tuple[int, int]]
 ) -> list[tuple[int, int]]:
-    """Those of some pairs of surfaces whose trees meet, by their boxes and their crowns.
+    """Those of some pairs of surfaces whose trees meet, by their boxes and their tops.
 
     Crowns are not asked where two grids share a map: what is nearly at one height is kept there.
     """
@@ -148,7 +148,7 @@ def _near_pairs(
         return near
 
     # Then the upper levels of the trees, for all pairs in one call.
-    by_crowns = tree.apart_by_crowns(trees, np.array(asked)).tolist()
+    by_crowns = tree.separated_by_tops(trees, np.array(asked)).tolist()
     far = {pair for pair, is_far in zip(asked, by_crowns, strict=True) if is_far}
     return [pair for pair in near if pair not in far]
 

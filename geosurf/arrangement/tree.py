@@ -24,7 +24,7 @@ _NO_ORDER = np.empty(0, dtype=np.int64)
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
-_CROWN = 512  # nodes of the lowest level of a crown; sixteen cells of a large fault beside a node
+_TOP = 512  # nodes of the lowest level of a top; sixteen cells of a large fault beside a node
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class Tree:
         """Box around all that the tree holds: lower, then upper corner."""
         return self.nodes[-1]
 
-    def crown(self) -> tuple[np.ndarray, np.ndarray]:
+    def top(self) -> tuple[np.ndarray, np.ndarray]:
         """Boxes of the upper levels, and these levels: see `geosurf.kernels.search.tree_tops`."""
         n_level = len(self.levels)
         sizes = self.levels[:, 1] * self.levels[:, 2]
-        # The lowest level with at most _CROWN nodes; a whole tree if it is small.
-        lowest = min(int((sizes > _CROWN).sum()), n_level - 1)
+        # The lowest level with at most _TOP nodes; a whole tree if it is small.
+        lowest = min(int((sizes > _TOP).sum()), n_level - 1)
         start = self.levels[lowest, 0]
 
         # Levels have rows (first node, rows, columns, fan in rows, fan in columns).
@@ -154,16 +154,16 @@ def apart(trees: list[Tree]) -> np.ndarray:
     return beyond | beyond.T
 
 
-def apart_by_crowns(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
+def separated_by_tops(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
     """Which pairs (rows of `trees`, int64 (n, 2)) do not meet by their upper levels, bool (n,)."""
-    crowns = [tree.crown() for tree in trees]
+    tops = [tree.top() for tree in trees]
 
-    # All crowns in one table of nodes; levels are shifted to it.
-    first_node = np.cumsum([0] + [len(nodes) for nodes, _ in crowns])
-    first_level = np.cumsum([0] + [len(levels) for _, levels in crowns])
-    levels = np.concatenate([levels for _, levels in crowns])
+    # All tops in one table of nodes; levels are shifted to it.
+    first_node = np.cumsum([0] + [len(nodes) for nodes, _ in tops])
+    first_level = np.cumsum([0] + [len(levels) for _, levels in tops])
+    levels = np.concatenate([levels for _, levels in tops])
     levels[:, 0] += np.repeat(first_node[:-1], np.diff(first_level))
-    nodes = np.concatenate([nodes for nodes, _ in crowns])
+    nodes = np.concatenate([nodes for nodes, _ in tops])
     beyond: np.ndarray = ~tops_overlap(nodes, levels, first_level, pairs)
     return beyond
 

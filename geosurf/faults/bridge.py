@@ -54,10 +54,10 @@ def bridge_to(
     >>> made.side, round(made.distance, 2)
     ('start', 2.25)
     """
-    if is_past(split([fault, main]), fault.name, main.name, keep):
+    if lies_beyond(split([fault, main]), fault.name, main.name, keep):
         return ExtendedFault(fault, fault.n_triangle, ())
 
-    # distances are floats: they only choose the side to extend, and `is_past` decides exactly
+    # distances are floats: they only choose the side to extend, and `lies_beyond` decides exactly
     rim = find_rim(fault)
     corners = main.vertices[main.triangles]
     gaps = {side: side_gaps(fault.vertices[rim.arcs[side]], corners) for side in SIDES}
@@ -72,12 +72,12 @@ def bridge_to(
         # a continuation shorter than asked has left the bounds of the main fault: more would not
         # meet it
         beyond_bounds = made.extensions[0].distance < length
-        if beyond_bounds or is_past(split([made.surface, main]), fault.name, main.name, keep):
+        if beyond_bounds or lies_beyond(split([made.surface, main]), fault.name, main.name, keep):
             return made
         length *= 2.0
 
 
-def is_past(patches: Patches, fault: str, main: str, keep: str) -> bool:
+def lies_beyond(patches: Patches, fault: str, main: str, keep: str) -> bool:
     """Whether a fault lies beyond its main one with a whole side: nothing is left to bridge.
 
     Parameters

@@ -57,7 +57,7 @@ class Lattice(Noun):
     def __post_init__(self) -> None:
         # read-only: survey, keys and trees below are computed once and must stay true
         for key in ("easting", "northing", "elevation"):
-            object.__setattr__(self, key, _kept(_numbers(key, getattr(self, key))))
+            object.__setattr__(self, key, _read_only(_numbers(key, getattr(self, key))))
         shape, found = self.elevation.shape, (self.easting.shape, self.northing.shape)
         if len(shape) != 2 or found not in ((shape[1:], shape[:1]), (shape, shape)):
             raise SurfaceError(
@@ -308,7 +308,7 @@ class Lattice(Noun):
         return bool(np.nansum(np.sign(cell)) >= 0)
 
 
-def _kept(array: np.ndarray) -> np.ndarray:
+def _read_only(array: np.ndarray) -> np.ndarray:
     """A read-only view in one piece; one whose rows or columns are all alike is not expanded."""
     # np.broadcast_to views keep their zero stride, so that a plane of 10^8 nodes takes no memory
     if array.ndim == 2 and _zero_steps(array):

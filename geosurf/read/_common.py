@@ -184,42 +184,46 @@ def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
     return {key: None if word is None else Otherwise(word) for key, word in words.items()}
 
 
-def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
+def agreed_sign(stated: str | None, requested: str | None, what: str) -> float:
     """Return +1 (elevation) or -1 (depth) from a file and the argument of a caller."""
     # a default for many files applies only where the file is silent
-    if isinstance(asked, Otherwise):
-        elevation_sign(asked, what)
-        asked = asked if said is None else None
+    if isinstance(requested, Otherwise):
+        elevation_sign(requested, what)
+        requested = requested if stated is None else None
 
-    if asked is not None:
-        elevation_sign(asked, what)  # a misspelt word is reported as such
+    if requested is not None:
+        elevation_sign(requested, what)  # a misspelt word is reported as such
     if (
-        said is not None
-        and asked is not None
-        and elevation_sign(said, what) != elevation_sign(asked, what)
+        stated is not None
+        and requested is not None
+        and elevation_sign(stated, what) != elevation_sign(requested, what)
     ):
         raise InputError(
-            f"{what}: the file has positive={said!r}, but the argument is positive={asked!r}. "
+            f"{what}: the file has positive={stated!r}, but the argument is "
+            f"positive={requested!r}. "
             "Leave the argument out, or correct the file."
         )
-    return elevation_sign(said if said is not None else asked, what)
+    return elevation_sign(stated if stated is not None else requested, what)
 
 
-def agreed_scale(said: str | None, asked: str | None, default: str | None, what: str) -> float:
+def agreed_scale(
+    stated: str | None, requested: str | None, default: str | None, what: str
+) -> float:
     """Return metres per unit from a file, the argument of a caller, or a format."""
     # A default of the caller gives way to what the file states.
-    if isinstance(asked, Otherwise):
-        metres_per_unit(asked, what)
-        asked = asked if said is None else None
-    if asked is not None:
-        metres_per_unit(asked, what)
+    if isinstance(requested, Otherwise):
+        metres_per_unit(requested, what)
+        requested = requested if stated is None else None
+    if requested is not None:
+        metres_per_unit(requested, what)
 
     # Both state a unit: they have to agree in size, not in spelling.
-    if said is not None and asked is not None:
-        if metres_per_unit(said, what) != metres_per_unit(asked, what):
+    if stated is not None and requested is not None:
+        if metres_per_unit(stated, what) != metres_per_unit(requested, what):
             raise InputError(
-                f"{what}: the file has the length unit {said!r}, but length_unit={asked!r} was "
+                f"{what}: the file has the length unit {stated!r}, but "
+                f"length_unit={requested!r} was "
                 "given. Leave the argument out, or correct the file."
             )
-        return metres_per_unit(said, what)
-    return metres_per_unit(first_given(said, asked, default), what)
+        return metres_per_unit(stated, what)
+    return metres_per_unit(first_given(stated, requested, default), what)

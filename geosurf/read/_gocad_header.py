@@ -121,9 +121,9 @@ class Header:
         direction = positive if positive is not None or self.positive is not None else "up"
         sign = agreed_sign(self.positive, direction, what)
         # Units in the order x, y, z; the argument of the caller counts for z alone.
-        said = [self.axis_units[k] for k in order] if self.axis_units else [None] * 3
-        asked = (None, None, length_unit)  # a caller's word is that of elevations
-        pairs = zip(said, asked, strict=True)
+        stated = [self.axis_units[k] for k in order] if self.axis_units else [None] * 3
+        requested = (None, None, length_unit)  # a caller's word is that of elevations
+        pairs = zip(stated, requested, strict=True)
         scale = np.array([agreed_scale(*pair, "m", what) for pair in pairs])
         world: np.ndarray = points[:, order] * scale * [1.0, 1.0, sign]
         return world

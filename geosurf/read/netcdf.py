@@ -93,8 +93,8 @@ def read_netcdf_horizon(
     what = f"{path}: variable {data.name!r}"
 
     # direction and unit as the file states them, or the caller; both have to agree
-    sign = agreed_sign(_said(data, "positive"), positive, what)
-    scale = agreed_scale(_said(data, "units"), length_unit, None, what)
+    sign = agreed_sign(_attribute(data, "positive"), positive, what)
+    scale = agreed_scale(_attribute(data, "units"), length_unit, None, what)
 
     # The dimension that runs north comes first; other dimensions of length 1 are dropped.
     easting = _coordinate(path, data, EASTING)
@@ -167,8 +167,8 @@ def read_netcdf_fault(
 
     z = found["elevation"]
     what = f"{path}: fault {name!r}"
-    sign = agreed_sign(_said(z, "positive"), positive, what)
-    scale = agreed_scale(_said(z, "units"), length_unit, None, what)
+    sign = agreed_sign(_attribute(z, "positive"), positive, what)
+    scale = agreed_scale(_attribute(z, "units"), length_unit, None, what)
     arrays = {
         "easting": _metres(path, found["easting"]),
         "northing": _metres(path, found["northing"]),
@@ -296,7 +296,7 @@ def _coordinate(path: Path, data: xr.DataArray, spellings: tuple[str, ...]) -> x
     found = [
         coordinate
         for key, coordinate in data.coords.items()
-        if str(key).lower() in spellings or _said(coordinate, "standard_name") in spellings
+        if str(key).lower() in spellings or _attribute(coordinate, "standard_name") in spellings
     ]
     if len(found) != 1 or found[0].ndim not in (1, 2):
         raise FormatError(
@@ -372,7 +372,7 @@ def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
             f"{what} has {int((~np.isfinite(values)).sum())} values that are not finite. Give "
             "every node a position."
         )
-    return values * agreed_scale(_said(coordinate, "units"), None, "m", what)
+    return values * agreed_scale(_attribute(coordinate, "units"), None, "m", what)
 
 
 def _crs(data: Any, dataset: xr.Dataset) -> dict[str, str]:
@@ -381,7 +381,7 @@ def _crs(data: Any, dataset: xr.Dataset) -> dict[str, str]:
     return {} if crs is None else {"crs": crs}
 
 
-def _said(data: xr.DataArray, key: str) -> str | None:
+def _attribute(data: xr.DataArray, key: str) -> str | None:
     """Return an attribute as a word, whatever it is."""
     word = data.attrs.get(key)
     return None if word is None else str(word)

@@ -194,7 +194,7 @@ class Memory:
     def summary(self) -> Step:
         """Shared results in memory, and those that were dropped, as a line of `explain`."""
         store = self.store
-        stored = f"{counted(store.n_kept, 'result')}, {in_bytes(store.bytes_kept())}"
+        stored = f"{counted(store.n_stored, 'result')}, {in_bytes(store.bytes_stored())}"
         dropped = f"{counted(store.n_dropped, 'result')}, {in_bytes(store.bytes_dropped)}"
         detail = f"{stored} of at most {in_bytes(store.budget)}; dropped: {dropped}"
         return Step("memory", "of the family", "stored", detail)

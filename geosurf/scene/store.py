@@ -147,7 +147,7 @@ class Store:
     ...     store.put(k, np.zeros(300), (), mine)
     >>> [store.get(k, mine) is not None for k in range(3)]
     [False, False, True]
-    >>> store.n_dropped, store.bytes_dropped, store.n_kept
+    >>> store.n_dropped, store.bytes_dropped, store.n_stored
     (2, 4800, 1)
     """
 
@@ -250,11 +250,11 @@ class Store:
     # ---- bytes ---------------------------------------------------------------------------
 
     @property
-    def n_kept(self) -> int:
+    def n_stored(self) -> int:
         """How many results are stored."""
         return len(self._entries)
 
-    def bytes_kept(self) -> int:
+    def bytes_stored(self) -> int:
         """Count the bytes of all results again: arrays may have been made since."""
         with self._lock:
             self._count_again()

@@ -12,9 +12,9 @@ from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import (
     Tree,
     apart,
-    apart_by_crowns,
     candidate_pairs,
     pairs_of_some,
+    separated_by_tops,
     tree_of,
 )
 from geosurf.errors import SurfaceError
@@ -76,8 +76,8 @@ def test_some_triangles_of_a_surface_with_all_of_it(surfaces, bits):
 
 
 def lowest_boxes(tree: Tree):
-    """Boxes of the lowest level of the crown."""
-    nodes, levels = tree.crown()
+    """Boxes of the lowest level of the top."""
+    nodes, levels = tree.top()
     return nodes[levels[0, 0] : levels[0, 0] + levels[0, 1] * levels[0, 2]]
 
 
@@ -99,7 +99,7 @@ def test_crowns_meet_where_two_of_their_lowest_nodes_do(seed):
         tree_of(TriSurface("S", "fault", corners.reshape(-1, 3), np.arange(15000).reshape(-1, 3)))
     )
     pairs = np.array([(i, j) for i in range(5) for j in range(5) if i != j])
-    beyond = apart_by_crowns(trees, pairs)
+    beyond = separated_by_tops(trees, pairs)
     for (i, j), far in zip(pairs.tolist(), beyond.tolist(), strict=True):
         a, b = lowest_boxes(trees[i]), lowest_boxes(trees[j])
         near = (a[:, None, :3] <= b[None, :, 3:]) & (b[None, :, :3] <= a[:, None, 3:])
@@ -116,7 +116,7 @@ def test_crowns_tell_some_pairs_apart_that_boxes_do_not():
     trees = [tree_of(TriSurface("F", "fault", lattice=lattice)) for lattice in dipping]
     pairs = np.array([(i, j) for i in range(5) for j in range(i + 1, 5)])
     assert not apart(trees)[:4, :4].any()
-    beyond = apart_by_crowns(trees, pairs)
+    beyond = separated_by_tops(trees, pairs)
     assert beyond[pairs[:, 1] < 4].all()
     assert not beyond[pairs[:, 1] == 4].any()
 

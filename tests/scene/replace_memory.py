@@ -43,7 +43,8 @@ def main(n: int = 1000, seed: int = 0) -> int:
             store = scene._graph.memory.store
             print(  # noqa: T201
                 f"{step + 1:6d} steps: {seen[-1]:7.1f} MB resident; shared results "
-                f"{store.bytes_kept() / 1e6:6.1f} MB, dropped {store.bytes_dropped / 1e6:8.1f} MB",
+                f"{store.bytes_stored() / 1e6:6.1f} MB, "
+                f"dropped {store.bytes_dropped / 1e6:8.1f} MB",
                 flush=True,
             )
     growth = (seen[-1] - seen[0]) / max(n - n // 10, 1)  # [MB] a step

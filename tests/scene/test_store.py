@@ -28,7 +28,7 @@ def true_bytes(store):
     roots = {}
     for entry in store._entries.values():
         roots |= buffers_of(entry.result)
-    return sum(roots.values()) + KB * store.n_kept
+    return sum(roots.values()) + KB * store.n_stored
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -62,9 +62,9 @@ def test_arrays_that_a_result_makes_later_are_counted():
     store, late = Store(budget=10**6), Late()
     mine = Scene(store)
     store.put("late", late, (), mine.used)
-    before = store.bytes_kept()
+    before = store.bytes_stored()
     late.made = np.zeros(1000)
-    assert store.bytes_kept() == before + 8000
+    assert store.bytes_stored() == before + 8000
 
 
 def test_views_and_containers_are_one():
@@ -87,13 +87,13 @@ def test_the_past_is_kept_for_some_scenes_and_the_living_for_ever():
     del past
     for k in range(KEPT_SCENES):
         Scene(store)
-        assert (store.n_kept == 2) == (k < KEPT_SCENES - 0), k
+        assert (store.n_stored == 2) == (k < KEPT_SCENES - 0), k
     Scene(store)
-    assert store.n_kept == 1
+    assert store.n_stored == 1
     del alive
     for _ in range(KEPT_SCENES + 2):
         Scene(store)
-    assert store.n_kept == 0
+    assert store.n_stored == 0
 
 
 def test_a_result_that_is_asked_for_again_stays():
@@ -151,7 +151,7 @@ def test_no_result_depends_on_the_budget(budget, monkeypatch):
     assert seen(second.replace(horizons={"Top": world.horizons["Top"]})) == fresh[0]
     assert seen(first) == fresh[0]
     store = first._graph.memory.store
-    assert store.bytes_kept() <= store.budget
+    assert store.bytes_stored() <= store.budget
 
 
 def test_a_living_scene_reads_its_inputs_once_whatever_is_dropped(monkeypatch):
@@ -161,7 +161,7 @@ def test_a_living_scene_reads_its_inputs_once_whatever_is_dropped(monkeypatch):
     _ = scene.units, scene.curves, scene.check(), scene.throw("Top", "F1")
     ran = [(step.stage, step.subject) for step in scene.steps if step.outcome == "ran"]
     assert len([one for one in ran if one[0] in ("triangulate", "rebuild", "carve")]) == 5 + 1 + 1
-    assert scene._graph.memory.store.n_kept == 0
+    assert scene._graph.memory.store.n_stored == 0
     assert "dropped: " in scene.explain()
 
 
@@ -195,7 +195,7 @@ def test_a_chain_keeps_the_last_few():
         top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
         scene = scene.replace(horizons={"Top": top})
         _ = scene.units
-        kept.append(scene._graph.memory.store.bytes_kept())
+        kept.append(scene._graph.memory.store.bytes_stored())
     gc.collect()
     assert max(kept[15:]) <= 1.05 * max(kept[:15])
     (line,) = [line for line in scene.explain().splitlines() if line.startswith("memory")]

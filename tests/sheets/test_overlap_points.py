@@ -9,7 +9,7 @@ import pytest
 
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.lattice.solve import BEND, lattice_graph, weights_of
-from geosurf.sheets.mesh.overlap_points import _drawn_to, points_past
+from geosurf.sheets.mesh.overlap_points import _drawn_to, points_beyond_trace
 
 SIDE = 4  # nodes
 
@@ -36,7 +36,7 @@ def case(uv: list[tuple[float, float]], ghosts: list[tuple[int, int]]):
     picks = SimpleNamespace(corners=lambda: (nodes, share))
     past = np.stack([np.arange(len(uv)), np.zeros(len(uv), int), np.ones(len(uv), int)], axis=1)
     torn = SimpleNamespace(anchor=anchor, node_of_ghost=node, n_node=SIDE**2)
-    return points_past(picks, SimpleNamespace(near=[Near()], beyond=past), torn), share
+    return points_beyond_trace(picks, SimpleNamespace(near=[Near()], beyond=past), torn), share
 
 
 def test_a_point_past_a_trace_is_between_the_vertices_of_its_own_wall():

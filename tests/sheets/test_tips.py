@@ -11,7 +11,7 @@ from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.tips import TERMS, tips_of
 from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.tip_residual import _pays, paying_shares, smoothest_rest
+from geosurf.sheets.heights.tip_residual import _pays, paying_shares, smoothest_residual
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.noise import scale_of
 from geosurf.sheets.lattice.solve import BEND, lattice_graph, smoothest, weights_of
@@ -82,7 +82,7 @@ def test_the_rest_is_the_smoothest_against_dense_equations():
     pull, target = np.where(np.arange(9) % 2, 0.3, 0.0), rng.standard_normal(9)
     likely, doubt = np.array([10.0, 20.0]), 0.4
     groups = [(np.arange(2), np.ones(49, dtype=bool))]
-    found, share = smoothest_rest(
+    found, share = smoothest_residual(
         graph, unknown, value, np.ones(2), shapes, groups, likely, doubt, pull, target
     )
     weights = weights_of(np.ones(2), BEND)
@@ -97,7 +97,7 @@ def test_the_rest_is_the_smoothest_against_dense_equations():
     assert share == pytest.approx([50.0, -30.0], rel=0.2)
     bare = np.zeros((49, 2))  # shapes that are good for nothing
     plain = smoothest(graph, unknown, value, np.ones(2), pull=pull, target=target)
-    found, share = smoothest_rest(
+    found, share = smoothest_residual(
         graph, unknown, value, np.ones(2), bare, groups, likely, doubt, pull, target
     )
     assert not share.any()

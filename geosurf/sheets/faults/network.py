@@ -214,7 +214,7 @@ class Network:
         for i, trace in enumerate(self.traces):
             for k in range(2):
                 if trace.ends[k] == "tip":
-                    self.solve[i, k] = past_tip(trace, k, (trace.start, trace.stop)[k])
+                    self.solve[i, k] = beyond_tip(trace, k, (trace.start, trace.stop)[k])
 
     def with_traces(self, traces: list[Trace], mesh: np.ndarray, solve: np.ndarray) -> Network:
         """Other traces and limits, on the same lattice; this network stays what it is."""
@@ -234,7 +234,7 @@ class Network:
         return sum(end == "tip" for trace in self.traces for end in trace.ends)
 
 
-def past_tip(trace: Trace, end: int, place: float) -> float:
+def beyond_tip(trace: Trace, end: int, place: float) -> float:
     """The place one cell past a tip at some place: throw dies there, not before."""
     along = trace.along
     real = np.interp(place, np.arange(len(along)), along)

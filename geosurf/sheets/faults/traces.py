@@ -156,7 +156,7 @@ def trace_lines(
     found = []
     for line in split_lines(directed_lines(tail, head, len(where))):
         # points closer than a fifth of a cell carry no more than rounding
-        line = line[_kept(where[line, 0], where[line, 1])]
+        line = line[_spaced(where[line, 0], where[line, 1])]
         found.append(np.hstack([where[line], normals[face[line]]]))
     return found
 
@@ -224,7 +224,7 @@ def _numbered(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     return number_keys((one - least) * wide + (two - low))[1]
 
 
-def _kept(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _spaced(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Which points of a line stay: those that do not repeat the one before by a fifth of a cell."""
     # one point for each fifth of a cell; both ends always stay
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])

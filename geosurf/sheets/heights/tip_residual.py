@@ -101,7 +101,7 @@ def likely_shares(tips: Sequence[Tips], throw: Sequence[float]) -> np.ndarray:
     return np.concatenate([np.empty(0), *found])
 
 
-def smoothest_rest(
+def smoothest_residual(
     graph: Graph,
     unknown: np.ndarray,
     value: np.ndarray,
@@ -196,7 +196,7 @@ def paying_shares(
     groups : sequence of ndarray of int64
         Columns of the shapes of each fault.
     likely, doubt, towards
-        As for `smoothest_rest`.
+        As for `smoothest_residual`.
     units : sequence of float
         Energy in which what each group gains is counted: that of one deviation of noise, or, where
         data are exact, of a node.

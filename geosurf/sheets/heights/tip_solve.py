@@ -21,7 +21,7 @@ from geosurf.sheets.heights.tip_residual import (
     groups_of,
     likely_shares,
     shapes_of,
-    smoothest_rest,
+    smoothest_residual,
 )
 from geosurf.sheets.lattice.drape import around, without_absent
 from geosurf.sheets.lattice.frame import Frame
@@ -112,7 +112,7 @@ class Task:
             graph, number = with_more(graph, more), np.arange(len(band) + more)
             pull, data, value = (np.append(a, np.zeros(more)) for a in (pull, data, value))
             shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
-        found, share = smoothest_rest(
+        found, share = smoothest_residual(
             graph, number, value, self.frame.stretch, shapes, groups,
             likely_shares(self.tips, self.throws), self.noise.energy, pull, data, self.noise.scale,
             [tip.throw_towards() for tip in self.tips], common,

@@ -36,7 +36,7 @@ def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
         past = None
         # Ghosts bend only at traces where the sheet goes on beyond the fault as before it.
         if state.bent is not None:
-            past = partial(state.bent.only(_bending_past(state, early)).of, frame)
+            past = partial(state.bent.only(_bent_beyond(state, early)).of, frame)
         return ghost_heights(
             torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past,
             scale_of(weight),
@@ -71,7 +71,7 @@ def ghosts_by_picks(
     return known
 
 
-def _bending_past(state: Heights, early: Collection[int]) -> list[int]:
+def _bent_beyond(state: Heights, early: Collection[int]) -> list[int]:
     """Traces at whose tips ghosts bend as the sheet does: only what is left is extrapolated.
 
     Not where a tear ends early at a gap: bent ghosts have been tried there and left a hole.

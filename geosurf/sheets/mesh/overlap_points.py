@@ -26,7 +26,7 @@ from geosurf.sheets.mesh.ghosts import HOLD, JOINED, bends, mesh_graph
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
 
-def points_past(
+def points_beyond_trace(
     picks: Scattered, state: Heights, torn: Torn
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points past a trace whose cell has all four vertices on the sheet of their own wall.
@@ -80,7 +80,7 @@ def ghosts_by_points(
         torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent: Callable | None
     ) -> dict[int, float]:
         """Heights of ghosts, by number."""
-        vertex, share, pick = points_past(picks, state, torn)
+        vertex, share, pick = points_beyond_trace(picks, state, torn)
         # No overlap: ghosts follow from the energy alone.
         if not len(pick):
             return {}

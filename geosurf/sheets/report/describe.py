@@ -92,7 +92,7 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         n_data=len(picks.z),
         n_ignored=int(state.ignored.sum()),
         n_solved=len(state.unknown),
-        misfit=_kept_misfit(picks, state),
+        misfit=_misfit_in_use(picks, state),
         holdout_misfit=_misfit(holdout_misfit(picks, solver.inputs.nearby, built)),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
@@ -134,7 +134,7 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
     ]
 
 
-def _kept_misfit(picks: Picks, state: Heights) -> dict[str, float]:
+def _misfit_in_use(picks: Picks, state: Heights) -> dict[str, float]:
     """Misfit at data in use: most are met bit for bit, and only counted."""
     missed = picks.missed(state.values, state.used)
     met = int(state.used.sum()) - len(missed)
