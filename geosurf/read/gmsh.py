@@ -111,6 +111,13 @@ def _tags_of_words(path: Path, words: list[bytes], version: str) -> np.ndarray:
                 else words[at + 4 : at + 4 + 4 * n : 4]
             )
             at += 4 + 4 * n
+
+        # meshio makes an array of the section's own count, however many nodes follow
+        if len(words) > 1 and _count(path, words[1]) != len(found):
+            raise FormatError(
+                f"{path}: {int(words[1])} nodes are announced in section $Nodes, and its blocks "
+                f"have {len(found)}. It is damaged or truncated; export it again."
+            )
     return np.array([_count(path, word) for word in found], dtype=np.int64)
 
 
