@@ -118,7 +118,7 @@ def test_law_a_kill_at_any_step_leaves_no_mixture(tmp_path):
         "files", lambda place: put(place, OLD | foreign), _replace, True,
         is_ours=lambda name: PurePosixPath(name) in OURS, marked=lambda found: "index" not in found,
     )  # fmt: skip
-    found = [row for row in attack(writer, tmp_path) if row[0] == "killed"]
+    found = list(attack(writer, tmp_path, kinds=("killed",)))
     assert len(found) > 10
     assert {words for _, _, words in found} == {"old", "new", "unfinished"}
 

@@ -180,7 +180,9 @@ def verdict(found: dict[str, str], old: dict[str, str], new: dict[str, str], wri
     return "unfinished"
 
 
-def attack(writer: Writer, base: Path, every: int = 1) -> Iterator[tuple[str, int, str]]:
+def attack(
+    writer: Writer, base: Path, every: int = 1, kinds: tuple[str, ...] = ("killed", *ERRORS)
+) -> Iterator[tuple[str, int, str]]:
     """Give (what happened, at which step, how it was then) for all steps of a writer."""
     base, place = base / "work", base / "work" / "here"
     base.mkdir()
@@ -190,7 +192,7 @@ def attack(writer: Writer, base: Path, every: int = 1) -> Iterator[tuple[str, in
         raise RuntimeError(f"{writer.name} cannot write the new results")
     new = digests(place)
     n_step = steps_of(writer, place)
-    for what in ("killed", *ERRORS):
+    for what in kinds:
         for at in range(1, n_step + 1, every):
             prepare(writer, place)
             steps = Steps(base, at, what)
