@@ -118,6 +118,12 @@ def tree_of_rows(surface: TriSurface, rows: np.ndarray) -> Tree:
     return _tree_of_list(surface.vertices, triangles, boxes, codes)
 
 
+def tree_of_list(vertices: np.ndarray, triangles: np.ndarray) -> Tree:
+    """A tree over listed triangles, in the frame of their vertices."""
+    boxes, codes, _, _ = survey_list(vertices, triangles)
+    return _tree_of_list(vertices, triangles, boxes, codes)
+
+
 def _lattice_tree(lattice: Lattice) -> Tree:
     survey = lattice.survey
     given = lattice.coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER

@@ -13,11 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.carve.check_partition import Matched, rows_of
-from geosurf.carve.outside import box_of
+from geosurf.carve.elements import Elements
 from geosurf.carve.rays import NO_HIT, Rays
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.numbering import number_keys
-from geosurf.model import Patches
 
 ABOVE, BELOW = 1, -1
 
@@ -28,12 +27,12 @@ class Around:
 
     Attributes
     ----------
-    patches : Patches
+    patches : Elements
     found : Matched
     n_unit : int
     """
 
-    patches: Patches
+    patches: Elements
     found: Matched
     n_unit: int
 
@@ -224,12 +223,14 @@ class Around:
 
         # one ray from each connected piece is enough: a piece crosses no shell
         _, first, piece = np.unique(self._pieces(rows), return_index=True, return_inverse=True)
-        every = np.concatenate([rows, self._shell_rows])
-        piece = np.concatenate([piece.ravel(), np.full(len(self._shell_rows), -1)])
-        rays = Rays(self.patches.local, self.patches.triangles[every])
-        side = rays.shoot(first, piece, piece < 0)[:, 1]
+        set_of = np.full(len(self.found.of_patches), -2)
+        set_of[self._shell_rows] = -1
+        set_of[rows] = piece.ravel()
+        x, t, element, starts = self.patches.triangles_near(rows[first], set_of > -2)
+        set_of = set_of[element]
+        side = Rays(x, t).shoot(starts, set_of, set_of < 0)[:, 1]
         side = side[side != NO_HIT]
-        row, behind = every[side // 2], side % 2 == 1
+        row, behind = element[side // 2], side % 2 == 1
         turn = (self.found.turn_of_patches[row] == behind).astype(np.int64)
         units = self._beside[self.found.of_patches[row], turn]
         return np.unique(units[units >= 0])
@@ -247,7 +248,7 @@ class Around:
 
     @cached_property
     def _within(self) -> np.ndarray:
-        return within_bounds(self.patches)
+        return self.patches.within
 
     @cached_property
     def _shell_rows(self) -> np.ndarray:
@@ -259,33 +260,37 @@ class Around:
         return first[first >= 0]
 
     def _pieces(self, rows: np.ndarray) -> np.ndarray:
-        """Connected piece of each triangle: joined by edges that belong to no shell."""
-        t, n = self.patches.triangles, len(self.patches.local)
+        """Connected piece of each element: joined by edges that belong to no shell."""
+        patches = self.patches
+        n = len(patches.local)
+        number = np.full(len(self.found.of_patches), -1)
+        number[rows] = np.arange(len(rows))
+        is_shell = np.zeros(len(number), dtype=bool)
+        is_shell[self._shell_rows] = True
+
+        mine = np.flatnonzero(number[patches.element] >= 0)
+        t, of = patches.triangles[mine], number[patches.element[mine]]
         used = np.zeros(n, dtype=bool)
-        used[t[rows]] = True
-        beside = self._shell_rows[used[t[self._shell_rows]].sum(axis=1) > 1]
-        edges = _edges(t[rows], n)
+        used[t] = True
+        beside = patches.triangles[is_shell[patches.element]]
+        beside = beside[used[beside].sum(axis=1) > 1]
+        edges = _edges(t, n)
 
         # edges of shells part pieces: what is on their two sides may be in two units
-        edges[np.isin(edges, _edges(t[beside], n))] = -1
+        edges[np.isin(edges, _edges(beside, n))] = -1
         order = np.argsort(edges, kind="stable")
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
-        pairs = np.stack([order[same], order[same + 1]], axis=1) // 3
-        return join_pairs(pairs, len(rows))
+        pairs = of[np.stack([order[same], order[same + 1]], axis=1) // 3]
+        joined = number[patches.joined]
+        joined = joined[(joined >= 0).all(axis=1)]
+        return join_pairs(np.concatenate([pairs, joined]), len(rows))
 
 
-def lie_on(patches: Patches, found: Matched, surfaces: list[int]) -> np.ndarray:
+def lie_on(patches: Elements, found: Matched, surfaces: list[int]) -> np.ndarray:
     """Whether each key is a triangle of one of the surfaces."""
     out = np.zeros(found.n_key, dtype=bool)
     out[found.of_patches[np.isin(patches.surface_of_triangle, surfaces)]] = True
     return out
-
-
-def within_bounds(patches: Patches) -> np.ndarray:
-    """Whether all corners of each triangle are within the bounds of the walls."""
-    lower, upper = box_of(patches)
-    inside: np.ndarray = ((patches.local >= lower) & (patches.local <= upper)).all(axis=1)
-    return inside[patches.triangles].all(axis=1)
 
 
 def _gathered(marks: np.ndarray, region: np.ndarray) -> np.ndarray:

@@ -11,10 +11,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from geosurf.carve.adjacency import ABOVE, BELOW, Around, lie_on, within_bounds
+from geosurf.carve.adjacency import ABOVE, BELOW, Around, lie_on
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.check_partition import Matched, rows_of
 from geosurf.carve.column import names_of_zones
+from geosurf.carve.elements import Elements
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.shells import unit_name
 from geosurf.model import Check, Patches, Unit, Units
@@ -22,7 +23,7 @@ from geosurf.model import Check, Patches, Unit, Units
 NAME = "unit names match their bounding surfaces"
 
 
-def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
+def named(patches: Patches | Elements, units: Units, found: Matched, divided: bool) -> Check:
     """Zone, block and contact in each name match the bounding surfaces of the unit.
 
     Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
@@ -31,8 +32,11 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
     Merged slivers may be of other zones and contact intervals than their unit. So these are checked
     on the units before, which are called that way, and blocks on those after.
     """
+    patches = Elements.of(patches)
     parts = list(units.values())
-    wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
+    words = [[patches.names[i] for i in rows_of(patches, r)] for r in ("horizon", "fault")]
+    zones = names_of_zones(words[0])
+    wrong = [unit.name for unit in parts if not _spelt(zones, words[1], unit)]
     upward, merged = _upward(patches), units.unmerged is not None
     if not merged:
         wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
@@ -61,7 +65,7 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
     return Check(NAME, not wrong, float(len(wrong)), detail)
 
 
-def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
+def _in_other_blocks(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units whose block name differs from the recomputed sides of faults.
 
     The sides are recomputed from all triangles of shells: a fault separates units that touch only
@@ -99,7 +103,7 @@ def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Ite
             yield unit.name
 
 
-def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
+def _on_other_sides(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units whose `fault_sides` differ from the recomputed sides.
 
     The region that is reachable from a unit without crossing a fault touches only its front, or
@@ -120,7 +124,7 @@ def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iter
 
 
 def _beyond_horizons(
-    patches: Patches, parts: list[Unit], around: Around, upward: np.ndarray
+    patches: Elements, parts: list[Unit], around: Around, upward: np.ndarray
 ) -> list[int]:
     """Units that lie above the horizon at the top of their zone, or below that at its base.
 
@@ -143,12 +147,8 @@ def _stated_sides(block: str, faults: list[str]) -> frozenset[str] | None:
     return frozenset() if name == WHOLE else parse_sides(name, faults)
 
 
-def _spelt(patches: Patches, unit: Unit) -> bool:
+def _spelt(zones: list[str], faults: list[str], unit: Unit) -> bool:
     """Whether a name consists of zone, block and contact, and these of existing names."""
-    horizons, faults = (
-        [patches.names[i] for i in rows_of(patches, r)] for r in ("horizon", "fault")
-    )
-    zones = names_of_zones(horizons)
     sides = _stated_sides(unit.block, faults)
     return (
         unit.name == unit_name(unit.zone, unit.block, unit.contact)
@@ -159,19 +159,16 @@ def _spelt(patches: Patches, unit: Unit) -> bool:
     )
 
 
-def _upward(patches: Patches) -> np.ndarray:
+def _upward(patches: Elements) -> np.ndarray:
     """Whether the front of each surface faces up, within the bounds of the walls."""
-    a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
-    inside = within_bounds(patches)
-
     # signed map area of each surface inside the box: up or down as a whole
-    rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    of = patches.surface_of_triangle
-    return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0
+    of, inside, n = patches.surface_of_triangle, patches.within, len(patches.sources)
+    upward: np.ndarray = np.bincount(of[inside], patches.rise[inside], minlength=n) >= 0.0
+    return upward
 
 
 def _in_other_zones(
-    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+    patches: Elements, parts: list[Unit], found: Matched, upward: np.ndarray
 ) -> list[int]:
     """Units above a horizon in a zone below it, or the reverse.
 
@@ -203,7 +200,7 @@ def _in_other_zones(
 
 
 def _contacts_apart(
-    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+    patches: Elements, parts: list[Unit], found: Matched, upward: np.ndarray
 ) -> Iterable[str]:
     """Names of units that a fluid contact separates although their names do not show it."""
     mine = np.flatnonzero(np.isin(found.surface, rows_of(patches, "contact")) & (found.row >= 0))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.carve.elements import Elements
 from geosurf.conventions import place
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import number_triangles
@@ -75,12 +76,12 @@ def matched(patches: Patches, units: Units, number: np.ndarray) -> Matched:
     unit = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
     surface = np.concatenate([np.empty(0, np.int64), *map(_surfaces, parts)])
     n = patches.n_triangle
-    row = _rows_on(patches.surface_of_triangle, key[:n], surface, key[n:], n_key)
+    row = rows_on(patches.surface_of_triangle, key[:n], surface, key[n:], n_key)
     behind = turn[n:] == turn[:n][row]
     return Matched(unit, surface, key[n:], row, behind, turn[n:], key[:n], turn[:n], n_key)
 
 
-def _rows_on(
+def rows_on(
     surface: np.ndarray, key: np.ndarray, wanted: np.ndarray, key_of: np.ndarray, n_key: int
 ) -> np.ndarray:
     """Row with the wanted key and surface among rows with `key` and `surface`; -1 if none has."""
@@ -111,7 +112,7 @@ def _surfaces(unit: Unit) -> np.ndarray:
     return unit.surface_of_triangle if len(unit.surface_of_triangle) == n else np.full(n, -1)
 
 
-def partition(patches: Patches, units: Units, found: Matched) -> Check:
+def partition(patches: Patches | Elements, units: Units, found: Matched) -> Check:
     """Each triangle of a shell is a triangle of its surface, with one unit on each side."""
     times = np.bincount(2 * found.key + found.turn, minlength=2 * found.n_key).reshape(-1, 2)
     alone = times.sum(axis=1) == 1
@@ -120,13 +121,19 @@ def partition(patches: Patches, units: Units, found: Matched) -> Check:
     foreign = found.row < 0
     twice = times[found.key, found.turn.astype(np.int64)] > 1
     gap = alone[found.key]
-    detail = f"{len(found.key)} triangles of units; each triangle inside has one unit on each side"
+    n = len(found.key)
+    if isinstance(patches, Elements):
+        n = int(patches.n_triangle[found.row[~foreign]].sum())
+    detail = f"{n} triangles of units; each triangle inside has one unit on each side"
     for bad, what in (
         (foreign, "is not a triangle of its surface"),
         (twice, "has two units on one side"),
         (gap, "has a unit on one side only and is not a wall"),
     ):
         if bad.any():
+            if isinstance(patches, Elements):
+                detail = f"{int(bad.sum())} elements: the first {what}"
+                break
             i = int(np.flatnonzero(bad)[0])
             unit = list(units.values())[found.unit[i]]
             j = i - int(np.searchsorted(found.unit, found.unit[i]))
@@ -137,6 +144,6 @@ def partition(patches: Patches, units: Units, found: Matched) -> Check:
     return Check("units fill the box without overlap", n_bad == 0, float(n_bad), detail)
 
 
-def rows_of(patches: Patches, role: str) -> list[int]:
+def rows_of(patches: Patches | Elements, role: str) -> list[int]:
     """Surfaces of one role."""
     return [i for i, source in enumerate(patches.sources) if source.role == role]

@@ -1,0 +1,406 @@
+"""The facts of a certificate from runs of lattices, without a list of all triangles.
+
+Runs are read from the model as it is stored: which triangles of a lattice they list, which corners
+and edges these have in common with other triangles, and which units lie on their sides. Triangles
+with a corner that others have, too, are listed; edges, vertices, sums and pairs of all others
+follow from the lattice. `Facts.of` returns None for a model that this does not hold for:
+`geosurf.carve.certificate` lists all its triangles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
+from geosurf.arrangement.tree import Tree, apart, apart_by_crowns, candidate_pairs, tree_of_list
+from geosurf.carve.check_partition import Matched, rows_on
+from geosurf.carve.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
+from geosurf.carve.outside import box_of
+from geosurf.carve.shells import Shells
+from geosurf.kernels.lattices.run_checks import (
+    add_to_units,
+    count_private,
+    keys_at_shared,
+    label_runs,
+    mark_nodes,
+    sums_of_runs,
+)
+from geosurf.kernels.meshes.shell_edges import count_shared
+from geosurf.kernels.meshes.shells import number_triangles, sums_of_triangles
+from geosurf.model import Lattice, Patches, Units
+from geosurf.model.pieces import Pieces, Strips
+
+EPS = 2.0**-53
+
+
+def sides_of(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray] | None:
+    """Units in front of and behind each element (n, 2), -1 outside, and the surfaces that shells
+    name there; None if units are not stored by elements of these patches.
+    """
+    stored = [one for one in (u.__dict__.get("_shell") for u in units.values()) if one is not None]
+    if not stored or len(stored) < len(units):
+        return None
+    shells: Shells = stored[0][0]
+    rows = [u for of, u in stored if of is shells]
+    cells = shells.cells
+    if len(set(rows)) < len(stored) or cells.pieces is not patches.pieces:
+        return None
+
+    # numbers of shells become those of units, in their order; the last is that of the outside
+    number = np.full(len(shells.volumes) + 1, -1)
+    number[rows] = np.arange(len(rows))
+    faces = np.concatenate([number[shells.sides], [[-1, -1]]])
+    named = np.append(cells.surface_of, -1)
+    return faces[cells.face_of_element], named[cells.face_of_element]
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeRuns:
+    """What is read from the runs of one lattice; see `geosurf.kernels.lattices.run_checks`."""
+
+    surface: int
+    first: int
+    lattice: Lattice
+    strips: Strips
+    label: np.ndarray
+    shared: np.ndarray
+    listed: np.ndarray
+    graph: bool
+    sums: np.ndarray
+    missing: tuple[float, float]
+
+    @property
+    def runs(self) -> slice:
+        """Elements that its runs are."""
+        return slice(self.first, self.first + len(self.strips.runs))
+
+    def corners(self, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        """Local corners (n, 3, 3) of triangles."""
+        nodes = self.lattice.corners_of_keys(keys).ravel()
+        return (self.lattice.places_of_nodes(nodes) - origin).reshape(-1, 3, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """What the checks of a certificate read.
+
+    Attributes
+    ----------
+    elements : Elements
+    lattices : list of LatticeRuns
+    sums : ndarray of float64, shape (n_element, 14)
+        See `sums_of_runs`.
+    n_shared : int
+        Vertices of `elements.local` up to this one belong to triangles that are all listed.
+    heights : float
+        Smallest height of a triangle in the map, of all lattices whose runs are not all listed.
+    """
+
+    patches: Patches
+    elements: Elements
+    lattices: list[LatticeRuns]
+    sums: np.ndarray
+    n_shared: int
+    heights: float
+
+    @classmethod
+    def of(cls, patches: Patches) -> Facts | None:
+        """The facts of a rebuilt mesh; None if its triangles have to be listed."""
+        pieces = patches.__dict__.get("pieces")
+        if pieces is None or all(strips is None for strips in pieces.strips):
+            return None
+        level = float(box_of(patches)[:, 2].mean())
+        lattices = []
+        for i, strips in enumerate(pieces.strips):
+            if strips is not None:
+                found = _read(pieces, i, strips, level)
+                if found is None:
+                    return None
+                lattices.append(found)
+        return _listed(patches, pieces, lattices, level)
+
+    def counts(self, sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, int, bool]:
+        """Vertices, edges and open edges of each unit (n_unit, 3); vertices of all shells; whether
+        the triangles of each run are connected in it alone.
+        """
+        counts = np.zeros((n_unit, 3), dtype=np.int64)
+        elements = self.elements
+        n_used, conflicts = count_shared(
+            elements.triangles, elements.element, len(self.patches.pieces.triangles),
+            sides[elements.element], len(elements.local), self.n_shared, counts,
+        )  # fmt: skip
+        for one in self.lattices:
+            given = one.lattice.places, one.label, one.shared, sides[one.runs], counts
+            n_used += count_private(*given)[0]
+        return counts, n_used, conflicts == 0
+
+    def sizes(self, sides: np.ndarray, n_unit: int) -> np.ndarray:
+        """Sums over the shells of units, see `add_to_units`."""
+        out = np.zeros((n_unit, 6))
+        add_to_units(sides, self.sums, out)
+        return out
+
+    def matched(self, sides: np.ndarray, named: np.ndarray) -> Matched:
+        """Elements of shells among those of the patches."""
+        pieces: Pieces = self.patches.pieces
+        n, n_all = len(pieces.triangles), len(sides)
+
+        # runs have a corner that no other element has: each has a key of its own
+        key, rising, n_key = number_triangles(pieces.triangles)
+        key = np.concatenate([key, n_key + np.arange(n_all - n)])
+        turn = np.concatenate([rising, np.zeros(n_all - n, dtype=bool)])
+        alone = sides[:, 0] != sides[:, 1]
+        rows, units, turns = [], [], []
+        for s in range(2):
+            mine = np.flatnonzero(alone & (sides[:, s] >= 0))
+            rows.append(mine)
+            units.append(sides[mine, s])
+            turns.append(turn[mine] == (s == 1))
+        of, unit, turned = map(np.concatenate, (rows, units, turns))
+        order = np.argsort(unit, kind="stable")
+        of, unit, turned = of[order], unit[order], turned[order]
+        surface = named[of]
+        row = rows_on(self.elements.surface_of_triangle, key, surface, key[of], n_key + n_all - n)
+        behind = turned == turn[row]
+        return Matched(unit, surface, key[of], row, behind, turned, key, turn, n_key + n_all - n)
+
+    def corners_of_unit(self, sides: np.ndarray, unit: int) -> np.ndarray:
+        """Corners (n, 3, 3) of the shell of a unit, turned outward."""
+        pieces: Pieces = self.patches.pieces
+        mine = (sides == unit).any(axis=1) & (sides[:, 0] != sides[:, 1])
+        n = len(pieces.triangles)
+        some = np.flatnonzero(mine[:n])
+        corners, of = [pieces.x[pieces.triangles[some]]], [some]
+        for part, rows in self._triangles_of_runs(np.flatnonzero(mine[n:]) + n):
+            corners.append(part)
+            of.append(rows)
+        found, row = np.concatenate(corners), np.concatenate(of)
+        inward = sides[row, 0] == unit
+        found[inward] = found[inward][:, [0, 2, 1]]
+        return found
+
+    def _triangles_of_runs(self, rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Corners and elements of the triangles of some runs, lattice by lattice."""
+        out = []
+        for one in self.lattices:
+            mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
+            if len(mine):
+                keys = keys_of_runs(one.lattice.places, one.strips.runs[mine - one.first])
+                out.append((one.corners(keys, self.patches.origin), one.first + one.label[keys]))
+        return out
+
+    def near(
+        self, starts: np.ndarray, boxes: np.ndarray, wanted: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles of some runs, and of wanted ones near boxes: see `Elements.near`."""
+        n = len(self.patches.pieces.triangles)
+        some = np.zeros(len(wanted), dtype=bool)
+        some[starts[starts >= n]] = True
+        low, high = self.sums[n:, 8:11], self.sums[n:, 11:14]
+        for box in boxes:
+            some[n:] |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1) & wanted[n:]
+        parts = self._triangles_of_runs(np.flatnonzero(some))
+        corners = np.concatenate([np.empty((0, 3, 3)), *(part for part, _ in parts)])
+        rows = np.concatenate([np.empty(0, dtype=np.int64), *(of for _, of in parts)])
+        return corners, rows
+
+    def new_triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of listed triangles that are not copies of their input triangle, and its corners.
+
+        Triangles in runs are copies: their corners are read from the lattice.
+        """
+        pieces: Pieces = self.patches.pieces
+        parent = np.empty((len(pieces.triangles), 3, 3))
+        for i, source in enumerate(pieces.sources):
+            mine = np.flatnonzero(pieces.surface == i)
+            nodes = source.corners_of_keys(pieces.key[mine]).ravel()
+            parent[mine] = (source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3)
+        corners = pieces.x[pieces.triangles]
+        copied = np.zeros(len(corners), dtype=bool)
+        for turn in range(3):
+            copied |= (corners == np.roll(parent, turn, axis=1)).all(axis=(1, 2))
+        new = np.flatnonzero(~copied)
+        return new, parent[new]
+
+    def areas(self) -> list[tuple[float, float, float]]:
+        """Area of each surface, that of its input, and the sum of all sides of its triangles."""
+        of_lattice = {one.surface: one for one in self.lattices}
+        pieces: Pieces = self.patches.pieces
+        found = []
+        for i, source in enumerate(pieces.sources):
+            mine = np.flatnonzero(pieces.surface == i)
+            area, rim = 0.5 * math.fsum(self.sums[mine, 2]), float(self.sums[mine, 5].sum())
+            one = of_lattice.get(i)
+            if one is None:
+                x = source.vertices - self.patches.origin
+                before = sums_of_triangles(x, source.triangles)[1]
+            else:
+                runs = 0.5 * math.fsum(one.sums[:, 2:4].ravel().tolist())
+                area, before = area + runs, one.missing[0] + runs
+                rim += float(one.sums[:, 5].sum())
+            found.append((area, before, rim))
+        return found
+
+    def candidates(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners (n, 3, 3) and surfaces of the triangles in runs that are not listed, and whose
+        boxes meet those of triangles of other surfaces.
+        """
+        trees = [_tree_of_lattice(one, self.patches.origin) for one in self.lattices]
+        hit: list[list[np.ndarray]] = [[] for _ in self.lattices]
+        for i, j in _near(trees, [one.surface for one in self.lattices], len(trees)):
+            one, two = self.lattices[i], self.lattices[j]
+            sources = self.patches.sources[one.surface], self.patches.sources[two.surface]
+            both = (trees[i], trees[j])
+            if of_one_map(*sources):
+                pairs = pairs_of_one_map((one.lattice, two.lattice), both)[0]
+            else:
+                pairs = candidate_pairs(*both)[0]
+            pairs = pairs[(one.label[pairs[:, 0]] >= 0) & (two.label[pairs[:, 1]] >= 0)]
+            hit[i].append(pairs[:, 0])
+            hit[j].append(pairs[:, 1])
+
+        # triangles that are listed one by one in the model, surface by surface
+        pieces: Pieces = self.patches.pieces
+        lists, surfaces = [], []
+        for i in np.unique(pieces.surface).tolist():
+            lists.append(tree_of_list(pieces.x, pieces.triangles[pieces.surface == i]))
+            surfaces.append(i)
+        of = [*(one.surface for one in self.lattices), *surfaces]
+        for i, j in _near([*trees, *lists], of, len(trees)):
+            if j >= len(trees):
+                keys = candidate_pairs(trees[i], lists[j - len(trees)])[0][:, 0]
+                hit[i].append(keys)
+        corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
+        for one, found in zip(self.lattices, hit, strict=True):
+            some = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found]))
+            some = some[one.label[some] >= 0]
+            some = some[~np.isin(some, one.listed)]
+            corners.append(one.corners(some, self.patches.origin))
+            of_corners.append(np.full(len(some), one.surface))
+        return np.concatenate(corners), np.concatenate(of_corners)
+
+
+def _near(trees: Sequence[Tree], surface: list[int], n_first: int) -> list[tuple[int, int]]:
+    """Pairs of trees of different surfaces, the first below `n_first`, whose boxes meet."""
+    far = apart(list(trees))
+    pairs = [
+        (i, j) for i in range(n_first) for j in range(i + 1, len(trees))
+        if surface[i] != surface[j] and not far[i, j]
+    ]  # fmt: skip
+    if not pairs:
+        return []
+    beyond = apart_by_crowns(list(trees), np.array(pairs))
+    return [pair for pair, is_far in zip(pairs, beyond.tolist(), strict=True) if not is_far]
+
+
+def _tree_of_lattice(one: LatticeRuns, origin: np.ndarray) -> Tree:
+    """The boxes of a lattice in the local frame: rounding keeps the order of numbers."""
+    x, y, z = (part - origin[k] for k, part in enumerate(one.lattice.coordinates))
+    survey = one.lattice.survey
+    nodes = survey.nodes - np.concatenate([origin, origin])
+    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
+    return Tree((x, y, z), one.lattice.places, *none, nodes, survey.levels)
+
+
+def _read(pieces: Pieces, i: int, strips: Strips, level: float) -> LatticeRuns | None:
+    """The runs of one lattice; None if they are not what checks by runs depend on."""
+    lattice = pieces.sources[i].lattice
+    assert lattice is not None  # only lattices have strips
+    a, runs = lattice.places, strips.runs
+    rows = np.arange(len(strips.start))
+    if (np.diff(runs[:, 0]) < 0).any() or (np.searchsorted(runs[:, 0], rows) != strips.start).any():
+        return None
+    label, n_bad = label_runs(*lattice.coordinates, a, runs)
+    keys = pieces.key[pieces.surface == i]
+    nodes, points = strips.nodes, strips.points
+    if n_bad or (label[keys] >= 0).any() or not _in_order(nodes, lattice.n_node):
+        return None
+
+    # a node with a point is in the same place, to the last bit
+    if len(np.unique(points)) < len(points) or not _in_order(np.sort(points), len(pieces.x)):
+        return None
+    if not np.array_equal(lattice.places_of_nodes(nodes) - pieces.origin, pieces.x[points]):
+        return None
+
+    # where the map may fold, all triangles are listed and compared with each other
+    size = max(np.abs(lattice.extent).max(), np.abs(pieces.origin).max())
+    graph = bool(lattice.map_height > 16 * EPS * size)
+    shared = np.full(lattice.n_node, not graph)
+    shared[nodes] = True
+    mark_nodes(a, keys, shared)
+    listed = keys_at_shared(a, label, shared)
+    sums = np.zeros((len(runs), N_SUM))
+    sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
+    missing = sums_of_runs(*lattice.coordinates, a, label, pieces.origin, level, sums)
+    first = len(pieces.triangles) + int(pieces.first_run[i])
+    return LatticeRuns(i, first, lattice, strips, label, shared, listed, graph, sums, missing)
+
+
+def _in_order(rows: np.ndarray, n: int) -> bool:
+    """Whether rows rise strictly and are below n."""
+    return not len(rows) or bool((np.diff(rows) > 0).all() and rows[0] >= 0 and rows[-1] < n)
+
+
+def _listed(
+    patches: Patches, pieces: Pieces, lattices: list[LatticeRuns], level: float
+) -> Facts | None:
+    """List the triangles with shared corners; their vertices first, private ones last."""
+    n = len(pieces.triangles)
+    places, corners, private = [], [], []
+    count = len(pieces.x)
+    for one in lattices:
+        nodes, at = np.unique(one.lattice.corners_of_keys(one.listed), return_inverse=True)
+        own = np.full(len(nodes), -1)
+        where = np.searchsorted(one.strips.nodes, nodes)
+        where = np.minimum(where, max(len(one.strips.nodes) - 1, 0))
+        if len(one.strips.nodes):
+            known = one.strips.nodes[where] == nodes
+            own[known] = one.strips.points[where[known]]
+        new = np.flatnonzero((own < 0) & one.shared[nodes])
+        own[new] = count + np.arange(len(new))
+        count += len(new)
+        places.append(one.lattice.places_of_nodes(nodes[new]) - pieces.origin)
+        private.append((one, nodes, at.reshape(-1, 3), own))
+    n_shared = count
+    for one, nodes, at, own in private:
+        new = np.flatnonzero(own < 0)
+        own[new] = count + np.arange(len(new))
+        count += len(new)
+        places.append(one.lattice.places_of_nodes(nodes[new]) - pieces.origin)
+        corners.append(own[at])
+    local = np.concatenate([pieces.x, *places])
+    element = [np.arange(n), *(one.first + one.label[one.listed] for one in lattices)]
+
+    # elements: triangles first, then runs
+    n_run = int(pieces.first_run[-1])
+    sums = np.concatenate(
+        [sums_of_listed(pieces.x, pieces.triangles, level), np.zeros((n_run, N_SUM))]
+    )
+    surface = np.concatenate([pieces.surface, np.zeros(n_run, dtype=np.int64)])
+    joined = [np.empty((0, 2), dtype=np.int64)]
+    no_units = np.empty((0, 3), dtype=np.int64)
+    for one in lattices:
+        sums[one.runs], surface[one.runs] = one.sums, one.surface
+        given = one.lattice.places, one.label, one.shared
+        none = np.full((len(one.strips.runs), 2), -1)
+        joined.append(one.first + count_private(*given, none, no_units)[1])
+    lower, upper = box_of(patches)
+    within = ((sums[:, 8:11] >= lower) & (sums[:, 11:14] <= upper)).all(axis=1)
+    elements = Elements(
+        pieces.sources, pieces.origin, surface, sums[:, 7].astype(np.int64), sums[:, 6], within,
+        local, np.concatenate([pieces.triangles, *corners]), np.concatenate(element),
+        np.concatenate(joined),
+    )  # fmt: skip
+    # a triangle of a run with the corners of another triangle: both have to be compared
+    number, _, n_number = number_triangles(elements.triangles)
+    if (np.bincount(number, minlength=n_number)[number[n:]] > 1).any():
+        return None
+    heights = min((one.lattice.map_height for one in lattices if one.graph), default=math.inf)
+    facts = Facts(patches, elements, lattices, sums, n_shared, heights)
+    object.__setattr__(elements, "near", partial(Facts.near, facts))
+    return facts

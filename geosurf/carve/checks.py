@@ -1,0 +1,174 @@
+"""Checks of a certificate from their facts, whether triangles or runs gave them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.carve.outside import box_of
+from geosurf.carve.volume import doubtful_volume
+from geosurf.conventions import place
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.mesh import inverted_triangles
+from geosurf.model import Check, Patches, Units
+
+VOLUME_TOLERANCE = 1e-12
+EPS = 2.0**-53
+CROSSES = "surfaces meet only along shared edges"
+SHARED = "units share the surfaces' vertices"
+
+
+@dataclass(frozen=True)
+class Size:
+    """Volume [m3] and area [m2] of a shell, and by how much rounding may have changed the area."""
+
+    volume: float
+    area: float
+    slack: float
+
+
+def surely_exact(patches: Patches) -> float:
+    """Volumes up to this one are exact sums, in `carve_units` as well as here."""
+    return 0.5 * doubtful_volume(box_of(patches))
+
+
+def closed(found: dict[str, tuple[int, int]], sizes: dict[str, Size]) -> Check:
+    """Shells have no open edges and face outward, so their volume is positive."""
+    leaking = [name for name, (edges, _) in found.items() if edges]
+    turned = [name for name in found if sizes[name].volume <= 0.0]
+    euler = euler_in_words({name: euler for name, (_, euler) in found.items()})
+    detail = f"{len(found)} units, 0 open edges; {euler}"
+    if leaking:
+        edges = sum(edges for edges, _ in found.values())
+        detail = f"{edges} open edges in {', '.join(leaking[:8])}"
+    elif turned:
+        detail = f"turned inside out: {', '.join(turned[:8])}"
+    n_bad = len({*leaking, *turned})
+    return Check("units are closed and oriented", n_bad == 0, float(n_bad), detail)
+
+
+def euler_in_words(euler: dict[str, int]) -> str:
+    """The Euler number of most units (2 for a ball), and the units with another number."""
+    # one number for most units, the others by name: a list of hundreds is not read
+    numbers = list(euler.values())
+    usual = max(sorted(set(numbers), reverse=True), key=numbers.count, default=2)
+    others = [f"{name} {number}" for name, number in euler.items() if number != usual]
+    more = f" and {len(others) - 8} more" if len(others) > 8 else ""
+    return f"Euler number {usual}" + (f", but {', '.join(others[:8])}{more}" if others else "")
+
+
+def adds_up(patches: Patches, units: Units, anew: dict[str, Size]) -> Check:
+    """Compare volumes recomputed from the shells with the stated volumes and with the box.
+
+    A stated volume may differ by the rounding error of prisms as high as the model, unless it is so
+    small that it was summed exactly.
+    """
+    lower, upper = box_of(patches)
+    total, box = math.fsum(size.volume for size in anew.values()), units.box_volume
+    error = (total - box) / box
+
+    # slack: rounding of an area, from the sizes of its triangles; times the height it is that of
+    # prisms
+    off, small, height = [], surely_exact(patches), float(upper[2] - lower[2])
+    for name, unit in units.items():
+        size = anew[name]
+        bound = VOLUME_TOLERANCE * size.volume
+        if size.volume > small:
+            bound += size.slack * height
+        if abs(size.volume - unit.volume) > bound or abs(size.area - unit.area) > size.slack:
+            off.append(name)
+
+    # the box that units state, against the walls
+    world = np.stack([lower, upper], axis=1) + patches.origin[:, None]
+    moved = units.box != tuple(world.ravel().tolist())
+    passed = abs(error) <= VOLUME_TOLERANCE and not off and not moved
+    detail = (
+        f"sum of units {total / 1e6:.15g} million m³, box {box / 1e6:.15g} million m³, "
+        f"relative difference {error:.1e}"
+    )
+    if off:
+        detail += f"; the stated volume or area of {', '.join(off[:8])} differs from its shell"
+    if moved:
+        detail += "; the stated box differs from the walls"
+    return Check("volumes add up to the box", passed, float(error), detail)
+
+
+def shared_in_words(n: int | np.integer) -> str:
+    """How many vertices units share with surfaces."""
+    return f"{n} vertices of units are vertices of the surfaces, bit for bit"
+
+
+def crosses_not(n: int) -> Check:
+    """The check that n triangles pass."""
+    detail = f"{n} triangles meet only in shared corners and edges (exact test)"
+    return Check(CROSSES, True, 0.0, detail)
+
+
+def is_graph(patches: Patches) -> np.ndarray:
+    """Whether copies of the triangles of each surface lie side by side on the map, bool (n,)."""
+    found = np.zeros(len(patches.sources), dtype=bool)
+    for i, source in enumerate(patches.sources):
+        if source.lattice is not None:
+            size = max(np.abs(source.lattice.extent).max(), np.abs(patches.origin).max())
+
+            # local coordinates are rounded: a triangle that is higher than that does not turn over
+            found[i] = source.lattice.map_height > 16 * EPS * size
+    return found
+
+
+def on_parents(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> Check:
+    """Distance of each corner from the plane of its input triangle, and beyond the sides of it."""
+    size = np.ptp(parent, axis=1).max(axis=1)  # of each parent: products of tiny sides underflow
+    a, b, c = (parent[:, k] / size[:, None] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    width = np.maximum(np.linalg.norm(normal, axis=1), EPS**2)  # by its size; small for slivers
+    unit = normal / width[:, None]
+    off = np.zeros(len(parent))
+
+    # distance from the parent's plane, and how far each corner is beyond its three edges
+    for k in range(3):
+        point = local[t[:, k]] / size[:, None]
+        off = np.maximum(off, np.abs(np.einsum("ij,ij->i", point - a, unit)))
+        for p, q in ((a, b), (b, c), (c, a)):
+            inward = np.cross(unit, q - p)
+            inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), EPS**2)
+            off = np.maximum(off, -np.einsum("ij,ij->i", point - p, inward))
+    off *= size
+    span = float(np.ptp(local, axis=0).max(initial=0) + np.abs(local).max(initial=0))
+
+    # the rounding of a coordinate of this size, with room
+    bound = 1e-12 * max(span, 1.0)
+    # the plane of a sliver has a larger rounding error
+    passed = bool((off <= bound + 16 * EPS * size / width).all())
+    far = float(off.max(initial=0.0))
+    detail = f"largest distance from the input triangle {far:.1e} m (bound {bound:.1e} m)"
+    return Check("triangles lie on their input triangles", passed, far, detail)
+
+
+def oriented(local: np.ndarray, t: np.ndarray, parent: np.ndarray, origin: np.ndarray) -> Check:
+    """Triangles have the orientation of their input triangles: an exact test."""
+    x = np.concatenate([local, parent.reshape(-1, 3)])
+    of = np.arange(len(local), len(x)).reshape(-1, 3)
+    m, w = frame_of(x)
+    bad = inverted_triangles(x, t, of, np.arange(len(t)), m, w)
+    detail = f"orientation of {len(t)} new triangles tested exactly; all others are copies"
+    if len(bad):
+        where = place(local[t[bad[0], 0]] + origin)
+        detail = f"{len(bad)} triangles are turned over or flat, the first at {where}"
+    return Check(
+        "triangles keep the orientation of their input", len(bad) == 0, float(len(bad)), detail
+    )
+
+
+def areas_agree(patches: Patches, found: list[tuple[float, float, float]], largest: float) -> Check:
+    """Compare areas, given that of each surface, that of its input, and the sum of all sides."""
+    worst, passed, step = 0.0, True, EPS * largest
+    for i, (area, before, rim) in enumerate(found):
+        before -= patches.report.get("dropped_area", {}).get(i, 0.0)  # beyond faults
+        difference = abs(area - before)
+        passed &= difference <= 1e-12 * before + 4 * step * rim
+        worst = max(worst, difference / before if before else 0.0)
+    detail = f"largest relative difference {worst:.1e}"
+    return Check("areas add up", bool(passed), worst, detail)

@@ -1,0 +1,163 @@
+"""The checks of a certificate, without a list of all triangles: see `geosurf.carve.by_runs`."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.threads import map_threads
+from geosurf.carve.by_runs import Facts, sides_of
+from geosurf.carve.check_merged import merged
+from geosurf.carve.check_names import named
+from geosurf.carve.check_partition import partition
+from geosurf.carve.checks import (
+    CROSSES,
+    EPS,
+    SHARED,
+    Size,
+    adds_up,
+    areas_agree,
+    closed,
+    crosses_not,
+    is_graph,
+    on_parents,
+    oriented,
+    shared_in_words,
+    surely_exact,
+)
+from geosurf.carve.volume import exact_volume
+from geosurf.model import Check, Patches, Units
+from geosurf.model.pieces import Pieces
+
+MANY = 100_000  # listed triangles, from which units and mesh are checked in two threads
+Stored = tuple[np.ndarray, np.ndarray]
+
+
+def same_runs(one: Patches, two: Patches) -> bool:
+    """Whether all that the arrays of both are made of has the same bytes, runs for triangles."""
+    first, second = (patches.__dict__.get("pieces") for patches in (one, two))
+    if (
+        first is None
+        or second is None
+        or any(
+            strips is None and source.lattice is not None
+            for pieces in (first, second)
+            for strips, source in zip(pieces.strips, pieces.sources, strict=True)
+        )
+    ):
+        return False
+
+    def arrays(patches: Patches, pieces: Pieces) -> Iterator[np.ndarray]:
+        yield from (patches.curve_edges, pieces.origin, pieces.first_run)
+        yield from (getattr(pieces, of) for of in ("x", "triangles", "surface", "key", "patch"))
+        for strips in pieces.strips:
+            if strips is not None:
+                of = ("places", "absent", "runs", "start", "nodes", "points")
+                yield from (getattr(strips, name) for name in of)
+
+    same = one.sources == two.sources and [s is None for s in first.strips] == [
+        s is None for s in second.strips
+    ]
+    pairs = zip(arrays(one, first), arrays(two, second), strict=True) if same else ()
+    return bool(same) and all(np.array_equal(p, q) and p.tobytes() == q.tobytes() for p, q in pairs)
+
+
+def checks_by_runs(patches: Patches, units: Units | None = None) -> list[Check] | None:
+    """The checks of a certificate, without a list of all triangles; None where one is needed.
+
+    The names and details are those of checks by triangles, if they pass.
+    """
+    sides = None if units is None else sides_of(patches, units)
+    before = None
+    if units is not None and units.unmerged is not None:
+        before = sides_of(patches, units.unmerged)
+        if before is None:
+            return None
+    if units is not None and sides is None:
+        return None
+    facts = Facts.of(patches)
+    if facts is None:
+        return None
+    halves: list[tuple[Callable[[], list[Check] | None]]] = [(partial(_mesh_by_runs, facts),)]
+    if units is not None and sides is not None:
+        halves.insert(0, (partial(_units_by_runs, facts, units, sides, before),))
+    worth = len(facts.elements.triangles) > MANY
+    found = map_threads(lambda half: half(), halves, worth=worth)
+    if None in found:
+        return None
+    return list(itertools.chain.from_iterable(half or [] for half in found))
+
+
+def _units_by_runs(
+    facts: Facts, units: Units, stored: Stored, before: Stored | None
+) -> list[Check] | None:
+    """The checks of units; `stored` as from `sides_of`, `before` those of the units unmerged."""
+    patches, elements = facts.patches, facts.elements
+    sides, surfaces = stored
+    n = len(units)
+    counts, n_vertex, alone = facts.counts(sides, n)
+    if not alone:
+        return None
+    sums, small, anew = facts.sizes(sides, n), surely_exact(patches), {}
+    for k, name in enumerate(units):
+        volume = (sums[k, 0] + sums[k, 1]) / 6.0
+        if volume <= small:
+            x = facts.corners_of_unit(sides, k).reshape(-1, 3)
+            volume = exact_volume(x, np.arange(len(x)).reshape(-1, 3))
+        anew[name] = Size(volume, 0.5 * (sums[k, 2] + sums[k, 3]), 16 * EPS * sums[k, 4])
+    euler = counts[:, 0] - counts[:, 1] + sums[:, 5].astype(np.int64)
+    edges = dict(zip(units, zip(counts[:, 2].tolist(), euler.tolist(), strict=True), strict=True))
+    found = facts.matched(sides, surfaces)
+    divided = partition(elements, units, found)
+    checks = [
+        closed(edges, anew),
+        adds_up(patches, units, anew),
+        Check(SHARED, True, 0.0, shared_in_words(n_vertex)),
+        divided,
+        named(elements, units, found, divided.passed),
+    ]
+    if units.unmerged is not None and before is not None:
+        parts = facts.matched(*before)
+        checks.append(merged(patches, units, found, parts))
+        full = partition(elements, units.unmerged, parts)
+        checks.append(named(elements, units.unmerged, parts, full.passed))
+        checks[-1] = replace(checks[-1], name="names before slivers were merged match")
+    return checks
+
+
+def _mesh_by_runs(facts: Facts) -> list[Check] | None:
+    """The checks of the mesh: triangles in runs are copies of those of their lattice."""
+    patches, elements = facts.patches, facts.elements
+    pieces = patches.pieces
+    x = elements.local
+    new, parents = facts.new_triangles()
+    near_parents = on_parents(pieces.x, pieces.triangles[new], parents)
+
+    # new triangles stay near their input triangle, so runs that share no corner with it are apart:
+    # a corner is at most 2 L / h times as far from it as from its sides (length L, height h)
+    span = 4.0 * float(np.ptp(x, axis=0).sum())
+    if near_parents.value * span >= facts.heights**2:
+        return None
+
+    # all that is listed, and of runs what is near other surfaces
+    more, surface = facts.candidates()
+    t = np.arange(len(x), len(x) + 3 * len(more)).reshape(-1, 3)
+    x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([elements.triangles, t])
+    surface = np.concatenate([elements.surface_of_triangle[elements.element], surface])
+    graph = np.where(is_graph(patches)[surface], surface, -1)
+    graph[new] = -1
+    n_bad = len(crossing_pairs(x, t, graph=graph))
+    crosses = crosses_not(int(elements.n_triangle.sum()))
+    if n_bad:
+        crosses = Check(CROSSES, False, float(n_bad), f"{n_bad} pairs of triangles cross")
+    return [
+        crosses,
+        near_parents,
+        oriented(pieces.x, pieces.triangles[new], parents, patches.origin),
+        areas_agree(patches, facts.areas(), float(np.abs(elements.local).max(initial=0.0))),
+    ]

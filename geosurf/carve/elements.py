@@ -1,0 +1,158 @@
+"""What the checks of a certificate read: the elements of a model, and triangles where curves are.
+
+An element is a triangle, or a run of lattice triangles that no curve touches. `Elements.of` makes
+each triangle an element; `geosurf.carve.by_runs` leaves runs as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.carve.outside import box_of
+from geosurf.model import Patches, TriSurface
+
+N_SUM = 14  # columns of `sums_of_runs`
+_SLIP = 1e-3  # [m] around a ray's first triangle; far more than rounding moves its aim by
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """The elements of a model.
+
+    Attributes
+    ----------
+    sources : sequence of TriSurface
+    origin : ndarray, shape (3,)
+    surface_of_triangle : ndarray of int64, shape (n,)
+        Surface of each element.
+    n_triangle : ndarray of int64, shape (n,)
+        Number of triangles of each element.
+    rise : ndarray of float64, shape (n,)
+        Twice the area of each element in the map, below 0 where normals look down [m2].
+    within : ndarray of bool, shape (n,)
+        Whether all corners are within the bounds of the walls.
+    local : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_listed, 3)
+        Triangles that are listed: all that have a corner in common with other elements than the
+        runs next to them.
+    element : ndarray of int64, shape (n_listed,)
+        The element that each is a part of.
+    joined : ndarray of int64, shape (n, 2)
+        Runs with a common edge that no other triangle has.
+    near : callable, optional
+        (runs, boxes (n, 6), wanted) -> corners (n, 3, 3) and elements of the triangles of these
+        runs, and of the wanted ones near the boxes.
+    """
+
+    sources: Sequence[TriSurface]
+    origin: np.ndarray
+    surface_of_triangle: np.ndarray
+    n_triangle: np.ndarray
+    rise: np.ndarray
+    within: np.ndarray
+    local: np.ndarray
+    triangles: np.ndarray
+    element: np.ndarray
+    joined: np.ndarray
+    near: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = (
+        None
+    )
+
+    @classmethod
+    def of(cls, patches: Patches | Elements) -> Elements:
+        """Each triangle as an element."""
+        if isinstance(patches, Elements):
+            return patches
+        x, t = patches.local, patches.triangles
+        n = len(t)
+        lower, upper = box_of(patches)
+        inside = ((x >= lower) & (x <= upper)).all(axis=1)[t].all(axis=1)
+        return cls(
+            patches.sources, patches.origin, patches.surface_of_triangle,
+            np.ones(n, dtype=np.int64), rise_of(x, t), inside, x, t, np.arange(n),
+            np.empty((0, 2), dtype=np.int64),
+        )  # fmt: skip
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the surfaces."""
+        return tuple(source.name for source in self.sources)
+
+    def triangles_near(
+        self, starts: np.ndarray, wanted: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Triangles of wanted elements that rays along axes from some elements may meet.
+
+        Parameters
+        ----------
+        starts : ndarray of int64
+            Elements that rays start from.
+        wanted : ndarray of bool, shape (n,)
+
+        Returns
+        -------
+        x, triangles, element : ndarray
+        first : ndarray of int64
+            A triangle of each start.
+        """
+        listed = np.flatnonzero(wanted[self.element])
+        t, of = self.triangles[listed], self.element[listed]
+        first = np.full(len(wanted), -1)
+        first[of[::-1]] = np.arange(len(of))[::-1]
+        if self.near is None:
+            return self.local, t, of, first[starts]
+
+        # one triangle of each start, from which its ray runs along one of three axes
+        corners = self.local[t]
+        runs = self.near(starts, np.zeros((0, 6)), wanted)
+        origin = np.concatenate([corners, runs[0]])
+        of_origin = np.concatenate([of, runs[1]])
+        first[of_origin[::-1]] = np.arange(len(of_origin))[::-1]
+        some = origin[first[starts]]
+        low, high = some.min(axis=1) - _SLIP, some.max(axis=1) + _SLIP
+
+        boxes = np.repeat(np.concatenate([low, high], axis=1), 3, axis=0)
+        for axis in range(3):
+            boxes[axis::3, axis], boxes[axis::3, 3 + axis] = -np.inf, np.inf
+        runs = self.near(starts, boxes, wanted)
+        corners = np.concatenate([corners, runs[0]])
+        of = np.concatenate([of, runs[1]])
+        first[of[::-1]] = np.arange(len(of))[::-1]
+        x = corners.reshape(-1, 3)
+        return x, np.arange(len(x)).reshape(-1, 3), of, first[starts]
+
+
+def rise_of(x: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Twice the area of triangles in the map, below 0 where they look down."""
+    a, b, c = (x[t[:, k]] for k in range(3))
+    rise: np.ndarray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    return rise
+
+
+def keys_of_runs(a: np.ndarray, runs: np.ndarray) -> np.ndarray:
+    """Keys of all triangles of some runs."""
+    n = runs[:, 2] - runs[:, 1] + 1
+    place = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n - runs[:, 1], n)
+    rising, n_col = a[11] == 1, a[10]
+    half = 1 - place % 2 if rising else place % 2
+    return 2 * (np.repeat(runs[:, 0], n) * (n_col - 1) + place // 2) + half
+
+
+def sums_of_listed(x: np.ndarray, t: np.ndarray, level: float) -> np.ndarray:
+    """The columns of `sums_of_runs` for triangles."""
+    a, b, c = (x[t[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    normal = np.cross(u, v)
+    out = np.zeros((len(t), N_SUM))
+    out[:, 6] = rise_of(x, t)
+    height = (a[:, 2] - level) + (b[:, 2] - level) + (c[:, 2] - level)
+    out[:, 0] = out[:, 6] * height
+    out[:, 2] = np.sqrt(np.square(normal).sum(axis=1))
+    one, two, three = (np.abs(part).sum(axis=1) for part in (u, v, u - v))
+    out[:, 4], out[:, 5], out[:, 7] = one * two, one + two + three, 1.0
+    out[:, 8:11] = np.minimum(np.minimum(a, b), c)
+    out[:, 11:14] = np.maximum(np.maximum(a, b), c)
+    return out

@@ -1,0 +1,243 @@
+"""A certificate by runs has the lines of one by triangles, for sound and for damaged models."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf.carve.certificate import certify, checks_by_runs, same_bytes
+from geosurf.carve.shells import _Carved
+from geosurf.errors import InputError, OpenUnitError
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
+from geosurf.model import Patches, Units
+from tests.rebuild.worlds import boxed_world
+from tests.strategies import BOX
+
+FIELDS = (
+    "name", "zone", "zone_index", "block", "contact", "beneath", "origin", "surface_names",
+    "volume", "area", "fault_sides",
+)  # fmt: skip
+
+
+def level(name, z, n=22, rising=True):
+    """A bent horizon over the box [0, 4] x [0, 4] and beyond."""
+    axis = np.linspace(-0.6, 4.7, n)
+    x, y = np.meshgrid(axis, axis)
+    bent = z + 0.2 * np.sin(x + z) * np.cos(1.3 * y)
+    return TriSurface(name, "horizon", lattice=Lattice(axis, axis, bent, rising))
+
+
+def fault(name, low, high, south=-1.0, north=5.0, n=9):
+    """A fault between two eastings at its top and base."""
+    s, t = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    x, z = low + (high - low) * s + 0.1 * np.sin(3 * t), 9.0 - 14.0 * s
+    return TriSurface(
+        name, "fault", lattice=Lattice(x, south + (north - south) * t, z, True, False)
+    )
+
+
+def surfaces(seed=0):
+    rng = np.random.default_rng(seed)
+    tops = [level("Top", 3 + rng.random()), level("Base", rng.random(), rising=bool(seed % 2))]
+    if seed % 3 == 1:
+        tops.append(level("Low", -2.0, 17))
+    faults = [fault("F1", 1.1 + rng.random(), 2.3)]
+    if seed % 3:
+        faults.append(fault("F2", 2.6, 1.7 + rng.random(), south=1.0 + seed % 2))  # ends inside
+    return [*tops, *faults, *build_walls(BOX)]
+
+
+@pytest.fixture(scope="module")
+def model():
+    patches = rebuild_surfaces(surfaces())
+    return patches, carve_units(patches)
+
+
+def lines(checks):
+    """Lines without the digits that depend on the order of sums."""
+    digits = r"[-\d.]+e[-+]\d+|(?<=units )[\d.]+"
+    return [(c.name, c.passed, re.sub(digits, "#", c.detail)) for c in checks]
+
+
+@pytest.mark.parametrize("seed", [1, 3, 5])
+def test_lines_by_runs_are_those_by_triangles(seed):
+    patches = rebuild_surfaces(surfaces(seed))
+    units = carve_units(patches, slivers={"merge": True} if seed == 5 else None)
+    fast = checks_by_runs(patches, units)
+    assert fast is not None
+    assert all(check.passed for check in fast)
+    assert "local" not in patches.__dict__  # nothing was listed
+    assert lines(fast) == lines(certify(patches, units, by="triangles").checks)
+    assert same_bytes(patches, rebuild_surfaces(surfaces(seed))).passed
+
+
+def test_random_worlds_of_lattices_and_lists():
+    n_fast = 0
+    for seed in range(24):
+        patches = rebuild_surfaces([*boxed_world(seed), *build_walls(BOX)], self_intersections=True)
+        try:
+            units = carve_units(patches)
+        except OpenUnitError:
+            continue
+        fast = checks_by_runs(patches, units)
+        if fast is not None:
+            n_fast += 1
+            assert lines(fast) == lines(certify(patches, units, by="triangles").checks), seed
+    assert n_fast > 4
+
+
+def built(patches, units, *, face=None, order=None, **arrays):
+    """A model with other arrays in its pieces; units state what they stated."""
+    pieces = replace(patches.pieces, **arrays)
+    new = Patches.of_pieces(pieces, patches.curve_edges, patches.report)
+    shells = next(iter(units.values()))._shell[0]
+    cells = replace(
+        shells.cells, patches=new, pieces=pieces,
+        face_of_element=shells.cells.face_of_element if face is None else face,
+    )  # fmt: skip
+    shells = replace(shells, cells=cells)
+    rows = [unit._shell[1] for unit in units.values()]
+    rows = rows if order is None else [rows[k] for k in order]
+    made = [
+        _Carved((shells, u), None, **{name: getattr(unit, name) for name in FIELDS})
+        for u, unit in zip(rows, units.values(), strict=True)
+    ]
+    return new, Units(made, units.box)
+
+
+def longest_run(patches, surface=0):
+    """A run in the middle of a surface."""
+    runs = patches.pieces.strips[surface].runs
+    length = np.where(np.abs(runs[:, ROW] - 10) < 4, runs[:, LAST] - runs[:, FIRST], -1)
+    return int(length.argmax())
+
+
+def with_runs(patches, end, by):
+    """Strips of the first surface, a run with another end."""
+    strips = list(patches.pieces.strips)
+    runs = strips[0].runs.copy()
+    runs[longest_run(patches), end] += by
+    strips[0] = replace(strips[0], runs=runs)
+    return {"strips": strips}
+
+
+def rows_changed(patches, units, change):
+    """Arrays of triangles with rows deleted or repeated."""
+    pieces, shells = patches.pieces, next(iter(units.values()))._shell[0]
+    names = ("triangles", "surface", "key", "twin")
+    arrays = {name: change(getattr(pieces, name)) for name in names}
+    return {**arrays, "face": change(shells.cells.face_of_element)}
+
+
+def inner(patches, units):
+    """A listed triangle of the first surface that bounds units."""
+    shells = next(iter(units.values()))._shell[0]
+    face = shells.cells.face_of_element[: len(patches.pieces.triangles)]
+    return int(np.flatnonzero((patches.pieces.surface == 0) & (face >= 0))[7])
+
+
+def damage(kind, patches, units):
+    """Keywords of `built` for one kind of damage."""
+    pieces, row = patches.pieces, inner(patches, units)
+    shells = next(iter(units.values()))._shell[0]
+    if kind.startswith("run"):
+        end = LAST if "end" in kind else FIRST
+        way = 1 if ("long" in kind) == (end == LAST) else -1
+        return with_runs(patches, end, way)
+    if kind == "flipped":
+        triangles = pieces.triangles.copy()
+        triangles[row] = triangles[row, ::-1]
+        return {"triangles": triangles}
+    if kind == "removed":
+        return rows_changed(patches, units, lambda a: np.delete(a, row, axis=0))
+    if kind == "doubled":
+        return rows_changed(patches, units, lambda a: np.insert(a, row, a[row], axis=0))
+    if kind in ("point moved", "node moved"):
+        x = pieces.x.copy()
+        some = pieces.strips[0].points if kind == "node moved" else pieces.triangles[row]
+        x[some[len(some) // 2]] += (0.0, 0.0, 1e-3)
+        return {"x": x}
+    if kind == "one copy moved":
+        x, triangles = np.concatenate([pieces.x, pieces.x[:1]]), pieces.triangles.copy()
+        x[-1] = pieces.x[triangles[row, 0]] + (0.0, 0.0, 1e-9)
+        triangles[row, 0] = len(x) - 1
+        return {"x": x, "triangles": triangles}
+    if kind == "one vertex in two":
+        x, triangles = np.concatenate([pieces.x, pieces.x[:1]]), pieces.triangles.copy()
+        x[-1] = pieces.x[triangles[row, 0]]
+        triangles[row, 0] = len(x) - 1
+        return {"x": x, "triangles": triangles}
+    if kind == "run of another unit":
+        face = shells.cells.face_of_element.copy()
+        at = len(pieces.triangles) + longest_run(patches)
+        others = shells.sides[face[at]]
+        far = np.flatnonzero((shells.sides != others).all(axis=1) & (shells.sides >= 0).all(axis=1))
+        face[at] = far[0]
+        return {"face": face}
+    if kind == "units exchanged":
+        return {"order": [1, 0, *range(2, len(units))]}
+
+    # horizons that cross in the middle of a run
+    sources = list(pieces.sources)
+    z = sources[1].lattice.elevation.copy()
+    z[10, 17] += 6.0
+    old = sources[1].lattice
+    lattice = Lattice(old.easting, old.northing, z, old.rising)
+    sources[1] = TriSurface("Base", "horizon", lattice=lattice)
+    return {"sources": sources}
+
+
+KINDS = [
+    "run too long at its end", "run too short at its end", "run too long", "run too short",
+    "flipped", "removed", "doubled", "point moved", "node moved", "one copy moved",
+    "one vertex in two", "run of another unit", "units exchanged", "crossing in a run",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damage_is_found_by_runs_and_on_the_lines_of_triangles(model, kind):
+    patches, units = built(*model, **damage(kind, *model))
+    fast = checks_by_runs(patches, units)
+    assert fast is None or not all(check.passed for check in fast)
+    try:
+        slow = certify(patches, units, by="triangles")
+    except (IndexError, ValueError):  # arrays that do not fit: nothing could be written
+        return
+    bad = {check.name for check in slow.checks if not check.passed}
+    assert bad
+    assert {check.name for check in certify(patches, units).checks if not check.passed} == bad
+    if fast is not None:
+        assert {check.name for check in fast if not check.passed} == bad
+
+
+def test_a_wrong_volume_and_a_wrong_area(model):
+    patches, units = model
+    for name in ("volume", "area"):
+        made = built(patches, units)
+        object.__setattr__(made[1][next(iter(units))], name, 1.0)
+        fast = checks_by_runs(*made)
+        assert [c.name for c in fast if not c.passed] == ["volumes add up to the box"]
+
+
+def test_a_model_that_is_stored_is_sound(model):
+    fast = checks_by_runs(*built(*model))
+    assert fast is not None
+    assert all(check.passed for check in fast)
+
+
+def test_an_unknown_way_is_an_error(model):
+    with pytest.raises(InputError, match="by is 'rows'; expected one of"):
+        certify(*model, by="rows")
+
+
+def test_a_scene_lists_no_triangles_for_its_certificate():
+    given = surfaces(1)
+    horizons = {s.name: s for s in given if s.role == "horizon"}
+    faults = {s.name: s for s in given if s.role == "fault"}
+    scene = Scene(horizons, faults, box=BOX)
+    assert scene.check().ok
+    assert "local" not in scene.patches.__dict__
