@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
-from geosurf.arrangement.tree import Tree, apart, apart_by_crowns, candidate_pairs, tree_of_list
+from geosurf.arrangement.tree import Tree, apart, candidate_pairs, separated_by_tops, tree_of_list
 from geosurf.carve.check_partition import Matched, rows_on
 from geosurf.carve.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
 from geosurf.carve.outside import box_of
@@ -294,7 +294,7 @@ def _near(trees: Sequence[Tree], surface: list[int], n_first: int) -> list[tuple
     ]  # fmt: skip
     if not pairs:
         return []
-    beyond = apart_by_crowns(list(trees), np.array(pairs))
+    beyond = separated_by_tops(list(trees), np.array(pairs))
     return [pair for pair, is_far in zip(pairs, beyond.tolist(), strict=True) if not is_far]
 
 
