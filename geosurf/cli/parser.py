@@ -97,6 +97,11 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
         )
         command.add_argument("--no-pictures", action="store_true", help="do not draw pictures")
         command.add_argument("--quiet", action="store_true", help="do not print progress")
+        command.add_argument(
+            "--cache-dir",
+            metavar="FOLDER",
+            help="store torn horizons and pictures there; later runs redo only what changed",
+        )
 
     _add_render_options(render)
 

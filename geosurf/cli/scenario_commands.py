@@ -29,7 +29,13 @@ def run_command(options: argparse.Namespace) -> int:
     report_progress = progress_printer(options.quiet)
     start = time.perf_counter()
     scenario = _merging(read_scenario(options.scenario), options)
-    outcome = run(scenario, options.out, pictures=not options.no_pictures, progress=report_progress)
+    outcome = run(
+        scenario,
+        options.out,
+        pictures=not options.no_pictures,
+        progress=report_progress,
+        cache_dir=options.cache_dir,
+    )
 
     # notes go to stderr, so that a script can read the table from stdout
     for note in outcome.notes:
@@ -145,6 +151,7 @@ def report_command(options: argparse.Namespace) -> int:
         options.out,
         pictures=not options.no_pictures,
         progress=progress_printer(options.quiet),
+        cache_dir=options.cache_dir,
     )
     for note in notes:
         print(f"geosurf: {note}", file=sys.stderr)

@@ -17,6 +17,7 @@ from geosurf.scenario.truncations import truncations_of
 from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
+from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import opened_outline
 from geosurf.sheets import extend_horizon
 from geosurf.sheets.lattice.data import are_points
@@ -28,6 +29,7 @@ def build_scene(
     on_step: OnStep = lambda *_: None,
     out: Path | None = None,
     on_start: OnStep = lambda *_: None,
+    cache: ResultCache | None = None,
 ) -> Scene:
     """
     Read the surfaces of a scenario, and tear the horizons that ``[tear]`` and ``[[throws]]`` name.
@@ -41,6 +43,8 @@ def build_scene(
         A folder for a picture of the place where a horizon cannot be torn.
     on_start : callable, optional
         Is called before each horizon is torn, which may take long: stage, horizon, its number.
+    cache : ResultCache, optional
+        Has sheets of earlier runs.
 
     Returns
     -------
@@ -59,7 +63,7 @@ def build_scene(
         return scene
     scene, horizons = untorn_scene(scenario)
     on_step("read", _numbers(scene), "")
-    return torn_horizons(scenario, scene, horizons, on_step, out, on_start)
+    return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache)
 
 
 def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:

@@ -23,6 +23,7 @@ from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
+from geosurf.scene.result_cache import ResultCache
 from geosurf.write import write
 from geosurf.write._files import commit
 
@@ -54,6 +55,7 @@ def run_scenario(
     *,
     pictures: bool = True,
     progress: Progress | None = None,
+    cache_dir: str | os.PathLike[str] | None = None,
 ) -> Scene:
     """
     Run a scenario and write everything that it asks for.
@@ -72,6 +74,10 @@ def run_scenario(
         False draws none.
     progress : callable, optional
         Is called with a line of text after each step.
+    cache_dir : path-like, optional
+        A folder in which torn horizons and pictures are stored, and found again by later runs with
+        the same inputs. Results have the same bytes with and
+        without it, except the run log in the report.
 
     Returns
     -------
@@ -106,7 +112,10 @@ def run_scenario(
     >>> (folder / "out" / "volumes.csv").is_file()
     True
     """
-    return run(read_scenario(path), out, pictures=pictures, progress=progress).scene
+    outcome = run(
+        read_scenario(path), out, pictures=pictures, progress=progress, cache_dir=cache_dir
+    )
+    return outcome.scene
 
 
 def run(
@@ -115,6 +124,7 @@ def run(
     *,
     pictures: bool = True,
     progress: Progress | None = None,
+    cache_dir: str | os.PathLike[str] | None = None,
 ) -> Outcome:
     """Run a scenario that has been read; see `run_scenario`.
 
@@ -124,6 +134,7 @@ def run(
     out : path-like
     pictures : bool
     progress : callable, optional
+    cache_dir : path-like, optional
 
     Returns
     -------
@@ -134,17 +145,18 @@ def run(
     log = StepLog(progress)
     pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
+    cache = None if cache_dir is None else ResultCache(cache_dir)
 
     # all results appear together at the end, or those of the run before stay
     with new_results(out) as folder:
-        scene = compute(scenario, log, Path(out) if pictures else None)
+        scene = compute(scenario, log, Path(out) if pictures else None, cache)
         certificate = scene.check()
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
         _write_files(scene, scenario, folder)
         log.step("write", ", ".join(scenario.output.formats), "")
 
         # pictures may warn, and the certificate lists warnings: it is written after them
-        drawn = _draw(scene, scenario, folder, log) if pictures else {}
+        drawn = _draw(scene, scenario, folder, log, cache) if pictures else {}
         _write_certificate(scene, scenario, certificate, folder)
         notes = model_notes(scene)
 
@@ -167,6 +179,7 @@ def write_report(
     *,
     pictures: bool = True,
     progress: Progress | None = None,
+    cache_dir: str | os.PathLike[str] | None = None,
 ) -> tuple[Certificate, Path, tuple[str, ...]]:
     """Write only the report of a scenario, with its pictures inside.
 
@@ -176,6 +189,7 @@ def write_report(
     folder : path-like
     pictures : bool
     progress : callable, optional
+    cache_dir : path-like, optional
 
     Returns
     -------
@@ -185,12 +199,13 @@ def write_report(
     # refused now rather than after minutes of computation
     require_writable(folder)
     log = StepLog(progress)
-    scene = compute(scenario, log, Path(folder) if pictures else None)
+    cache = None if cache_dir is None else ResultCache(cache_dir)
+    scene = compute(scenario, log, Path(folder) if pictures else None, cache)
     certificate = scene.check()
 
     # pictures go into the page: their files are not results
     with tempfile.TemporaryDirectory() as scratch:
-        drawn = _draw(scene, scenario, Path(scratch), log) if pictures else {}
+        drawn = _draw(scene, scenario, Path(scratch), log, cache) if pictures else {}
         notes = model_notes(scene)
         path = report_scene(
             scene,
@@ -203,12 +218,14 @@ def write_report(
     return certificate, path, tuple(notes)
 
 
-def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
+def compute(
+    scenario: Scenario, log: StepLog, out: Path | None = None, cache: ResultCache | None = None
+) -> Scene:
     """Read the inputs and run all stages up to the units, with a line of the log for each step.
 
     A picture of the place where the model cannot be built goes into the folder ``out``.
     """
-    scene = build_scene(scenario, log.step, out, log.begin)
+    scene = build_scene(scenario, log.step, out, log.begin, cache)
 
     # surface by surface, so that the log moves while a long run reads
     for name in (*scene.horizon_names, *scene.fault_names):
@@ -261,11 +278,19 @@ def crossings(scene: Scene) -> list[str]:
     ]
 
 
-def _draw(scene: Scene, scenario: Scenario, folder: Path, log: StepLog) -> dict[str, Path]:
+def _draw(
+    scene: Scene, scenario: Scenario, folder: Path, log: StepLog, cache: ResultCache | None
+) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
     # A picture that fails is a warning, and the run goes on.
     choice = choice_of_pictures(scenario.output)
-    return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
+    if cache is None:
+        return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
+
+    # imported here, since it loads what draws
+    from geosurf.scene.stored_pictures import draw_with_cache
+
+    return draw_with_cache(scene, folder, lambda file: log.step("draw", file), choice, cache)
 
 
 def contacts_left_out(scene: Scene) -> list[str]:

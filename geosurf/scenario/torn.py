@@ -18,6 +18,7 @@ from geosurf.scenario.validate import (
     is_torn_as_picked,
 )
 from geosurf.scene import Scene
+from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tearing import as_truncations, sheets_on, warnings_of
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
 from geosurf.sheets.tie import tied_sheet
@@ -31,6 +32,7 @@ def torn_horizons(
     on_step: OnStep,
     out: Path | None = None,
     on_start: OnStep = lambda *_: None,
+    cache: ResultCache | None = None,
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -47,6 +49,8 @@ def torn_horizons(
         Where a picture goes of the place where a horizon cannot be torn.
     on_start : callable, optional
         Is called before each horizon is torn: stage, horizon, its number.
+    cache : ResultCache, optional
+        Has sheets of earlier runs.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def torn_horizons(
         """The sheet of one horizon at some faults; a picture where there is none."""
         with pictured(scene, out, (name, *scene.fault_names)):
             some = [faults[fault] for fault in reaching[name]]
-            return _as_picked(scenario, scene, name, horizons[name], some, fill)
+            return _as_picked(scenario, scene, name, horizons[name], some, fill, cache)
 
     # by its place among all horizons; those that [tear] leaves out are not there to end on
     filling = filling_of(scenario, picked)
@@ -85,7 +89,7 @@ def torn_horizons(
         if name not in sheets and throws[name]:
             on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
-                sheets[name] = _by_throw(scene, throws[name], name, horizon)
+                sheets[name] = _by_throw(scene, throws[name], name, horizon, cache)
     for name in sheets:
         on_step("tear", name, f"at {', '.join(sheets[name].cuts)}")
     if not sheets:
@@ -113,6 +117,7 @@ def _as_picked(
     horizon: Any,
     faults: list[TriSurface],
     fill: bool | Sheet,
+    cache: ResultCache | None,
 ) -> Sheet:
     """A sheet from data that smear the horizon over its faults."""
     tear = scenario.tear
@@ -130,10 +135,36 @@ def _as_picked(
 
     entry = scenario.tops
     settings = None if entry is None else entry.settings
-    return tied_sheet(name, horizon, make, faults, scene.tops, settings)
+
+    def torn() -> Sheet:
+        """The sheet, tied to its tops."""
+        return tied_sheet(name, horizon, make, faults, scene.tops, settings)
+
+    if cache is None:
+        return torn()
+    tops = None if settings is None else scene.tops
+    inputs = (
+        name, horizon, *faults, repr(words["trim"]), words["noise"], *_contents(fill),
+        *(() if tops is None else (repr(settings), tops.wells, tops.horizons, tops.points)),
+    )  # fmt: skip
+    return cache.get_or_compute("sheet", inputs, torn)
 
 
-def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -> Sheet:
+def _contents(fill: bool | Sheet) -> tuple[Any, ...]:
+    """How empty blocks are filled, as inputs of a stored result."""
+    if not isinstance(fill, Sheet):
+        return (fill,)
+    arrays = fill.lattice.elevation, fill.divided, fill.copies, fill.ghosts, fill.outer
+    return (fill.name, fill.surface, *arrays, *fill.faults)
+
+
+def _by_throw(
+    scene: Scene,
+    throws: list[ThrowInput],
+    name: str,
+    horizon: Any,
+    cache: ResultCache | None,
+) -> Sheet:
     """A sheet from a continuous horizon and the throws that move it."""
     throw: dict[str, Any] = {}
     for entry in throws:
@@ -151,7 +182,12 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
     across = {entry.fault: entry.direction for entry in throws}
     shares = {entry.fault: entry.hanging_wall for entry in throws}
     words: dict[str, Any] = {"reach": reach, "hanging_wall": shares, "direction": across}
-    return throw_horizon(horizon, faults, throw, name=name, **words)
+    if cache is None:
+        return throw_horizon(horizon, faults, throw, name=name, **words)
+    return cache.get_or_compute(
+        "sheet", (name, horizon, *faults, repr(throws)),
+        lambda: throw_horizon(horizon, faults, throw, name=name, **words),
+    )  # fmt: skip
 
 
 __all__ = ["torn_horizons"]

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from geosurf.kernels.compile.file_cache import MARK, _content, _sealed
+from geosurf.files.sealed import MARK, sealed, unsealed
 
 NOBODY = 65534
 # a root that is bound by permissions as everybody else is: Linux, capabilities 1 and 2
@@ -60,7 +60,7 @@ class Scene:
 
     def seal(self, payload: bytes) -> None:
         """A file with a right checksum: as geosurf itself would have written it."""
-        self.kernel.write_bytes(_sealed(self.kernel.name, payload))
+        self.kernel.write_bytes(sealed(self.kernel.name, payload))
 
     def plant(self) -> None:
         """Code that leaves a mark when it is unpickled, with a right checksum."""
@@ -192,7 +192,7 @@ def no_module(scene):
 @damage
 def half_a_pickle(scene):
     """Half a pickle with a right checksum"""
-    payload = _content(scene.kernel.name, scene.kernel.read_bytes())
+    payload = unsealed(scene.kernel.name, scene.kernel.read_bytes())
     scene.seal(payload[: len(payload) // 2])
 
 

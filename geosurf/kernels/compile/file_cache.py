@@ -17,7 +17,6 @@ How files are stored does not affect the freshness of a kernel: changes here rec
 from __future__ import annotations
 
 import errno
-import hashlib
 import os
 import stat
 from contextlib import suppress
@@ -25,21 +24,11 @@ from pathlib import Path
 
 from geosurf.errors import GeosurfWarning
 from geosurf.files.atomic import remove, remove_abandoned, write_beside, write_whole
+from geosurf.files.sealed import read_own, sealed, unsealed, why_not_ours
 from geosurf.kernels.compile.cache_folder import CHOICE, cache_folder, cache_root
 from geosurf.warning import issue
 
-MARK = b"geosurf keeps 1\n"
 LARGEST = 64 * 2**20  # [bytes]; the largest kernel has one or two millions
-# Whoever can write a pickle can run code here: group and others must not.
-_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-# O_NOFOLLOW: a link could lead to a file of another user.
-_READ = (
-    os.O_RDONLY
-    | getattr(os, "O_NOFOLLOW", 0)
-    | getattr(os, "O_NONBLOCK", 0)  # a pipe without a writer must not hang
-    | getattr(os, "O_CLOEXEC", 0)
-    | getattr(os, "O_BINARY", 0)
-)
 _reported: list[GeosurfWarning] = []
 
 
@@ -81,7 +70,7 @@ class Store:
             return None
         wrong = "its checksum is wrong"
         try:
-            found = _content(name, _read(self.folder / name))
+            found = unsealed(name, read_own(self.folder / name, LARGEST))
         # Missing is the normal case of a first run, and no reason to warn.
         except (FileNotFoundError, NotADirectoryError):
             return None
@@ -100,7 +89,7 @@ class Store:
         try:
             self._make_folder()
             # Written aside and renamed, so that no process sees half a file.
-            write_whole(self.folder / name, _sealed(name, payload), 0o600)
+            write_whole(self.folder / name, sealed(name, payload), 0o600)
         except OSError as error:
             self._report_unwritable(_reason(error))
             return False
@@ -148,7 +137,7 @@ class Store:
                 found = folder.stat()
                 if not stat.S_ISDIR(found.st_mode):
                     return f"{folder} is not a folder"
-                why = _not_ours(found)
+                why = why_not_ours(found)
                 if why:
                     return f"{folder} {why}"
         return ""
@@ -191,61 +180,11 @@ def _report(folder: Path, effect: str, remedy: str) -> None:
         issue(_reported[0])
 
 
-# ---- the file ----------------------------------------------------------------------------
-
-
-def _sealed(name: str, payload: bytes) -> bytes:
-    # The name is part of the checksum: a file that is renamed serves no other kernel.
-    return MARK + _digest(name, payload) + b"\n" + payload
-
-
-def _content(name: str, data: bytes) -> bytes | None:
-    """The payload of a file; None if it is not what was saved under this name."""
-    # 64 hexadecimal digits and a line break follow the mark.
-    start = len(MARK) + 65
-    payload = data[start:]
-    return payload if data[:start] == MARK + _digest(name, payload) + b"\n" else None
-
-
-def _digest(name: str, payload: bytes) -> bytes:
-    digest = hashlib.sha256(name.encode() + b"\0")
-    digest.update(payload)
-    return digest.hexdigest().encode()
-
-
 def _is_folder(path: Path) -> bool:
     try:
         return path.is_dir()
     except OSError:  # such as a name that is too long
         return False
-
-
-def _read(path: Path) -> bytes:
-    """The bytes of a regular file of this user; OSError for anything else."""
-    handle = os.open(path, _READ)
-    # Everything is asked of the open file: between a test of its name and reading, the file behind
-    # the name could change.
-    with os.fdopen(handle, "rb") as file:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode):
-            raise OSError(errno.EINVAL, "it is not a plain file")
-        why = _not_ours(found) if hasattr(os, "getuid") else ""
-        if why:
-            raise PermissionError(errno.EPERM, f"it {why}")
-        if found.st_size > LARGEST:
-            raise OSError(errno.EFBIG, f"it has more than {LARGEST >> 20} MB")
-        # Never more than was allowed, even if the file is growing.
-        return file.read(LARGEST)
-
-
-def _not_ours(found: os.stat_result) -> str:
-    """Why other users could have written something; root always could."""
-    # Files of root are accepted: root could do anything in any case.
-    if found.st_uid not in (os.geteuid(), 0):
-        return f"belongs to another user ({found.st_uid})"
-    if found.st_mode & _OTHERS_WRITE:
-        return f"can be written by others (mode {stat.S_IMODE(found.st_mode):03o})"
-    return ""
 
 
 def _reason(error: OSError) -> str:

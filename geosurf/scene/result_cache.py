@@ -1,0 +1,235 @@
+"""Results on disk, by what they depend on: a later process finds them again.
+
+A name is a hash of the inputs, of geosurf's own sources and of the packages that compute: another
+version never finds a result of this one. Files are written whole or not at all, carry a checksum,
+and are used only where no other user could have written them. Whatever goes wrong with the folder
+costs time, never a result; the first problem is a `GeosurfWarning`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import platform
+from collections.abc import Callable
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, TypeVar
+
+from geosurf.conventions import counted
+from geosurf.errors import GeosurfError, GeosurfWarning, InputError
+from geosurf.files.atomic import remove, remove_abandoned, write_whole
+from geosurf.files.sealed import read_own, sealed, unsealed, why_not_ours
+from geosurf.model.expected import path_of
+from geosurf.scene.memory import fingerprint
+from geosurf.scene.packed import packed, unpacked
+from geosurf.warning import collected, issue, warn
+
+SUFFIX = ".gsr"
+LARGEST = 1 << 30  # [bytes] of one result
+BUDGET = 4 << 30  # [bytes] of all; those that were not read for longest go first
+_PACKAGES = ("numpy", "scipy", "numba", "xarray", "pyvista", "vtk", "matplotlib")
+
+Result = TypeVar("Result")
+
+
+class ResultCache:
+    """
+    A folder of results that later runs find again.
+
+    Parameters
+    ----------
+    folder : path-like
+        Is created with the first result. Only files of the kind ``*.gsr`` in it are touched.
+    budget : int
+        Bytes of all files; beyond it the least recently used are removed.
+
+    Raises
+    ------
+    InputError
+        If `folder` is a file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> cache = ResultCache(tempfile.mkdtemp())
+    >>> for _ in range(2):
+    ...     made = cache.get_or_compute("sum", (1, 2), lambda: print("computed") or 3)
+    computed
+    >>> made, cache.n_found, cache.n_made
+    (3, 1, 1)
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], budget: int = BUDGET) -> None:
+        self.folder = path_of(folder, "the cache folder")
+        if self.folder.exists() and not self.folder.is_dir():
+            raise InputError(
+                f"{self.folder} is a file. Give a folder with cache_dir= or --cache-dir."
+            )
+        self.budget = budget
+        self.n_found = self.n_made = 0
+        self._reported = self._unusable = False
+
+    def get_or_compute(
+        self, kind: str, inputs: tuple[Any, ...], run: Callable[[], Result]
+    ) -> Result:
+        """
+        Return a result from its file; otherwise compute it and write the file.
+
+        Parameters
+        ----------
+        kind : str
+            What it is, such as ``"sheet"``.
+        inputs : tuple
+            All that it depends on: surfaces, sheets, grids, arrays; texts and numbers as ``repr``.
+        run : callable
+            () -> the result. What it warns of comes back with the result.
+        """
+        name = name_of_result(kind, inputs)
+        data = None if name is None else self.load(name)
+        if name is not None and data is not None:
+            try:
+                result, warnings = unpacked(data)
+            except (ValueError, KeyError, TypeError, GeosurfError):
+                self._report_damage(name, "it cannot be read")
+            else:
+                self.n_found += 1
+                for warning in warnings:
+                    warn(warning)
+                return result  # type: ignore[no-any-return]
+        found: list[GeosurfWarning] = []
+        try:
+            with collected() as found:
+                result = run()
+        finally:
+            for warning in found:
+                warn(warning)
+        self.n_made += 1
+        if name is not None:
+            with suppress(TypeError):  # a result of a kind that has no packed form
+                self.save(name, packed((result, tuple(found))))
+        return result  # type: ignore[no-any-return]
+
+    # ---- files ---------------------------------------------------------------------------
+
+    def load(self, name: str) -> bytes | None:
+        """Return the file of a name; None if it is missing, damaged, or not of this user."""
+        path, wrong = self.folder / name, "its checksum is wrong"
+        if self._is_distrusted():
+            return None
+        try:
+            found = unsealed(name, read_own(path, LARGEST))
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        except OSError as error:
+            found, wrong = None, error.strerror or type(error).__name__
+        if found is None:
+            self._report_damage(name, wrong)
+        else:
+            with suppress(OSError):
+                os.utime(path)  # it was used now: others go first
+        return found
+
+    def save(self, name: str, payload: bytes) -> bool:
+        """Write a file, completely or not at all; return whether it is there."""
+        if self._unusable or len(payload) > min(LARGEST, self.budget) or self._is_distrusted():
+            return False
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            write_whole(self.folder / name, sealed(name, payload), 0o600)
+        except OSError as error:
+            # a full disk stays full: one attempt, one message
+            self._unusable = True
+            reason = error.strerror or type(error).__name__
+            self._report(
+                f"Results cannot be stored in {self.folder} ({reason}). This run is complete; the "
+                "next one computes them again.",
+                "Free some space there, or choose another folder with --cache-dir (cache_dir=).",
+            )
+            return False
+        self._trim()
+        return True
+
+    def _trim(self) -> None:
+        """Remove the least recently used files beyond the budget."""
+        found = []
+        for path in self.folder.glob(f"*{SUFFIX}"):
+            with suppress(OSError):  # another process was faster
+                state = path.stat()
+                found.append((state.st_mtime, state.st_size, path))
+        total = sum(size for _, size, _ in found)
+        for _, size, path in sorted(found):
+            if total <= self.budget:
+                break
+            remove(path)
+            total -= size
+        remove_abandoned(self.folder)
+
+    # ---- problems ------------------------------------------------------------------------
+
+    def _is_distrusted(self) -> bool:
+        """Whether others can write into the folder; then it is not used."""
+        if self._unusable or not hasattr(os, "getuid"):
+            return self._unusable
+        try:
+            why = why_not_ours(self.folder.stat())
+        except OSError:
+            return False  # not there yet
+        if why:
+            self._unusable = True
+            self._report(
+                f"The cache folder {self.folder} is not used, since it {why}.",
+                "Choose a folder that only you can write with --cache-dir (cache_dir=).",
+            )
+        return self._unusable
+
+    def _report_damage(self, name: str, why: str) -> None:
+        self._report(
+            f"The stored result {self.folder / name} cannot be used ({why}); it is computed again.",
+            f"No action is needed. If it happens again, delete the folder {self.folder}.",
+        )
+
+    def _report(self, effect: str, remedy: str) -> None:
+        """Issue the first problem: not as a warning of the model, whose results are the same."""
+        if not self._reported:
+            self._reported = True
+            issue(GeosurfWarning("result cache", str(self.folder), effect, remedy))
+
+    def __str__(self) -> str:
+        return f"{counted(self.n_found, 'result')} from {self.folder}, {self.n_made} computed"
+
+
+def name_of_result(kind: str, inputs: tuple[Any, ...]) -> str | None:
+    """Return the file name of a result; None if an input is only known by its identity."""
+    strangers: list[Any] = []
+    digest = hashlib.sha256(f"{kind} {environment()}".encode())
+    for one in inputs:
+        text = f"text {one!r}" if _is_text(one) else fingerprint(one, strangers)
+        digest.update(f"{len(text)} {text}".encode())
+    return None if strangers else f"{kind}-{digest.hexdigest()}{SUFFIX}"
+
+
+def _is_text(one: Any) -> bool:
+    """Whether an input counts by its text: settings, and tuples of them."""
+    if isinstance(one, tuple | list):
+        return all(map(_is_text, one))
+    return one is None or type(one) in (str, bool, int, float)
+
+
+@functools.cache
+def environment() -> str:
+    """Return a hash of geosurf's sources, of the packages that compute, and of the machine."""
+    digest = hashlib.sha256(platform.machine().encode())
+    for package in _PACKAGES:
+        with suppress(PackageNotFoundError):
+            digest.update(f"{package} {version(package)} ".encode())
+    root = Path(__file__).resolve().parents[1]
+    for path in sorted(root.rglob("*.py")):
+        content = path.read_bytes()
+        digest.update(f"{path.relative_to(root).as_posix()} {len(content)} ".encode() + content)
+    return digest.hexdigest()
+
+
+__all__ = ["ResultCache"]
