@@ -91,7 +91,7 @@ def _tree(value: Any, arrays: list[bytes]) -> Any:
     name = type(value).__name__
     if _CLASSES.get(name) is not type(value):
         raise TypeError(f"{name} cannot be packed")
-    fields = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
+    fields = {one.name: getattr(value, one.name) for one in dataclasses.fields(_CLASSES[name])}
     crs = getattr(value, "crs", None)
     return ["object", name, _tree(fields, arrays), _tree(crs, arrays)]
 
@@ -111,11 +111,11 @@ def _value(tree: Any, data: bytes, at: list[int]) -> Any:
         return tree
     kind, *parts = tree
     if kind == "array":
-        return _array(*parts, data, at)
+        return _array(parts, data, at)
     if kind == "dict":
         return {_value(k, data, at): _value(v, data, at) for k, v in parts}
     if kind == "object":
-        return _object(*parts, data, at)
+        return _object(parts, data, at)
     found = [_value(part, data, at) for part in parts]
     if kind == "number":
         return found[0][()]
@@ -134,8 +134,9 @@ def _value(tree: Any, data: bytes, at: list[int]) -> Any:
     raise ValueError(f"{kind!r} is not known")
 
 
-def _array(kind: str, shape: list[int], order: Any, data: bytes, at: list[int]) -> np.ndarray:
+def _array(parts: list[Any], data: bytes, at: list[int]) -> np.ndarray:
     """An array from the bytes after the last one."""
+    kind, shape, order = parts
     dtype = np.dtype(kind)
     if dtype.kind not in "biuf":
         raise ValueError(f"arrays of {kind!r} are not known")
@@ -147,8 +148,9 @@ def _array(kind: str, shape: list[int], order: Any, data: bytes, at: list[int]) 
     return found
 
 
-def _object(name: str, fields: Any, crs: Any, data: bytes, at: list[int]) -> Any:
+def _object(parts: list[Any], data: bytes, at: list[int]) -> Any:
     """One of the known classes, made by its constructor."""
+    name, fields, crs = parts
     found = _CLASSES[name](**_value(fields, data, at))
     return _with_crs(found, _value(crs, data, at))
 

@@ -110,7 +110,7 @@ class ResultCache:
         if name is not None:
             with suppress(TypeError):  # a result of a kind that has no packed form
                 self.save(name, packed((result, tuple(found))))
-        return result  # type: ignore[no-any-return]
+        return result
 
     # ---- files ---------------------------------------------------------------------------
 
