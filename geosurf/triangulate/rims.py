@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.conventions import area_text, length_text
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
+from geosurf.kernels.meshes.mesh import edges
 from geosurf.model import TriSurface
 from geosurf.triangulate.inward import moved_inward
 from geosurf.triangulate.outline import check_outline, signed_area
@@ -133,13 +134,11 @@ def _rim(horizon: TriSurface) -> np.ndarray:
     """Nodes on the rim of a horizon, in the map (n, 2)."""
     lattice = horizon.lattice
     if lattice is None:
-        # Edges of a single triangle.
-        ends = horizon.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        # as one number each: rows are sorted ten times as slowly
-        n = len(horizon.vertices)
-        keys, count = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_counts=True)
-        alone = keys[count == 1]
-        return horizon.vertices[np.unique(np.concatenate([alone // n, alone % n])), :2]
+        # Ends of half-edges that no other triangle has.
+        ring, _ = edges(horizon.triangles, len(horizon.vertices))
+        row, corner = np.divmod(np.flatnonzero(ring == np.arange(len(ring))), 3)
+        ends = horizon.triangles[row[:, None], np.stack([corner, (corner + 1) % 3], axis=1)]
+        return horizon.vertices[np.unique(ends), :2]
     if lattice.whole and lattice.easting.ndim == 1:
         return _frame(lattice.easting, lattice.northing)
 
