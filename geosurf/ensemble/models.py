@@ -18,7 +18,16 @@ from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tops import Tops
 from geosurf.scene import Scene
-from geosurf.scene.given import given_contacts, given_fault, given_horizon, given_settings
+from geosurf.scene.faults import LongerFaults
+from geosurf.scene.given import (
+    given_contacts,
+    given_fault,
+    given_horizon,
+    given_settings,
+    prepared_faults,
+    with_longer_faults,
+)
+from geosurf.scene.tearing import longer_faults
 from geosurf.sheets import throw_horizon
 
 OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
@@ -32,6 +41,9 @@ class Model(Protocol):
 
     def framed(self, base: Scene, reach: float) -> None:
         """Keep area and box of the base case for all, taller by a reach [m]."""
+
+    def started(self, base: Scene) -> None:
+        """Take what all realisations share from the base case in the final box."""
 
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
@@ -64,6 +76,7 @@ class SceneModel:
         # Data of a horizon are read once and shared by all realisations.
         self._data: dict[str, HorizonData] = {}
         self._frame: dict[str, Any] = {}
+        self.longer: LongerFaults = {}
 
     # ---- what is given -------------------------------------------------------------------
 
@@ -97,7 +110,9 @@ class SceneModel:
         scene = self.scene.replace(
             horizons=change.horizons(), faults=change.faults, **changes, **self._frame
         )
-        return self._thrown(scene, change) if change.throws else scene
+        if change.throws:
+            return self._thrown(scene, change)
+        return with_longer_faults(scene, self.longer) if self.longer else scene
 
     def _thrown(self, scene: Scene, change: Change) -> Scene:
         """A scene with all horizons torn by the throws of a realisation."""
@@ -129,6 +144,11 @@ class SceneModel:
         # A word such as "rectangle" is not an area: the box is enough then.
         if not isinstance(given["aoi"], str):
             self._frame["aoi"] = base.aoi
+
+    def started(self, base: Scene) -> None:
+        """Keep faults as long as the tears of the base case need them: they are not uncertain."""
+        before = prepared_faults(self.scene.replace(**self._frame))
+        self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
 
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
@@ -179,6 +199,9 @@ class BuiltModel:
 
     def framed(self, base: Scene, reach: float) -> None:
         """Nothing: the function chooses the box."""
+
+    def started(self, base: Scene) -> None:
+        """Nothing: the function builds all of each realisation."""
 
     def identity(self) -> str:
         """Return the name of the function: what it does cannot be compared."""

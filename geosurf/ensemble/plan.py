@@ -85,6 +85,7 @@ class Plan:
         base = self.scene(None)
         self.model.framed(base, sum(one.reach() for one in self.prepared))
         base = self.scene(None)
+        self.model.started(base)
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)
         return self.measure(base, {})

@@ -15,15 +15,17 @@ from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.models import SceneModel, add_to
 from geosurf.ensemble.throws import Factor, Throw
 from geosurf.errors import InputError
+from geosurf.model import Sheet, TriSurface
 from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import untorn_scene
 from geosurf.scenario.ensemble_keys import UncertainInput
 from geosurf.scenario.keys import Scenario, ThrowInput
-from geosurf.scenario.torn import torn_horizons
+from geosurf.scenario.torn import Make, torn_horizons
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint
 from geosurf.scene.given import given_settings
+from geosurf.scene.memory import fingerprint
 from geosurf.sheets.lattice.data import are_points
 
 
@@ -51,6 +53,7 @@ class ScenarioModel(SceneModel):
         # Without tearing: that is repeated in each realisation.
         scene, self._values = untorn_scene(self.scenario)
         super().__init__(scene)
+        self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
         self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
 
     def horizon(self, name: str) -> HorizonData:
@@ -75,7 +78,23 @@ class ScenarioModel(SceneModel):
         # Throws change in the scenario, so that tearing follows its usual way.
         throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
         scenario = replace(self.scenario, throws=throws)
-        return torn_horizons(scenario, scene, values, lambda *_: None)
+
+        def remember(
+            name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Make
+        ) -> Sheet:
+            """The sheet of a horizon; that of the last realisation if nothing has changed."""
+            if name in change.up:
+                return make(name, faults, fill)
+            filled = str(fill) if isinstance(fill, bool) else fingerprint(fill)
+            key = (*map(fingerprint, faults.values()), filled)
+            known = self._sheets.get(name)
+            if known is None or known[0] != key:
+                known = self._sheets[name] = key, make(name, faults, fill)
+            return known[1]
+
+        return torn_horizons(
+            scenario, scene, values, lambda *_: None, longer=self.longer, remember=remember
+        )
 
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from geosurf.model import Sheet, TriSurface
@@ -18,11 +19,15 @@ from geosurf.scenario.validate import (
     is_torn_as_picked,
 )
 from geosurf.scene import Scene
+from geosurf.scene.faults import LongerFaults
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.tearing import as_truncations, sheets_on, warnings_of
+from geosurf.scene.tearing import as_long_as, as_truncations, sheets_on, warnings_of
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import warn
+
+Make = Callable[[str, dict[str, TriSurface], bool | Sheet], Sheet]
+Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Make], Sheet]
 
 
 def torn_horizons(
@@ -33,6 +38,9 @@ def torn_horizons(
     out: Path | None = None,
     on_start: OnStep = lambda *_: None,
     cache: ResultCache | None = None,
+    *,
+    longer: LongerFaults = MappingProxyType({}),
+    remember: Remember = lambda name, faults, fill, make: make(name, faults, fill),
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -51,6 +59,11 @@ def torn_horizons(
         Is called before each horizon is torn: stage, horizon, its number.
     cache : ResultCache, optional
         Has sheets of earlier runs.
+    longer : mapping of str to (TriSurface, TriSurface), optional
+        Faults, and how long tears of another scene needed them: tears begin with these.
+    remember : callable, optional
+        Takes a horizon, its faults, what fills its empty blocks and a function that makes its
+        sheet of these; it may return the sheet that they gave before.
 
     Returns
     -------
@@ -75,14 +88,18 @@ def torn_horizons(
     def as_picked(name: str, faults: dict[str, TriSurface], fill: bool | Sheet) -> Sheet:
         """The sheet of one horizon at some faults; a picture where there is none."""
         with pictured(scene, out, (name, *scene.fault_names)):
-            some = [faults[fault] for fault in reaching[name]]
+            some = [*faults.values()]
             return _as_picked(scenario, scene, name, horizons[name], some, fill, cache)
 
     # by its place among all horizons; those that [tear] leaves out are not there to end on
     filling = filling_of(scenario, picked)
 
     # tearing may extend faults: sheets and scene must have the same ones
-    sheets, faults = sheets_on(given, filling, as_picked, partial(on_start, "tear"))
+    def make(name: str, faults: dict[str, TriSurface], fill: bool | Sheet) -> Sheet:
+        """The sheet of one horizon at the faults that reach it."""
+        return remember(name, {key: faults[key] for key in reaching[name]}, fill, as_picked)
+
+    sheets, faults = sheets_on(as_long_as(longer, given), filling, make, partial(on_start, "tear"))
     for warning in warnings_of(given, faults, sheets):
         warn(warning)
     for name, horizon in horizons.items():
@@ -99,12 +116,12 @@ def torn_horizons(
     # the extended faults, which the sheets end on
     extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
 
-    # faults that tearing has changed, by name
-    longer = {name: faults[name] for name in given if faults[name] is not given[name]}
+    # whether tearing has changed faults
+    changed = any(faults[name] is not given[name] for name in given)
     changes: dict[str, Any] = {}
     if (extended or picked) and scenario.box is None:
         changes = {"box": scene.box, "aoi": scene.aoi}
-    if longer:  # all of them as the sheets have them: rules would change them again
+    if changed:  # all of them as the sheets have them: rules would change them again
         changes |= {"faults": faults, "extend": (), "lengthen": None}
         changes |= {"truncations": as_truncations(horizon_rules_of(scenario))}
     return scene.replace(horizons=sheets, **changes)

@@ -7,7 +7,7 @@ arrangement; a change of one fault touches its own group only. Each fault is ext
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -29,6 +29,8 @@ from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls, orient_fault
+
+LongerFaults = Mapping[str, tuple[TriSurface, TriSurface]]  # a fault, and longer as tears needed it
 
 
 class FaultStage:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from geosurf.model import Sheet, TriSurface
+from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.inputs import INPUTS
 from geosurf.scene.scene import Scene
@@ -41,6 +42,18 @@ def given_fault(scene: Scene, name: str) -> TriSurface:
     return scene._plain.read.fault(name)
 
 
+def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
+    """Return all faults as extended and truncated, before tears make them longer."""
+    return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
+
+
+def with_longer_faults(scene: Scene, longer: LongerFaults) -> Scene:
+    """Return the scene, torn at faults that are as long as the tears of another scene needed."""
+    twin = scene.replace()
+    twin._plain.longer = dict(longer)
+    return twin
+
+
 def given_contacts(scene: Scene) -> dict[str, Any]:
     """Return fluid contacts by name, with files and grids as surfaces."""
     return opened_contacts(scene._inputs.contacts, scene._inputs.options)
@@ -52,4 +65,11 @@ def given_settings(scene: Scene) -> dict[str, Any]:
     return {key: getattr(scene._inputs, key) for key in INPUTS if key not in surfaces}
 
 
-__all__ = ["given_contacts", "given_fault", "given_horizon", "given_settings"]
+__all__ = [
+    "given_contacts",
+    "given_fault",
+    "given_horizon",
+    "given_settings",
+    "prepared_faults",
+    "with_longer_faults",
+]

@@ -54,7 +54,7 @@ from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_pair, merge_pairs
-from geosurf.scene.faults import FaultStage
+from geosurf.scene.faults import FaultStage, LongerFaults
 from geosurf.scene.footprint import with_empty_blocks
 from geosurf.scene.horizon_ends import Ends, end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
@@ -79,6 +79,11 @@ class Graph:
     prepared_by : FaultStage, optional
         What has extended and truncated the faults, if they come prepared.
 
+    Attributes
+    ----------
+    longer : mapping of str to (TriSurface, TriSurface)
+        Faults, and how long tears of another scene needed them: tears begin with these.
+
     Examples
     --------
     >>> from geosurf.synthetic import tilted_planes
@@ -93,6 +98,7 @@ class Graph:
     ) -> None:
         self.inputs, self.memory = inputs, memory
         self.prepared_by = prepared_by
+        self.longer: LongerFaults = {}
         self.read = InputSurfaces(inputs, memory)
 
     # ---- inputs -> surfaces --------------------------------------------------------------

@@ -16,6 +16,7 @@ from geosurf.errors import GeosurfWarning, InvariantError
 from geosurf.faults.rules import Rule
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
+from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
@@ -69,7 +70,7 @@ def torn_graph(plain: Graph) -> Graph:
         return _sheet(plain, name, some, fill)
 
     filling = inputs.filling
-    sheets, faults = sheets_on(given, filling, make)
+    sheets, faults = sheets_on(as_long_as(plain.longer, given), filling, make)
     plain.memory.warn(*warnings_of(given, faults, sheets))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
@@ -89,6 +90,43 @@ def as_truncations(rules: Iterable[Rule]) -> dict[str, tuple[tuple[str, str], ..
     for rule in rules:
         found[rule.fault] = (*found.get(rule.fault, ()), (rule.main, rule.keep))
     return found
+
+
+def as_long_as(longer: LongerFaults, faults: Faults) -> Faults:
+    """Return faults, those that are longer in another scene as long as there.
+
+    Parameters
+    ----------
+    longer : dict of str to (TriSurface, TriSurface)
+        A fault there, and the longer one that tears needed. It counts where the fault is the same.
+    faults : dict of str to TriSurface
+    """
+    found = dict(faults)
+    for name, (before, after) in longer.items():
+        fault = faults.get(name)
+        if fault is not None and _same(fault, before):
+            found[name] = after
+    return found
+
+
+def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
+    """Return the faults that tears have made longer, as they were and as they are.
+
+    Parameters
+    ----------
+    faults, torn : dict of str to TriSurface
+        Before and after horizons were torn.
+    """
+    return {
+        name: (fault, torn[name]) for name, fault in faults.items() if not _same(fault, torn[name])
+    }
+
+
+def _same(one: TriSurface, other: TriSurface) -> bool:
+    """Whether two faults are equal, vertex by vertex."""
+    return np.array_equal(one.vertices, other.vertices) and np.array_equal(
+        one.triangles, other.triangles
+    )
 
 
 def sheets_on(

@@ -140,7 +140,7 @@ def sheet_heights(
         # Picard iteration: shift the origin by as much as the particle misses its place
         miss = xy[todo] - now
         z[todo] = height
-        far = np.abs(miss).max(axis=1)
+        far = np.maximum(np.abs(miss[:, 0]), np.abs(miss[:, 1]))
         if callable(parts):
             far = np.maximum(far, np.abs(height - old))
 
