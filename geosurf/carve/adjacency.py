@@ -170,16 +170,19 @@ class Around:
         out[1, surface[off], unit[off], side[off]] = True
         return out
 
-    def seen(self, one: int) -> np.ndarray:
-        """Whether front and back of a surface are reachable without crossing it, bool (n_unit, 2).
+    def seen(self, some: list[int]) -> np.ndarray:
+        """Whether front and back of a fault are reachable without crossing it, bool (n_unit, 2).
 
-        Both are reachable from a unit that contains a part of the surface.
+        Both are reachable from a unit that contains a part of it. A fault may have several
+        surfaces: its own, and its virtual wall.
         """
-        # regions: units that are connected without passing through the surface
-        region = join_pairs(self.neighbours_except_across(one), self.n_unit)
-        seen = _gathered(self.touched(one), region)
+        # regions: units that are connected without passing through the surfaces
+        links = self._links[0][self._all > self._times_of(some)]
+        region = join_pairs(links, self.n_unit)
+        seen = _gathered(np.any([self.touched(one) for one in some], axis=0), region)
         if (seen[:, 0] != seen[:, 1]).any():
-            seen[np.isin(region, region[self.holding(one)])] = True
+            for one in some:
+                seen[np.isin(region, region[self.holding(one)])] = True
         return seen
 
     def side_of_horizon(self, one: int, front: int) -> np.ndarray:

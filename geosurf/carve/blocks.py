@@ -7,29 +7,33 @@ its normal points into: the hanging wall of a dipping fault) and the other only 
 So a name has only the sides that separate units of one zone. One block may be ``F1+ F2-`` in a
 zone and ``F2-`` in the next, which F1 has left. The side of a fault that a unit lies on does not
 depend on zones: from a unit on the ``+`` side of F1, no way leads to the back of F1 but through F1.
+
+A virtual wall continues a fault, and has the same front: names do not distinguish the two.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.zones import distinct_pairs, own_sides
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.model import Patches
 
 WHOLE = "whole"
+Faults = Mapping[str, Sequence[int]]  # surfaces of each fault: its own, and its virtual wall
 # volumes that agree to this many digits are one: rounding shall not rank them
 DIGITS = 9
 
 
-def _touched(cells: Cells, unit_of_cell: np.ndarray, fault: int, n_unit: int) -> np.ndarray:
+def _touched(
+    cells: Cells, unit_of_cell: np.ndarray, fault: Sequence[int], n_unit: int
+) -> np.ndarray:
     """Whether each unit touches front and back of a fault, bool (n_unit, 2); slits apart."""
     # a triangle with one unit on both sides is a slit: it separates nothing
-    sides = unit_of_cell[own_sides(cells, fault)[2]]
+    sides = unit_of_cell[np.concatenate([own_sides(cells, i)[2] for i in fault])]
     sides = sides[sides[:, 0] != sides[:, 1]]
     touched = np.zeros((n_unit, 2), dtype=bool)
     for side in range(2):
@@ -54,18 +58,17 @@ def in_words(name: str) -> list[tuple[int, int, str]]:
 
 
 def fault_sides(
-    patches: Patches,
     cells: Cells,
     unit_of_cell: np.ndarray,
     zone: np.ndarray,
-    faults: Sequence[int],
+    faults: Faults,
 ) -> list[tuple[str, ...]]:
     """Sides of faults that set each unit apart in its zone: ``("F1+", "F2-")``, by name."""
     words: list[list[str]] = [[] for _ in zone]
 
     # by name, so that words of a block come in the order in which people read them
-    for fault in sorted(faults, key=lambda fault: in_words(patches.names[fault])):
-        touched = _touched(cells, unit_of_cell, fault, len(zone))
+    for fault in sorted(faults, key=in_words):
+        touched = _touched(cells, unit_of_cell, faults[fault], len(zone))
         front = touched[:, 0] & ~touched[:, 1]
         back = touched[:, 1] & ~touched[:, 0]
 
@@ -74,14 +77,14 @@ def fault_sides(
             mine = zone == k
             if (front & mine).any() and (back & mine).any():
                 for u in np.flatnonzero(mine & (front | back)):
-                    words[u].append(patches.names[fault] + ("+" if front[u] else "-"))
+                    words[u].append(fault + ("+" if front[u] else "-"))
     return [tuple(word) for word in words]
 
 
 def sides_of_units(
     cells: Cells,
     unit_of_cell: np.ndarray,
-    faults: Sequence[int],
+    faults: Faults,
     words: Sequence[tuple[str, ...]],
 ) -> list[tuple[str, ...]]:
     """
@@ -91,7 +94,8 @@ def sides_of_units(
     ----------
     cells : Cells
     unit_of_cell : ndarray of int64, shape (n_cell + 1,)
-    faults : sequence of int
+    faults : mapping of str to sequence of int
+        Surfaces of each fault: its own, and its virtual wall.
     words : sequence of tuple of str
         Of each unit, see `fault_sides`.
 
@@ -101,15 +105,15 @@ def sides_of_units(
         By name of the fault. A fault with a way around it (it dies inside the model, or ends at
         another fault) has sides only where it separates units of a zone.
     """
-    names = cells.patches.names
     found = [set(word) for word in words]
 
     # a merged unit is one space: a way leads through the fault that parted it before
     cell = np.arange(1, cells.n_cell + 1)
     _, first = np.unique(unit_of_cell[1:], return_index=True)
     within = np.stack([cell, 1 + first[unit_of_cell[1:]]], axis=1)
-    for fault in faults:
-        mine, _, sides = own_sides(cells, fault)
+    for fault, surfaces in faults.items():
+        of = [own_sides(cells, i) for i in surfaces]
+        mine, sides = (np.concatenate([one[k] for one in of]) for k in (0, 2))
 
         # all faces but those of the fault: cells that they link are one region
         passed = np.ones(len(cells.surface_of), dtype=bool)
@@ -125,7 +129,7 @@ def sides_of_units(
             alone = seen[side] & ~seen[1 - side]
             for u in np.unique(unit_of_cell[1:][alone[region[1:]]]).tolist():
                 if u >= 0:
-                    found[u].add(names[fault] + sign)
+                    found[u].add(fault + sign)
     return [tuple(sorted(sides, key=in_words)) for sides in found]
 
 

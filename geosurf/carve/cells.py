@@ -82,6 +82,19 @@ class Cells:
         """Twice the area of each face in the map, below 0 where its front looks down [m2]."""
         return self.below[:, measures.FLAT]
 
+    def beside(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Face of some triangles, rows of `Patches.triangles`, or -1; cells on both sides (n, 2).
+
+        What lies on a wall has one cell; what lies outside has none.
+        """
+        element = self.pieces.expanded.element[rows]
+
+        # of triangles with the same corners only the first has a face
+        listed = element < len(self.pieces.twin)
+        element[listed] = self.pieces.twin[element[listed]]
+        face = self.face_of_element[element]
+        return face, np.where(face[:, None] < 0, OUTSIDE, self.cell_of_side[face])
+
     @cached_property
     def in_full(self) -> FullCells:
         """The same with a face for every triangle."""

@@ -18,12 +18,13 @@ from geosurf.carve.column import names_of_zones
 from geosurf.carve.elements import Elements
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.shells import unit_name
-from geosurf.model import Check, Patches, Unit, Units
+from geosurf.model import Check, Unit, Units
+from geosurf.model.compartments import separators
 
 NAME = "unit names match their bounding surfaces"
 
 
-def named(patches: Patches | Elements, units: Units, found: Matched, divided: bool) -> Check:
+def named(patches: Elements | Elements, units: Units, found: Matched, divided: bool) -> Check:
     """Zone, block and contact in each name match the bounding surfaces of the unit.
 
     Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
@@ -34,9 +35,9 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
     """
     patches = Elements.of(patches)
     parts = list(units.values())
-    words = [[patches.names[i] for i in rows_of(patches, r)] for r in ("horizon", "fault")]
-    zones = names_of_zones(words[0])
-    wrong = [unit.name for unit in parts if not _spelt(zones, words[1], unit)]
+    faults, virtual = list(_faults(patches)), bool(rows_of(patches, "virtual"))
+    zones = names_of_zones([patches.names[i] for i in rows_of(patches, "horizon")])
+    wrong = [unit.name for unit in parts if not _spelt(zones, faults, virtual, unit)]
     upward, merged = _upward(patches), units.unmerged is not None
     if not merged:
         wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
@@ -46,10 +47,14 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
     shell, surface, behind = around.on
 
     # surface, unit and side in one number, so that each combination is checked once
+    fault = list(patches.names)
+    for name, rows in _faults(patches).items():
+        for row in rows:
+            fault[row] = name
     codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
     for code in np.unique(codes).tolist():
         (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
-        if patches.names[one] + ("+" if back else "-") in parts[u].fault_sides:
+        if fault[one] + ("+" if back else "-") in parts[u].fault_sides:
             wrong.append(parts[u].name)
     if divided:
         if not merged:
@@ -58,6 +63,7 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
         wrong += _on_other_sides(patches, parts, around)
     if not merged:
         wrong += _contacts_apart(patches, parts, found, upward)
+        wrong += _offset_at_virtual(patches, parts, around)
     wrong = list(dict.fromkeys(wrong))
     detail = f"zone, block and contact of {len(parts)} units recomputed from their surfaces"
     if wrong:
@@ -89,15 +95,15 @@ def _in_other_blocks(patches: Elements, parts: list[Unit], around: Around) -> It
     of = of_unit[found.unit[shell[apart]]]
     touched[surface[apart], of, behind[apart].astype(np.int64)] = True
     recomputed: list[set[str]] = [set() for _ in blocks]
-    faults = rows_of(patches, "fault")
-    for fault in faults:
+    faults = _faults(patches)
+    for fault, surfaces in faults.items():
         # a fault names a block that has it on one side only, if the zone has such blocks on both
-        alone = touched[fault] & ~touched[fault][:, ::-1]
+        mine = np.logical_or.reduce(touched[surfaces])
+        alone = mine & ~mine[:, ::-1]
         both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
         for block, side in np.argwhere(alone & both[:, None]).tolist():
-            recomputed[block].add(patches.names[fault] + "+-"[side])
-    names = [patches.names[i] for i in faults]
-    stated = [_stated_sides(block, names) for _, block in blocks]
+            recomputed[block].add(fault + "+-"[side])
+    stated = [_stated_sides(block, list(faults)) for _, block in blocks]
     for unit, k in zip(parts, of_unit.tolist(), strict=True):
         if stated[k] != recomputed[k]:
             yield unit.name
@@ -109,13 +115,12 @@ def _on_other_sides(patches: Elements, parts: list[Unit], around: Around) -> Ite
     The region that is reachable from a unit without crossing a fault touches only its front, or
     only its back; otherwise the fault does not bound the region.
     """
-    faults = rows_of(patches, "fault")
-    names = [patches.names[i] for i in faults]
-    recomputed = [set(_stated_sides(unit.block, names) or ()) for unit in parts]
+    faults = _faults(patches)
+    recomputed = [set(_stated_sides(unit.block, list(faults)) or ()) for unit in parts]
 
     # the region around a unit that is connected without the fault: on one side only, or none
-    for fault, name in zip(faults, names, strict=True):
-        seen = around.seen(fault)
+    for name, surfaces in faults.items():
+        seen = around.seen(surfaces)
         for u, side in np.argwhere(seen & ~seen[:, ::-1]).tolist():
             recomputed[u].add(name + "+-"[side])
     for unit, sides in zip(parts, recomputed, strict=True):
@@ -147,16 +152,23 @@ def _stated_sides(block: str, faults: list[str]) -> frozenset[str] | None:
     return frozenset() if name == WHOLE else parse_sides(name, faults)
 
 
-def _spelt(zones: list[str], faults: list[str], unit: Unit) -> bool:
+def _spelt(zones: list[str], faults: list[str], virtual: bool, unit: Unit) -> bool:
     """Whether a name consists of zone, block and contact, and these of existing names."""
     sides = _stated_sides(unit.block, faults)
+    within = re.sub(r" #\d+$", "", unit.compartment_of)
     return (
         unit.name == unit_name(unit.zone, unit.block, unit.contact)
         and 0 <= unit.zone_index < len(zones)
         and unit.zone == zones[unit.zone_index]
         and sides is not None
         and sides <= set(unit.fault_sides)
+        and (_stated_sides(within, faults) is not None if virtual else not within)
     )
+
+
+def _faults(patches: Elements) -> dict[str, list[int]]:
+    """Faults, and the surfaces of each: its own, and its virtual wall."""
+    return separators(patches.names, [source.role for source in patches.sources])
 
 
 def _upward(patches: Elements) -> np.ndarray:
@@ -182,7 +194,8 @@ def _in_other_zones(
     # zone in front and behind of each set of corners, -1 where no unit is
     beside = np.full((found.n_key, 2), -1)
     beside[found.key, found.turn.astype(np.int64)] = zone
-    others = [*rows_of(patches, "fault"), *rows_of(patches, "contact")]
+    roles = ("fault", "virtual", "contact")
+    others = [row for role in roles for row in rows_of(patches, role)]
     bound = lie_on(patches, found, others) & (beside[:, 0] == beside[:, 1])
     bound |= lie_on(patches, found, rows_of(patches, "wall"))
     open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
@@ -197,6 +210,21 @@ def _in_other_zones(
         below = (turn == 1 + found.turn[open_]) == upward[i]
         open_ = open_[(turn == 0) | (below != (zone[open_] > rank))]
     return np.unique(found.unit[open_]).tolist()
+
+
+def _offset_at_virtual(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
+    """Units that only a virtual wall separates, and of other zones or blocks without it."""
+    rows = [rows_of(patches, role) for role in ("horizon", "fault", "contact", "wall")]
+    only = lie_on(patches, around.found, rows_of(patches, "virtual"))
+    only &= ~lie_on(patches, around.found, [row for some in rows for row in some])
+
+    # the units in front and behind; a wall that ends inside a unit has none
+    beside = around.on_each_side(around.found.unit)[only]
+    beside = beside[(beside >= 0).all(axis=1)]
+    for u, v in np.unique(beside, axis=0).tolist():
+        one, two = parts[u], parts[v]
+        if (one.zone, one.compartment_of) != (two.zone, two.compartment_of):
+            yield from (one.name, two.name)
 
 
 def _contacts_apart(

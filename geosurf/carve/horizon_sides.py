@@ -46,16 +46,8 @@ class HorizonSides:
         """
         patches, cells = self.patches, self.cells
         rows = np.flatnonzero(patches.surface_of_triangle == patches.names.index(fault))
-        pieces = cells.pieces
-        element = pieces.expanded.element[rows]
+        face, around = cells.beside(rows)
 
-        # of triangles with the same corners only the first has a face
-        listed = element < len(pieces.twin)
-        element[listed] = pieces.twin[element[listed]]
-        face = cells.face_of_element[element]
-        around = np.where(face[:, None] < 0, OUTSIDE, cells.cell_of_side[face])
-
-        # what lies on a wall has one cell; what lies outside has none
         side = self.side[self.horizons.index(horizon)][around]
         known = around != OUTSIDE
         above = (known & (side == ABOVE)).any(axis=1)

@@ -353,6 +353,7 @@ def build_unit(
     contact: str,
     beneath: tuple[str, ...],
     sides: Callable[[], tuple[str, ...]],
+    compartment_of: str = "",
 ) -> Unit:
     """Return one unit with its volume."""
     volume = shells.volumes[u]
@@ -368,6 +369,7 @@ def build_unit(
         block=block,
         contact=contact,
         beneath=beneath,
+        compartment_of=compartment_of,
         origin=patches.origin,
         surface_names=patches.names,
         volume=volume,

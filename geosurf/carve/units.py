@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.carve.blocks import block_order, fault_sides, name_blocks, sides_of_units
+from geosurf.carve.blocks import Faults, block_order, fault_sides, name_blocks, sides_of_units
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, names_of_zones, zones_of
@@ -51,6 +51,7 @@ from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import FluidContact, Patches, Units, check_column
 from geosurf.model.base import in_crs_of
+from geosurf.model.compartments import separators
 from geosurf.model.expected import expect
 from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
 
@@ -70,8 +71,9 @@ def carve_units(
     ----------
     patches : Patches
         Patches of horizons (role ``"horizon"``, youngest first), faults (role ``"fault"``, any
-        number), fluid contacts (role ``"contact"``) and walls (role ``"wall"``). Walls are those
-        of `build_walls`, or any closed shells that enclose the model.
+        number), virtual walls that continue them (role ``"virtual"``), fluid contacts (role
+        ``"contact"``) and walls (role ``"wall"``). Walls are those of `build_walls`, or any closed
+        shells that enclose the model.
     column : mapping of str to str, optional
         Rule of each horizon: ``"conformable"``, ``"erosional"`` (removes older layers below it),
         ``"base"`` (younger layers lap onto it and are removed below it) or ``"discontinuous"``
@@ -132,7 +134,8 @@ def carve_units(
     {'above Top': 400.0, 'below Top': 600.0}
     """
     expect(patches, Patches, "carve_units takes Patches", "pass the result of rebuild_surfaces")
-    horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
+    horizons, own = (_with_role(patches, role) for role in ("horizon", "fault"))
+    faults = separators(patches.names, [source.role for source in patches.sources])
     _check_names(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
     zone_names = names_of_zones([patches.names[i] for i in horizons])
@@ -153,8 +156,7 @@ def carve_units(
     left: dict[str, list[int]] = {}
     if levels:
         zones = [zone_names[k] for k in blocks.zone.tolist()]
-        names = [patches.names[i] for i in faults]
-        applied = contacts_of_units(contacts, zones, blocks.words, blocks.sides.found, names)
+        applied = contacts_of_units(contacts, zones, blocks.words, blocks.sides.found, list(faults))
         left = not_reached(contacts, applied, zones)
         split = split_by_contacts(
             patches, cells, signature[len(horizons) :], contacts, applied, blocks.unit_of_cell
@@ -165,11 +167,11 @@ def carve_units(
     # numbers of cells
     named = _Named(patches, zone_names, blocks, parts)
     report = {
-        "slits": slits(patches, cells, parts.shells, faults),
+        "slits": slits(patches, cells, parts.shells, own),
         "clipped": clipped_by(patches, cells, turns, horizons),
         "cells": cells.n_cell,
         "without_contact": _uncovered(named, left),
-        "outside": outside_faults(patches, cells, faults),
+        "outside": outside_faults(patches, cells, own),
     }
     settings = sliver_settings(slivers)
     units = _units(named, report, settings)
@@ -179,7 +181,7 @@ def carve_units(
 
 
 def _without_slivers(
-    named: _Named, units: Units, faults: list[int], left: dict[str, list[int]]
+    named: _Named, units: Units, faults: Faults, left: dict[str, list[int]]
 ) -> Units:
     """The units, with slivers as parts of their neighbours, named as if no sliver had been."""
     refuse_all_slivers(units)
@@ -243,7 +245,7 @@ class _FaultSides:
 
     cells: Cells
     unit_of_cell: np.ndarray
-    faults: list[int]
+    faults: Faults
     words: list[tuple[str, ...]]
 
     @cached_property
@@ -266,19 +268,43 @@ class _Blocks:
     words: list[tuple[str, ...]]
     sides: _FaultSides
     shells: Shells
+    compartment_of: list[str]
 
 
 def _blocks_of(
-    patches: Patches, cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: list[int]
+    patches: Patches, cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: Faults
 ) -> _Blocks:
     """Name the blocks of units, given the unit and the zone of each cell."""
     shells = shells_of(cells, unit_of_cell)
     of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
     of_unit[unit_of_cell[1:]] = zone[1:]
-    words = fault_sides(patches, cells, unit_of_cell, of_unit, faults)
+    words = fault_sides(cells, unit_of_cell, of_unit, faults)
     names = name_blocks(words, of_unit, shells.volumes, shells.corner)
     sides = _FaultSides(cells, unit_of_cell, faults, words)
-    return _Blocks(unit_of_cell, of_unit, names, words, sides, shells)
+    within = _without_virtual(patches, cells, unit_of_cell, zone, faults)
+    return _Blocks(unit_of_cell, of_unit, names, words, sides, shells, within)
+
+
+def _without_virtual(
+    patches: Patches, cells: Cells, unit_of_cell: np.ndarray, zone: np.ndarray, faults: Faults
+) -> list[str]:
+    """The block that each unit would be a part of without virtual walls; '' if there are none."""
+    virtual = _with_role(patches, "virtual")
+    n_unit = int(unit_of_cell.max(initial=-1)) + 1
+    if not virtual:
+        return [""] * n_unit
+
+    # units of one zone on the two sides of a virtual wall are one
+    joined = _merge(patches, cells, zone, unit_of_cell)
+    own = {name: [i for i in rows if i not in virtual] for name, rows in faults.items()}
+    shells = shells_of(cells, joined)
+    of_block = np.zeros(len(shells.volumes), dtype=np.int64)
+    of_block[joined[1:]] = zone[1:]
+    words = fault_sides(cells, joined, of_block, {name: of for name, of in own.items() if of})
+    names = name_blocks(words, of_block, shells.volumes, shells.corner)
+    block = np.zeros(n_unit, dtype=np.int64)
+    block[unit_of_cell[1:]] = joined[1:]
+    return [names[k] for k in block.tolist()]
 
 
 @dataclass(frozen=True, eq=False)
@@ -362,6 +388,7 @@ def _units(
             contact=parts.contact[u],
             beneath=parts.beneath[u],
             sides=partial(blocks.sides.of, parts.of[u]),
+            compartment_of=blocks.compartment_of[parts.of[u]],
         )
         for u in order
     ]
@@ -392,20 +419,31 @@ def _outward_walls(cells: Cells) -> np.ndarray:
     return np.concatenate([t[front & ~behind], t[behind & ~front][:, [0, 2, 1]]])
 
 
-def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
-    """Unit of each cell, -1 outside: cells of one zone are joined where no fault separates them."""
+def _merge(
+    patches: Patches, cells: Cells, zone: np.ndarray, units: np.ndarray | None = None
+) -> np.ndarray:
+    """Unit of each cell, -1 outside: cells of one zone are joined where no fault separates them.
+
+    With the units that virtual walls separate: these are joined across virtual walls.
+    """
     separates = np.zeros(len(cells.surface_of), dtype=bool)
 
     # horizons and contacts part zones and intervals, never blocks
     for i, source in enumerate(patches.sources):
-        if source.role not in ("horizon", "contact"):
+        passed = ("horizon", "contact") if units is None else ("horizon", "contact", "virtual")
+        if source.role not in passed:
             separates[owned_by(cells, i)] = True
 
     # across horizons and contacts, never across faults and walls, cells of one zone are one unit:
     # a clipped horizon or a contact that does not count parts nothing
     rows = faces_between(cells)
     pairs = distinct_pairs(cells.cell_of_side[rows[~separates[rows]]], cells.n_cell)
-    root = join_pairs(pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]], cells.n_cell + 1)
+    pairs = pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]]
+    if units is not None:
+        _, first = np.unique(units[1:], return_index=True)
+        cell = np.arange(1, cells.n_cell + 1)
+        pairs = np.concatenate([pairs, np.stack([cell, 1 + first[units[1:]]], axis=1)])
+    root = join_pairs(pairs, cells.n_cell + 1)
 
     # units are numbered without gaps; the outside has none
     _, number = np.unique(root[1:], return_inverse=True)

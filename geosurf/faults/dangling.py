@@ -88,7 +88,7 @@ def dangling_ends(
                 NetworkRow("dangling end", fault.name, "", "", 0.0, 0.0, at, "leave", "", words)
             )
             continue
-        walk = _Walk(patches, fault, gone[fault.name])
+        walk = RimWalk(patches, fault, gone[fault.name])
         for k, rim in enumerate(fault.rims):
             for side in SIDES:
                 if k > 0 or (fault.name, side) not in near:
@@ -97,7 +97,7 @@ def dangling_ends(
     return rows
 
 
-class _Walk:
+class RimWalk:
     """The rim of a fault in the arrangement, step by step."""
 
     def __init__(self, patches: Patches, fault: Fault, gone: Gone) -> None:
@@ -147,7 +147,9 @@ class _Walk:
         return np.array(points), np.array(places), np.array(stays)
 
 
-def _open_end(fault: Fault, rim: Rim, side: str, walk: _Walk, box: np.ndarray) -> NetworkRow | None:
+def _open_end(
+    fault: Fault, rim: Rim, side: str, walk: RimWalk, box: np.ndarray
+) -> NetworkRow | None:
     """The row of one side, if something of it ends in the model box."""
     x, t, arc = fault.surface.vertices, fault.surface.triangles, rim.arcs[side]
     low, high = box[::2], box[1::2]

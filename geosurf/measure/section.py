@@ -23,7 +23,7 @@ from geosurf.model import Patches, Units
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-ROLES = ("horizon", "fault", "contact")
+ROLES = ("horizon", "fault", "virtual", "contact")
 _POINT = {
     "along_section": ("m", "distance along the section"),
     "elevation": ("m", "elevation"),

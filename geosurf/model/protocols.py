@@ -14,6 +14,7 @@ import numpy as np
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model.column import FluidContact
+from geosurf.model.compartments import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.patches import Patches
@@ -136,6 +137,10 @@ class ReportedModel(MeasuredModel, Protocol):
     @property
     def coverage(self) -> dict[str, float]:
         """Share of each input that is inside the model."""
+
+    @property
+    def virtual_walls(self) -> tuple[VirtualWall, ...]:
+        """Virtual walls that continue faults."""
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

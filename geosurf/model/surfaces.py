@@ -18,7 +18,7 @@ from geosurf.model.lattice import Lattice
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
-ROLES = ("horizon", "fault", "wall", "contact", "surface")
+ROLES = ("horizon", "fault", "virtual", "wall", "contact", "surface")
 
 
 class TriSurface(Noun):
@@ -30,8 +30,9 @@ class TriSurface(Noun):
     ----------
     name : str
         Name of the horizon or fault.
-    role : {"horizon", "fault", "wall", "contact", "surface"}
-        What it is in a model. Decides how units are named, never where curves run.
+    role : {"horizon", "fault", "virtual", "wall", "contact", "surface"}
+        What it is in a model; ``"virtual"`` continues a fault.
+        Decides how units are named, never where curves run.
     vertices : array_like of float, shape (n_vertex, 3)
         Easting, northing, elevation [m], world coordinates. Elevation is positive up.
     triangles : array_like of int, shape (n_triangle, 3)

@@ -64,6 +64,8 @@ class Unit(Noun):
     fault_sides : tuple of str
         Sides of faults that it lies on: those in `block`, and those of faults that part the model
         elsewhere. From a unit on ``F1+`` no way leads to the back of F1 but through F1.
+    compartment_of : str
+        Where virtual walls continue faults: the block that it would be a part of without them.
     """
 
     name: str
@@ -80,6 +82,7 @@ class Unit(Noun):
     contact: str = ""
     beneath: tuple[str, ...] = ()
     fault_sides: tuple[str, ...] = ()
+    compartment_of: str = ""
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -221,13 +224,13 @@ class Units(Noun, Mapping[str, Unit]):
 
     def __str__(self) -> str:
         """A table: zone, block, contact and volume of each unit; slivers; what is clipped."""
-        head = ("zone", "block", "contact")
+        head = ("zone", "block", "contact", "compartment of")
         # Slivers would fill the table; they are summed up below it.
         listed = self.without_slivers
 
         # widths from all rows, volumes with their unit, as messages, report and pictures have them
-        rows = [(u.zone, u.block, u.contact) for u in listed]
-        shown = range(3 if any(row[2] for row in rows) else 2)
+        rows = [(u.zone, u.block, u.contact, u.compartment_of) for u in listed]
+        shown = [k for k in range(4) if k < 2 or any(row[k] for row in rows)]
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
         volumes = [volume_text(unit.volume, 4) for unit in listed]
         room = max(map(len, ["volume", *volumes[:MOST_ROWS]]))
@@ -486,6 +489,9 @@ class Units(Noun, Mapping[str, Unit]):
         }
         if any(u.contact for u in units):
             labels["contact"] = ("unit", np.array([u.contact for u in units], dtype=object))
+        if any(u.compartment_of for u in units):
+            within = np.array([u.compartment_of for u in units], dtype=object)
+            labels["compartment_of"] = ("unit", within)
         # Marked rather than left out, so that volumes of the table add up to the model.
         labels["sliver"] = ("unit", np.array([u.name in self._small for u in units], dtype=bool))
         return {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}

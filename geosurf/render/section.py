@@ -218,6 +218,8 @@ def _draw_lines(
         elif kind == "contact":
             axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=2)
             axes.plot(*line.T, color=palette.CONTACT, linewidth=width, zorder=2)
+        elif kind == "virtual":
+            axes.plot(*line.T, color=palette.INK, linewidth=width, linestyle="--", zorder=3)
         elif kind == "fault":
             # a white line below parts the fault from zones of a similar colour
             axes.plot(*line.T, color=palette.PAPER, linewidth=3.2 * width, zorder=4)
@@ -275,11 +277,13 @@ def _legend(
         Entry(zone, colours[zone, part], ", ".join(filter(None, [part, area])))
         for (zone, part), area in zip(areas, area_texts(areas.values()), strict=True)
     ]
-    for kind in ("fault", "contact"):
+    for kind in ("fault", "virtual", "contact"):
         names = dict.fromkeys(words["label"] for words, _, _ in lines if words["kind"] == kind)
         if kind == "fault":
             shown = [name for name in faults if name in names]
             legend += [Entry(name, faults[name], "fault", "line") for name in shown]
+        elif names and kind == "virtual":
+            legend += [Entry(name, palette.INK, "virtual wall", "line") for name in names]
         elif names:
             legend.append(Entry("Fluid contacts", palette.CONTACT, ", ".join(names), "line"))
     return tuple(legend)

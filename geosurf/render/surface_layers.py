@@ -79,7 +79,7 @@ def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -
         if surface.role == "fault":
             colour, opacity = palette.fault(n_fault), 0.55
             n_fault += 1
-        elif surface.role != "wall":
+        elif surface.role not in ("wall", "virtual"):
             colour, opacity = palette.stratum(n_horizon), 1.0
             n_horizon += 1
 
@@ -137,9 +137,11 @@ def show_patches(patches: Patches, within: Prism | None = None) -> Content:
     n_horizon = n_fault = 0
     for i, source in enumerate(patches.sources):
         fault = source.role == "fault"
+        virtual = source.role == "virtual"
         colour = palette.fault(n_fault) if fault else palette.stratum(n_horizon)
-        n_fault, n_horizon = n_fault + fault, n_horizon + (not fault)
-        opacity = 0.25 if source.role == "wall" else 0.55 if fault else 1.0
+        colour = palette.WALL if virtual else colour
+        n_fault, n_horizon = n_fault + fault, n_horizon + (not fault and not virtual)
+        opacity = 0.25 if virtual or source.role == "wall" else 0.55 if fault else 1.0
 
         # one layer for each patch of the surface, in shades of its colour
         of_surface = patches.surface_of_triangle == i

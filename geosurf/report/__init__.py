@@ -199,6 +199,8 @@ def _sections(
         # from here on the order is that of questions: what is there, where does it hurt, does it
         # fit the wells, what did geosurf change
         *_listed("Regions of the input file and the units", tables.region_table(units, regions)),
+        *_listed("Virtual walls", tables.virtual_table(scene.virtual_walls)),
+        *_listed("Compartments of blocks", tables.compartment_table(units)),
         *_listed("Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)),
         *_listed("Fluid contacts", tables.contact_table(scene)),
         *_listed("Units not covered by a fluid contact", tables.left_out_table(units)),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.model import Clipped, Curves, Remnant, TriSurface, Units
+from geosurf.model.compartments import VirtualWall
 from geosurf.model.protocols import ReportedModel
 from geosurf.model.slivers import MergedSliver
 from geosurf.report.table import NOTHING, Table, number
@@ -156,6 +157,28 @@ def merged_table(merged: Iterable[MergedSliver]) -> Table:
     )  # fmt: skip
     head = ("Sliver", "Part of", "Across", "Volume [m³]", "Shared area [m²]")
     return Table((*head, "Easting", "Northing", "Elevation"), rows, n_label=3)
+
+
+def virtual_table(walls: Iterable[VirtualWall]) -> Table:
+    """Return the virtual walls of compartments: what each end of a fault is joined to."""
+    rows = tuple(
+        (wall.fault, wall.side, f"{wall.target} {wall.facing}".strip(), number(wall.length, 0),
+         number(wall.area / 1e6, 3), *(number(value, 1) for value in wall.place))
+        for wall in walls
+    )  # fmt: skip
+    head = ("Fault", "Side", "Joined to", "Length [m]", "Area [km²]")
+    return Table((*head, "Easting", "Northing", "Elevation"), rows, n_label=3)
+
+
+def compartment_table(units: Units) -> Table:
+    """Return the compartments of each block, with their volumes over all zones [million m³]."""
+    volume: dict[tuple[str, str], float] = {}
+    for unit in units.values():
+        if unit.compartment_of not in ("", unit.block):
+            key = (unit.compartment_of, unit.block)
+            volume[key] = volume.get(key, 0.0) + unit.volume / 1e6
+    rows = tuple((*key, number(value, 3)) for key, value in sorted(volume.items()))
+    return Table(("Block", "Compartment", "Volume [million m³]"), rows, n_label=2)
 
 
 def thin_table(thin: Iterable[Remnant]) -> Table:

@@ -124,6 +124,7 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "voxel_size": scenario.search.voxel_size_m,
         "tolerance": scenario.tolerance_m,
         "slivers": scenario.slivers.settings,
+        "compartments": scenario.compartments,
         **_tops(scenario),
     }
 

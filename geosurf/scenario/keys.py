@@ -236,6 +236,7 @@ class Scenario:
     faults : tuple of FaultInput
     model : ModelInput or None
     truncations : tuple of TruncationInput
+    compartments : bool or dict of str to object
     tear : TearSettings or None
     throws : tuple of ThrowInput
         Youngest fault first.
@@ -285,6 +286,13 @@ class Scenario:
     # what is done to them before the model is built
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
+    )
+    compartments: bool | dict[str, Any] = key(
+        "Faults that die inside the model and separate regions all the same: a virtual wall "
+        'continues each to `"boundary"`, a fault, or the nearest of these (`"nearest"`). `true` '
+        "stands for all faults. See [compartments](guides/compartments.md).",
+        values.compartments,
+        default=False,
     )
     tear: TearSettings | None = key(
         "Horizons torn as they were picked.", values.table(TearSettings), default=None

@@ -104,6 +104,14 @@ def filling(_: KeyPath, value: Any) -> bool | str | dict[str, Any] | None:
     return value if right else None
 
 
+@check(
+    '`true`, or a table of faults such as `{F3 = "boundary", F4 = "F1", F5 = {end = "nearest"}}`'
+)
+def compartments(_: KeyPath, value: Any) -> bool | dict[str, Any] | None:
+    """Faults that virtual walls continue; the scene checks their names."""
+    return value if isinstance(value, bool | dict) else None
+
+
 def above_zero_or_none(value: Any) -> float | None:
     """A finite number above zero, else None."""
     return float(value) if is_number(value) and value > 0 else None

@@ -42,9 +42,12 @@ from geosurf.carve.thin import warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.outside import lies_beside, warning_of_fault
+from geosurf.faults.virtual.tips import model_of
+from geosurf.faults.virtual.walls import Wall, build_virtual_walls
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
+from geosurf.model.compartments import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.tie import TieReport
@@ -52,11 +55,12 @@ from geosurf.model.tops import Tops
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
+from geosurf.scene.compartment_ends import end_virtual_walls
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage, LongerFaults
 from geosurf.scene.footprint import with_empty_blocks
-from geosurf.scene.horizon_ends import Ends, end_at_horizons
+from geosurf.scene.horizon_ends import end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.prepared import simplified_surface, warn_of_inputs
@@ -65,6 +69,9 @@ from geosurf.scene.wells import opened_tops, remembered_tie
 from geosurf.sheets.extend import as_lattice, warning_of_extrapolation
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.shared_area import SharedArea
+
+# patches, what faults lost by ending at horizons, warnings of that, and virtual walls
+_Ended = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]]
 
 
 class Graph:
@@ -105,7 +112,9 @@ class Graph:
 
     def surface(self, name: str) -> TriSurface:
         """Return a horizon or fault as the model has it."""
-        if name_of(name, "surface") in self.ending_at_horizons:
+        name = name_of(name, "surface")
+        virtual = fault_of(name) in self.inputs.compartments and name not in self.inputs.names
+        if name in self.ending_at_horizons or virtual:
             return self.patches.surface(name)
         return self.whole(name)
 
@@ -332,6 +341,35 @@ class Graph:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
         return name in self.ending_at_horizons or is_torn(self.unsimplified(name))
 
+    # ---- virtual walls -------------------------------------------------------------------
+
+    @cached_property
+    def _virtual(self) -> list[Wall]:
+        """Virtual walls of compartments, before they are cut at their targets."""
+        if not self.inputs.compartments:
+            return []
+        faults = [self.whole(name) for name in self.inputs.faults]
+        box, aoi = self.box, self.aoi
+        key = (
+            "virtual", *map(self.memory.key_of, faults), str(self.inputs.compartments), box,
+            None if aoi is None else aoi.tobytes(),
+        )  # fmt: skip
+
+        def make() -> list[Wall]:
+            """Split all faults, which shows where each of them dies."""
+            split = patches_from(find_contacts(faults, origin=np.zeros(3)))
+            return build_virtual_walls(split, faults, self.inputs.compartments, model_of(box, aoi))
+
+        return self.memory.get_or_compute(
+            "virtual walls", counted(len(self.inputs.compartments), "fault"), key, make,
+            lambda walls: counted(len(walls), "wall"), again=False,
+        )  # fmt: skip
+
+    @property
+    def virtual_walls(self) -> tuple[VirtualWall, ...]:
+        """Virtual walls as they end in the model."""
+        return self._patches_and_ends[3]
+
     # ---- surfaces -> patches -------------------------------------------------------------
 
     @property
@@ -340,13 +378,13 @@ class Graph:
         return self._patches_and_ends[0]
 
     @cached_property
-    def _patches_and_ends(self) -> Ends:
+    def _patches_and_ends(self) -> _Ended:
         """The patches, what faults lost by ending at horizons, and warnings of that."""
         # warnings about inputs come before minutes of computation
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
-        found: Ends = self.memory.get_or_compute(
+        found: _Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
             self._patches_key, self._rebuilt, _describe_patches,
         )  # fmt: skip
@@ -359,15 +397,19 @@ class Graph:
         """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
         return self._rebuilt()[0]
 
-    def _rebuilt(self) -> Ends:
-        """The same, what faults lost by ending at horizons, and warnings of that."""
+    def _rebuilt(self) -> _Ended:
+        """The same, what faults lost by ending at horizons, warnings of that, virtual walls."""
         contacts = find_contacts(
             self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts))
         branches = (self.prepared_by or self.faults).rules
-        return end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
+        ended = end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
+        patches, parts, chosen = end_virtual_walls(
+            ended[0], self._virtual, self.inputs.compartments
+        )
+        return patches, ended[1], (*ended[2], *chosen), parts
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
@@ -383,7 +425,8 @@ class Graph:
     @cached_property
     def _enclosed(self) -> tuple[TriSurface, ...]:
         """All that is split: surfaces, fluid contacts and walls."""
-        return (*self.wholes, *self.fluids[0], *self._walls)
+        virtual = (wall.surface for wall in self._virtual)
+        return (*self.wholes, *virtual, *self.fluids[0], *self._walls)
 
     @cached_property
     def _origin(self) -> np.ndarray:
@@ -397,6 +440,8 @@ class Graph:
         ring = None if self.aoi is None else self.aoi.tobytes()
         options = self.inputs.voxel_size, self.inputs.self_intersections
         shape: tuple[Hashable, ...] = (self.box, ring, self._origin.tobytes(), *options)
+        if self.inputs.compartments:
+            shape = (*shape, str(self.inputs.compartments))
         if self.inputs.horizon_rules:  # sides of horizons follow the column
             names = (*self.inputs.names, *self.column.values())
             branches = (self.prepared_by or self.faults).rules
@@ -466,7 +511,7 @@ class Graph:
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
 
 
-def _describe_patches(found: Ends) -> str:
+def _describe_patches(found: _Ended) -> str:
     """How many patches, and what faults lost by ending at horizons, in words."""
     return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 

@@ -19,6 +19,7 @@ from geosurf.faults.halves import Halves, halves_of
 from geosurf.faults.lengthen import read_lengthen
 from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
+from geosurf.model.compartments import read_compartments
 from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.model.slivers import sliver_settings
@@ -65,6 +66,18 @@ def _refuse_together(
         )
 
 
+def _refuse_ends_at_horizons(
+    compartments: Mapping[str, Any], at_horizons: tuple[Rule, ...]
+) -> None:
+    """Refuse virtual walls of faults that horizons truncate: there is nothing to continue."""
+    for rule in at_horizons:
+        if rule.fault in compartments:
+            raise InputError(
+                f"compartments names {rule.fault!r}, which ends at horizon {rule.main!r}. Leave it "
+                "out of compartments, or leave the truncation by the horizon out."
+            )
+
+
 @dataclass(frozen=True, eq=False)
 class SceneInputs:
     """
@@ -75,7 +88,7 @@ class SceneInputs:
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
     voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
-    fill_empty_blocks
+    fill_empty_blocks, compartments
         As for `Scene`.
 
     Attributes
@@ -117,6 +130,7 @@ class SceneInputs:
     tear: Any = None
     slivers: Any = None
     fill_empty_blocks: Any = None
+    compartments: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -165,6 +179,8 @@ class SceneInputs:
         at_horizons = tuple(rule for rule in rules if rule.main in horizons)
         filling = filling_by_horizon(self.fill_empty_blocks, tuple(horizons))
         _refuse_together(tear, tolerance, at_horizons, filling)
+        compartments = read_compartments(halves.spread(self.compartments), tuple(faults))
+        _refuse_ends_at_horizons(compartments, at_horizons)
 
         # a tie without tops would silently do nothing
         tie = tie_settings(self.tie)
@@ -183,6 +199,7 @@ class SceneInputs:
             tie=tie,
             tear=tear,
             slivers=sliver_settings(self.slivers),
+            compartments=compartments,
             rules=tuple(rule for rule in rules if rule.main not in horizons),
             horizon_rules=at_horizons,
             halves=halves,
@@ -302,7 +319,8 @@ class SceneInputs:
                 for name, value in left.items()
             }
 
-        kept = {key: valid(getattr(self, key)) for key in ("extend", "lengthen", "tear")}
+        settings = ("extend", "lengthen", "tear", "compartments")
+        kept = {key: valid(getattr(self, key)) for key in settings}
         if kept["tear"] == {}:  # trims of faults that are gone; horizons are torn all the same
             kept["tear"] = "auto"
         return kept

@@ -15,6 +15,7 @@ from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify, same_bytes
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
+from geosurf.model.compartments import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
@@ -105,6 +106,13 @@ class Scene:
         True corrects each horizon smoothly so that it meets its tops, within 1000 m of a well and
         on its side of every fault, to 0.1 m; ``{"range": 500.0, "tolerance": 0.05}`` sets both [m].
 
+    compartments : bool, sequence of str, or mapping of str to target, optional
+        Faults that die inside the model and separate regions all the same: a virtual wall continues
+        each by the shortest join, and above and below it. True joins all faults to the next fault
+        or to the boundary of the model; ``{"F3": "boundary", "F4": "F1", "F5": {"end": True}}``
+        names targets, also by end. No horizon is offset there. `virtual_walls` lists them; see
+        docs/guides/compartments.md.
+
     Raises
     ------
     InputError
@@ -148,12 +156,13 @@ class Scene:
         tear: Any = None,
         slivers: Any = None,
         fill_empty_blocks: Any = None,
+        compartments: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
-            fill_empty_blocks,
+            fill_empty_blocks, compartments,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, Memory()))
 
@@ -236,6 +245,11 @@ class Scene:
     def tolerance(self) -> float | None:
         """How far grids may be simplified, and the error of curves [m]; None: all nodes."""
         return self._inputs.tolerance
+
+    @property
+    def virtual_walls(self) -> tuple[VirtualWall, ...]:
+        """Virtual walls of `compartments`: what each end of a fault is joined to, how far."""
+        return self._graph.virtual_walls
 
     @property
     def sheets(self) -> dict[str, Sheet]:

@@ -1,0 +1,330 @@
+"""The virtual walls of all faults: above and below each, and from its tip lines to the next.
+
+A wall follows the dip of its fault: the tip line moves along level lines to the target. Above and
+below the fault it is vertical, up to the top and down to the base of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf.faults.rim import Rim
+from geosurf.faults.virtual.joins import (
+    Join,
+    Target,
+    TipLine,
+    join_to_boundary,
+    joins_by_length,
+)
+from geosurf.faults.virtual.mesh import WallMesh
+from geosurf.faults.virtual.tips import Model, Tip, met_by, tips_of
+from geosurf.model import Patches, TriSurface
+from geosurf.model.compartments import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall
+
+LEVELS = {"up": "top", "down": "base"}
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """The virtual wall of one fault, before it is cut at its targets.
+
+    Attributes
+    ----------
+    fault : str
+    surface : TriSurface
+    strip_of_triangle : ndarray of int64, shape (n_triangle,)
+        Part that each triangle belongs to: a row of `parts`.
+    parts : tuple of VirtualWall
+        Their areas are 0: the model has to be cut first.
+    """
+
+    fault: str
+    surface: TriSurface
+    strip_of_triangle: np.ndarray
+    parts: tuple[VirtualWall, ...]
+
+
+@dataclass
+class _Draft:
+    """A fault that gets a wall: its pieces, and the paths that are to be joined to a target.
+
+    A path is (piece, side, vertices, whether it is a part of the tip line).
+    """
+
+    mesh: WallMesh
+    pieces: list[tuple[Rim, dict[str, Tip]]]
+    parts: list[VirtualWall]
+    paths: list[tuple[int, str, np.ndarray, bool]]
+    met: set[str]
+
+    @property
+    def name(self) -> str:
+        """Of the fault."""
+        return self.mesh.surface.name
+
+    def is_free(self, piece: int, side: str) -> bool:
+        """Whether no part of a side lies on another fault."""
+        return bool(self.pieces[piece][1][side].open.all())
+
+
+def build_virtual_walls(
+    patches: Patches,
+    faults: Sequence[TriSurface],
+    compartments: Mapping[str, Mapping[str, str]],
+    model: Model,
+) -> list[Wall]:
+    """
+    Return the virtual walls that continue some faults.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of all faults, in world coordinates.
+    faults : sequence of TriSurface
+        The faults as they end in the model.
+    compartments : mapping of str to mapping of str to str
+        As from `read_compartments`.
+    model : Model
+
+    Returns
+    -------
+    list of Wall
+        By name of the fault; faults that do not die in the model have none.
+
+    Raises
+    ------
+    GeometryError
+        If a wall would cross itself or its fault, or its target is at no elevation of the tip line.
+    SurfaceError
+        If the rim of a fault is not a line.
+    """
+    drafts = {
+        fault.name: _draft(patches, fault, model)
+        for fault in sorted(faults, key=lambda one: one.name)
+        if fault.name in compartments
+    }
+    targets = [_target(patches, fault, drafts.get(fault.name), model) for fault in faults]
+
+    # a join of two tip lines is made once, by the first of the two
+    done: set[frozenset[tuple[str, int, str] | None]] = set()
+    for draft in drafts.values():
+        wanted = _by_end(draft, compartments[draft.name])
+        for path in draft.paths:
+            if path[3] and path[1] not in wanted:
+                continue  # this end is to stay open
+            word = wanted.get(path[1], NEAREST) if path[3] else NEAREST
+            _join_path(draft, path, word, targets, model, done)
+    return [_finished(draft) for draft in drafts.values() if draft.mesh.strips]
+
+
+def _by_end(draft: _Draft, wanted: Mapping[str, str]) -> Mapping[str, str]:
+    """Targets by end; an error where a fault with one target dies at both ends."""
+    if EITHER not in wanted:
+        return wanted
+    dying = [(side, at) for _, side, at, is_tip in draft.paths if is_tip]
+    if len({side for side, _ in dying}) > 1:
+        name, word = draft.name, wanted[EITHER]
+        at = {side: draft.mesh.x[path].mean(axis=0) for side, path in dying}
+        raise InputError(
+            f"fault {name!r} dies inside the model at both ends: its start is at "
+            f"{place(at['start'])}, its end at {place(at['end'])}. Say which of them is joined to "
+            f"{word!r}: compartments={{{name!r}: {{'start': {word!r}, 'end': 'boundary'}}}}.",
+            place=at["start"],
+            surfaces=(name,),
+        )
+    return dict.fromkeys(ENDS, wanted[EITHER])
+
+
+def _draft(patches: Patches, fault: TriSurface, model: Model) -> _Draft:
+    """A fault with vertical strips above and below it, and the paths along strike that are open."""
+    draft = _Draft(WallMesh(fault), tips_of(patches, fault, model), [], [], set())
+    draft.met = {fault.name} | met_by(patches, fault)
+    for k, (rim, tips) in enumerate(draft.pieces):
+        copies: dict[str, dict[int, int]] = {"up": {}, "down": {}}
+        for side, at in LEVELS.items():
+            if tips[side].dies and len(tips[side].arc) > 1:
+                copies[side] = _raised(draft, tips[side].arc, side, at, model)
+        for side in ENDS:
+            draft.paths += _paths(k, side, rim, tips[side], copies)
+    return draft
+
+
+def _raised(draft: _Draft, arc: np.ndarray, side: str, at: str, model: Model) -> dict[int, int]:
+    """Add the vertical strip of one side; the copy of each of its vertices."""
+    z = draft.mesh.x[arc, 2]
+    up = side == "up"
+    level = max(model.top, z.max()) + model.margin if up else min(model.bottom, z.min())
+    level = level if up else level - model.margin
+    made = draft.mesh.raise_to(arc, float(level))
+
+    # how far the fault ends from the top or base of the model, where it is in the model
+    away = model.top - z if up else z - model.bottom
+    away = np.where(model.holds(draft.mesh.x[arc]), away, -np.inf)
+    far = int(away.argmax())
+    length = max(float(away[far]), 0.0)
+    spot = tuple(draft.mesh.x[arc[far]].tolist())
+    draft.parts.append(VirtualWall(draft.name, side, at, length, 0.0, spot))
+    return dict(zip(arc.tolist(), made.tolist(), strict=True))
+
+
+def _paths(
+    k: int, side: str, rim: Rim, tip: Tip, copies: Mapping[str, Mapping[int, int]]
+) -> Iterator[tuple[int, str, np.ndarray, bool]]:
+    """The open runs of one side, with the vertical lines above and below it."""
+    # around the rim, the side comes after the one above or below it, as the triangles face
+    first, last = ("up", "down") if (side == "start") == (rim.axes.sign > 0) else ("down", "up")
+    arc, is_open = tip.arc.tolist(), tip.open.tolist()
+    own = [tip.dies and step for step in is_open]
+    if arc and arc[0] in copies[first]:
+        arc, own = [copies[first][arc[0]], *arc], [None, *own]
+    if arc and arc[-1] in copies[last]:
+        arc, own = [*arc, copies[last][arc[-1]]], [*own, None]
+
+    # steps of the tip line and vertical ones next to them are one run
+    for closed, run in groupby(range(len(own)), key=lambda i: own[i] is False):
+        steps = list(run)
+        if not closed:
+            ends = any(own[i] for i in steps)
+            yield k, side, np.array([arc[i] for i in [*steps, steps[-1] + 1]]), ends
+
+
+def _target(patches: Patches, fault: TriSurface, draft: _Draft | None, model: Model) -> Target:
+    """A fault as walls end at it."""
+    x, t = fault.vertices, fault.triangles
+    if draft is None:
+        return Target(fault.name, x[t], tuple(_bare_tips(patches, fault, model)))
+    tips = [
+        TipLine(draft.name, piece, side, draft.mesh.x[path])
+        for piece, side, path, is_tip in draft.paths
+        if is_tip and draft.is_free(piece, side)
+    ]
+    triangles = np.concatenate([t, *draft.mesh.strips])
+    return Target(fault.name, draft.mesh.x[triangles], tuple(tips))
+
+
+def _bare_tips(patches: Patches, fault: TriSurface, model: Model) -> Iterator[TipLine]:
+    """Where a fault without a wall of its own dies."""
+    try:
+        pieces = tips_of(patches, fault, model)
+    except SurfaceError:
+        return  # its rim is unknown: walls may end at it all the same
+    for k, (_, tips) in enumerate(pieces):
+        for side in ENDS:
+            if tips[side].dies and tips[side].open.all():
+                yield TipLine(fault.name, k, side, fault.vertices[tips[side].arc])
+
+
+def _join_path(
+    draft: _Draft,
+    path: tuple[int, str, np.ndarray, bool],
+    word: str,
+    targets: Sequence[Target],
+    model: Model,
+    done: set[frozenset[tuple[str, int, str] | None]],
+) -> None:
+    """Join one path to its target."""
+    piece, side, at, is_tip = path
+    line = draft.mesh.x[at]
+    joins = _joins_of(draft, path, word, targets, model)
+    if not joins and is_tip and word not in (NEAREST, BOUNDARY):
+        middle = line[len(line) // 2]
+        raise GeometryError(
+            f"fault {draft.name!r} ends at {place(middle)}, and {word!r} is at none of the "
+            f"elevations of that end. Name another target: compartments={{{draft.name!r}: "
+            "'boundary'}.",
+            place=middle,
+            surfaces=(draft.name, word),
+        )
+    if not is_tip:  # a part of the wall above or below, up to the fault at which its fault ends
+        level = "up" if line[:, 2].max() > model.top else "down"
+        for join in joins[:1]:
+            if join.goes_on and _leads_out(draft, piece, level, at, join):
+                draft.mesh.join(at, join, model.margin)
+                draft.parts.append(_part(draft, level, join, LEVELS[level]))
+        return
+
+    # the shortest that does not lead back through the fault itself: of that one, another end
+    for k, join in enumerate(joins):
+        tip = join.facing
+        pair: frozenset[tuple[str, int, str] | None] = frozenset(
+            {(draft.name, piece, side), None if tip is None else tip.key}
+        )
+        if pair in done:
+            return
+        if tip is None:
+            draft.mesh.join(at, join, model.margin)
+        else:
+            draft.mesh.join_tip(at, tip.line)
+        if k + 1 < len(joins) and draft.mesh.crosses_itself:
+            draft.mesh.undo()
+            continue
+        if tip is not None:
+            done.add(pair)
+        draft.parts.append(_part(draft, side, join, join.target))
+        return
+
+
+def _part(draft: _Draft, side: str, join: Join, target: str) -> VirtualWall:
+    """What is known of a part of a wall before it is cut."""
+    facing = "" if join.facing is None or side not in ENDS else join.facing.side
+    place = tuple(join.place.tolist())
+    return VirtualWall(draft.name, side, target, join.length, 0.0, place, facing)
+
+
+def _joins_of(
+    draft: _Draft,
+    path: tuple[int, str, np.ndarray, bool],
+    word: str,
+    targets: Sequence[Target],
+    model: Model,
+) -> list[Join]:
+    """The joins of a line to the fault or boundary that is wanted, the shortest first."""
+    _, _, at, is_tip = path
+    line = draft.mesh.x[at]
+    inside = model.holds(line)
+    if not inside.any() or not is_tip:  # only ends of lines are vertices, above and below
+        inside = _on_map(line, model)
+    boundary = join_to_boundary(line, inside, model.outline, BOUNDARY)
+    if word == BOUNDARY:
+        return [] if boundary is None else [boundary]
+    if word != NEAREST:
+        return joins_by_length(line, inside, [one for one in targets if one.name == word], None)
+
+    # the vertical ends of a wall go to a fault at which its own one ends, a tip to any or to the
+    # boundary
+    others = [
+        one for one in targets if one.name != draft.name and (is_tip or one.name in draft.met)
+    ]
+    return joins_by_length(line, inside, others, boundary if is_tip else None)
+
+
+def _leads_out(draft: _Draft, piece: int, level: str, at: np.ndarray, join: Join) -> bool:
+    """Whether a join leads away from the wall above or below a fault, which else crosses it."""
+    arc = draft.pieces[piece][0].arcs[level]
+    x = draft.mesh.x
+    corner, onward = (arc[0], arc[1]) if arc[0] in at else (arc[-1], arc[-2])
+    out = (x[corner] - x[onward])[:2]
+    way = (join.ends - x[at])[:, :2]
+    return bool(np.nansum(way @ out) > 0)
+
+
+def _on_map(line: np.ndarray, model: Model) -> np.ndarray:
+    """Which vertices are inside the model on the map, whatever their elevation."""
+    middle = line.copy()
+    middle[:, 2] = 0.5 * (model.bottom + model.top)
+    return model.holds(middle)
+
+
+def _finished(draft: _Draft) -> Wall:
+    """The wall of a fault, checked."""
+    surface, strip = draft.mesh.finished()
+    return Wall(draft.name, surface, strip, tuple(draft.parts))
+
+
+__all__ = ["Wall", "build_virtual_walls"]
