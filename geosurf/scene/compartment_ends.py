@@ -90,7 +90,7 @@ def warning_of_walls(parts: Sequence[VirtualWall], compartments: Compartments) -
         "virtual wall",
         longest.fault,
         f"Compartments end at {counted(len(chosen), 'virtual wall')}, each by the shortest join, "
-        f"which no data show; the longest: {longest}.",
+        f"not by data; the longest: {longest}.",
         f"Name its target: compartments={{{longest.fault!r}: {{{longest.side!r}: 'boundary'}}}}. "
         "scene.virtual_walls lists all.",
         longest.place,

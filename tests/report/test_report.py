@@ -45,7 +45,7 @@ def unit(zone, zone_index, block, volume):
 # the other members that a report asks for, of a model that has nothing to tell there
 NOTHING_ELSE = {
     **dict.fromkeys(("warnings", "contacts", "fault_actions", "faults_inside"), ()),
-    **dict.fromkeys(("horizons_inside", "horizon_names", "fault_names"), ()),
+    **dict.fromkeys(("horizons_inside", "horizon_names", "fault_names", "virtual_walls"), ()),
     **dict.fromkeys(("surface", "search", "cutoffs", "thickness", "fault_polygons"), None),
     **dict.fromkeys(
         ("juxtaposition", "allan", "section", "aoi", "tolerance", "tops", "misfit"), None

@@ -1,7 +1,7 @@
 """Virtual walls: faults that die inside the model, continued along the shortest join.
 
 =============  ====================================================================
-tips.py        ends of faults inside the model: lines on which no other fault lies
+tips.py        ends of faults inside the model: lines off all other faults
 joins.py       the shortest way from a tip line to a fault or to the boundary
 mesh.py        triangles of a wall, exactly joined to the rim of its fault
 walls.py       the walls of all faults, one after the other

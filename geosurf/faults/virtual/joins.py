@@ -149,7 +149,7 @@ def joins_by_length(
 ) -> list[Join]:
     """Return the joins to some faults, and to the boundary; the shortest first.
 
-    Faults beyond the boundary, as far as bounds tell, are left out.
+    Faults beyond the boundary, as far as bounds show, are left out.
     """
     some = line[inside]
     if len(some) == 0:

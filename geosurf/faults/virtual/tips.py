@@ -1,4 +1,4 @@
-"""Ends of faults inside the model: lines of their rims on which no other fault lies."""
+"""Ends of faults inside the model: lines of their rims off all other faults."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Tip:
     arc : ndarray of int64, shape (n,)
         Vertices of the side, as the triangles next to the rim run.
     open : ndarray of bool, shape (n - 1,)
-        Steps on which no other fault lies.
+        Steps off all other faults.
     dies : bool
         Whether some of these are inside the model.
     """
