@@ -133,7 +133,7 @@ def _by_end(draft: _Draft, wanted: Mapping[str, str]) -> Mapping[str, str]:
         at = {side: draft.mesh.x[path].mean(axis=0) for side, path in dying}
         raise InputError(
             f"fault {name!r} dies inside the model at both ends: its start is at "
-            f"{place(at['start'])}, its end at {place(at['end'])}. State which of them is joined to "
+            f"{place(at['start'])}, its end at {place(at['end'])}. State which is joined to "
             f"{word!r}: compartments={{{name!r}: {{'start': {word!r}, 'end': 'boundary'}}}}.",
             place=at["start"],
             surfaces=(name,),
