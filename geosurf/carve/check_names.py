@@ -18,13 +18,13 @@ from geosurf.carve.column import names_of_zones
 from geosurf.carve.elements import Elements
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.shells import unit_name
-from geosurf.model import Check, Unit, Units
+from geosurf.model import Check, Patches, Unit, Units
 from geosurf.model.compartments import separators
 
 NAME = "unit names match their bounding surfaces"
 
 
-def named(patches: Elements | Elements, units: Units, found: Matched, divided: bool) -> Check:
+def named(patches: Patches | Elements, units: Units, found: Matched, divided: bool) -> Check:
     """Zone, block and contact in each name match the bounding surfaces of the unit.
 
     Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
@@ -213,7 +213,7 @@ def _in_other_zones(
 
 
 def _offset_at_virtual(patches: Elements, parts: list[Unit], around: Around) -> Iterable[str]:
-    """Units that only a virtual wall separates, and of other zones or blocks without it."""
+    """Units that only a virtual wall separates, although zone or block differ."""
     rows = [rows_of(patches, role) for role in ("horizon", "fault", "contact", "wall")]
     only = lie_on(patches, around.found, rows_of(patches, "virtual"))
     only &= ~lie_on(patches, around.found, [row for some in rows for row in some])
