@@ -42,8 +42,7 @@ from geosurf.carve.thin import warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.outside import lies_beside, warning_of_fault
-from geosurf.faults.virtual.tips import model_of
-from geosurf.faults.virtual.walls import Wall, build_virtual_walls
+from geosurf.faults.virtual.walls import Wall
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
@@ -65,13 +64,11 @@ from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.prepared import simplified_surface, warn_of_inputs
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
+from geosurf.scene.virtual_walls import Ended, find_virtual_walls
 from geosurf.scene.wells import opened_tops, remembered_tie
 from geosurf.sheets.extend import as_lattice, warning_of_extrapolation
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.shared_area import SharedArea
-
-# patches, what faults lost by ending at horizons, warnings of that, and virtual walls
-_Ended = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]]
 
 
 class Graph:
@@ -349,21 +346,7 @@ class Graph:
         if not self.inputs.compartments:
             return []
         faults = [self.whole(name) for name in self.inputs.faults]
-        box, aoi = self.box, self.aoi
-        key = (
-            "virtual", *map(self.memory.key_of, faults), str(self.inputs.compartments), box,
-            None if aoi is None else aoi.tobytes(),
-        )  # fmt: skip
-
-        def make() -> list[Wall]:
-            """Split all faults, which shows where each of them dies."""
-            split = patches_from(find_contacts(faults, origin=np.zeros(3)))
-            return build_virtual_walls(split, faults, self.inputs.compartments, model_of(box, aoi))
-
-        return self.memory.get_or_compute(
-            "virtual walls", counted(len(self.inputs.compartments), "fault"), key, make,
-            lambda walls: counted(len(walls), "wall"), again=False,
-        )  # fmt: skip
+        return find_virtual_walls(self.inputs, self.memory, faults, self.box, self.aoi)
 
     @property
     def virtual_walls(self) -> tuple[VirtualWall, ...]:
@@ -378,13 +361,13 @@ class Graph:
         return self._patches_and_ends[0]
 
     @cached_property
-    def _patches_and_ends(self) -> _Ended:
+    def _patches_and_ends(self) -> Ended:
         """The patches, what faults lost by ending at horizons, and warnings of that."""
         # warnings about inputs come before minutes of computation
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
-        found: _Ended = self.memory.get_or_compute(
+        found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
             self._patches_key, self._rebuilt, _describe_patches,
         )  # fmt: skip
@@ -397,7 +380,7 @@ class Graph:
         """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
         return self._rebuilt()[0]
 
-    def _rebuilt(self) -> _Ended:
+    def _rebuilt(self) -> Ended:
         """The same, what faults lost by ending at horizons, warnings of that, virtual walls."""
         contacts = find_contacts(
             self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
@@ -406,10 +389,8 @@ class Graph:
         patches = trim_sheets(patches_from(contacts))
         branches = (self.prepared_by or self.faults).rules
         ended = end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
-        patches, parts, chosen = end_virtual_walls(
-            ended[0], self._virtual, self.inputs.compartments
-        )
-        return patches, ended[1], (*ended[2], *chosen), parts
+        found = end_virtual_walls(ended[0], self._virtual, self.inputs.compartments)
+        return found[0], ended[1], (*ended[2], *found[2]), found[1]
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
@@ -511,7 +492,7 @@ class Graph:
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
 
 
-def _describe_patches(found: _Ended) -> str:
+def _describe_patches(found: Ended) -> str:
     """How many patches, and what faults lost by ending at horizons, in words."""
     return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 

@@ -1,7 +1,7 @@
 """Results on disk, by what they depend on: a later process finds them again.
 
 A name is a hash of the inputs, of geosurf's own sources and of the packages that compute: another
-version never finds a result of this one. Files are written whole or not at all, carry a checksum,
+version never finds a result of this one. Files are written whole or not, carry a checksum,
 and are used only where no other user could have written them. Whatever goes wrong with the folder
 costs time, never a result; the first problem is a `GeosurfWarning`.
 """
@@ -133,7 +133,7 @@ class ResultCache:
         return found
 
     def save(self, name: str, payload: bytes) -> bool:
-        """Write a file, completely or not at all; return whether it is there."""
+        """Write a file, completely or not; return whether it is there."""
         if self._unusable or len(payload) > min(LARGEST, self.budget) or self._is_distrusted():
             return False
         try:
