@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
@@ -39,6 +39,30 @@ def curves_of_pair(
     return curves_of(find_contacts(pair, pairs=pairs, origin=origin, voxel_size=voxel_size))
 
 
+def curves_of_all(
+    names: tuple[str, ...],
+    itself: Collection[str],
+    between: Callable[[str, str], Curves | None],
+) -> list[tuple[Pair, Curves]]:
+    """Return the curves of all pairs that have some, in the order of the names.
+
+    Parameters
+    ----------
+    names : tuple of str
+    itself : collection of str
+        Surfaces that are compared with themselves, too.
+    between : callable
+        Curves of two surfaces; None where they do not meet.
+    """
+    parts = []
+    for i, first in enumerate(names):
+        for j in range(i if first in itself else i + 1, len(names)):
+            part = between(first, names[j])
+            if part is not None:
+                parts.append(((i, j), part))
+    return parts
+
+
 def merge_pairs(
     names: tuple[str, ...],
     origin: np.ndarray,
@@ -50,4 +74,4 @@ def merge_pairs(
     return merge_curves(names, origin, parts, smooth=smooth)
 
 
-__all__ = ["curves_of_pair", "merge_pairs"]
+__all__ = ["curves_of_all", "curves_of_pair", "merge_pairs"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,15 @@ import numpy as np
 
 from geosurf.conventions import rising_diagonal
 from geosurf.conventions.crs import crs_of
-from geosurf.model import Lattice, TriSurface
+from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
+from geosurf.scene.inputs import SceneInputs
 from geosurf.sheets.lattice.data import picks_or_points
 
 BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
 
 Options = Mapping[str, Any]
+Lookup = Callable[[str], TriSurface]
 
 
 def opened_horizon(value: Any, options: Options) -> Any:
@@ -103,3 +105,23 @@ def with_empty_blocks(
         made.crs = found[name].crs
         found[name] = made
     return found
+
+
+def horizons_in_map(
+    inputs: SceneInputs, of_sheet: Callable[[Sheet], TriSurface], untied: Lookup
+) -> list[TriSurface]:
+    """Return all horizons for box and area, those that are pinched out with the nodes that lack.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    of_sheet : callable
+        What stands for a torn horizon.
+    untied : callable
+        Horizon of a name, for all others.
+    """
+    found = {
+        name: of_sheet(value).renamed(name) if isinstance(value, Sheet) else untied(name)
+        for name, value in inputs.horizons.items()
+    }
+    return [*with_empty_blocks(found, inputs.filling).values()]

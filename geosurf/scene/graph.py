@@ -34,8 +34,6 @@ import numpy as np
 
 from geosurf.arrangement import find_contacts
 from geosurf.carve import carve_units
-from geosurf.carve.column import names_of_zones
-from geosurf.carve.fluids import check_zones
 from geosurf.carve.order import warnings_of_order
 from geosurf.carve.slivers import warnings_of_slivers
 from geosurf.carve.thin import warnings_of_thin_units
@@ -56,18 +54,18 @@ from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.compartment_ends import end_virtual_walls
 from geosurf.scene.coverage import coverage_in_words, share_inside
-from geosurf.scene.curves import curves_of_pair, merge_pairs
+from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage, LongerFaults
-from geosurf.scene.footprint import with_empty_blocks
+from geosurf.scene.footprint import horizons_in_map
 from geosurf.scene.horizon_ends import end_at_horizons
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.prepared import simplified_surface, warn_of_inputs
-from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
-from geosurf.scene.virtual_walls import Ended, find_virtual_walls
+from geosurf.scene.surfaces import InputSurfaces, fluids_of, opened_outline
+from geosurf.scene.virtual_walls import Ended, describe_patches, find_virtual_walls
 from geosurf.scene.wells import opened_tops, remembered_tie
 from geosurf.sheets.extend import as_lattice, warning_of_extrapolation
-from geosurf.triangulate import build_contacts, build_walls
+from geosurf.triangulate import build_walls
 from geosurf.triangulate.shared_area import SharedArea
 
 
@@ -225,19 +223,11 @@ class Graph:
     def _lattices(self) -> list[TriSurface]:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
         # sheets as they are before tears: gaps at faults are not holes of the area
-        found = {
-            name: as_lattice(value).renamed(name) if isinstance(value, Sheet) else self.untied(name)
-            for name, value in self.inputs.horizons.items()
-        }
-        return [*with_empty_blocks(found, self.inputs.filling).values()]
+        return horizons_in_map(self.inputs, as_lattice, self.untied)
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
-        found = {
-            name: value.surface.renamed(name) if isinstance(value, Sheet) else self.untied(name)
-            for name, value in self.inputs.horizons.items()
-        }
-        return [*with_empty_blocks(found, self.inputs.filling).values()]
+        return horizons_in_map(self.inputs, lambda sheet: sheet.surface, self.untied)
 
     def origin_for(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
         """Return the origin of the local frame: the box's where exact, so that results share it."""
@@ -282,13 +272,7 @@ class Graph:
     @cached_property
     def fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
-        box = self.box
-        with self.memory.collecting():
-            opened = opened_contacts(self.inputs.contacts, self.inputs.options)
-            surfaces, contacts = build_contacts(opened, box)
-        zones = names_of_zones(tuple(self.inputs.horizons))
-        check_zones(contacts, zones)  # before anything is cut
-        return surfaces, contacts
+        return fluids_of(self.inputs, self.memory, self.box)
 
     # ---- surfaces -> curves --------------------------------------------------------------
 
@@ -298,14 +282,9 @@ class Graph:
         names, smooth = self.inputs.names, self.inputs.tolerance is not None
 
         # pairs in the order of the inputs: the same curves whatever was computed first
-        parts = []
-        for i, first in enumerate(names):
-            alone = self.inputs.self_intersections and not smooth
-            itself = alone and not self._ends_inside(first)
-            for j in range(i if itself else i + 1, len(names)):
-                part = self.curves_between(first, names[j])
-                if part is not None:
-                    parts.append(((i, j), part))
+        alone = self.inputs.self_intersections and not smooth
+        itself = [name for name in names if alone and not self._ends_inside(name)]
+        parts = curves_of_all(names, itself, self.curves_between)
 
         # one set of curves in the local frame, with the reference system of the surfaces
         wholes = self.wholes
@@ -369,7 +348,7 @@ class Graph:
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
-            self._patches_key, self._rebuilt, _describe_patches,
+            self._patches_key, self._rebuilt, describe_patches,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
@@ -490,11 +469,6 @@ class Graph:
         rank = {name: i for i, name in enumerate(self.inputs.names)}
         found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
-
-
-def _describe_patches(found: Ended) -> str:
-    """How many patches, and what faults lost by ending at horizons, in words."""
-    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 
 
 __all__ = ["Graph"]

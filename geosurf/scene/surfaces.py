@@ -9,13 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.fluids import check_zones
 from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.scene.footprint import footprint, opened_horizon
-from geosurf.scene.inputs import SceneInputs
+from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
+from geosurf.triangulate import (
+    build_contacts,
+    orient_fault,
+    triangulate_fault,
+    triangulate_horizon,
+)
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
@@ -151,6 +158,16 @@ def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, 
     return {name: _opened(name, value, options) for name, value in contacts.items()}
 
 
+def fluids_of(
+    inputs: SceneInputs, memory: Memory, box: Box
+) -> tuple[list[TriSurface], list[FluidContact]]:
+    """Return surfaces of fluid contacts, and the zones and blocks in which they count."""
+    with memory.collecting():
+        surfaces, contacts = build_contacts(opened_contacts(inputs.contacts, inputs.options), box)
+    check_zones(contacts, names_of_zones(tuple(inputs.horizons)))  # before anything is cut
+    return surfaces, contacts
+
+
 def _opened(name: str, value: Any, options: Options) -> Any:
     """A contact with its paths read; a mapping has one for each block, a list several."""
     # nested as users give it: blocks, lists, and values inside
@@ -212,4 +229,11 @@ def undeclared(value: Any, options: Options) -> dict[str, Any]:
     }
 
 
-__all__ = ["InputSurfaces", "as_surface", "opened_contacts", "opened_outline", "undeclared"]
+__all__ = [
+    "InputSurfaces",
+    "as_surface",
+    "fluids_of",
+    "opened_contacts",
+    "opened_outline",
+    "undeclared",
+]

@@ -57,4 +57,9 @@ def find_virtual_walls(
     )  # fmt: skip
 
 
-__all__ = ["Ended", "find_virtual_walls"]
+def describe_patches(found: Ended) -> str:
+    """Return how many patches, and what faults lost by ending at horizons, in words."""
+    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
+
+
+__all__ = ["Ended", "describe_patches", "find_virtual_walls"]
