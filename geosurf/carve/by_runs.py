@@ -114,7 +114,7 @@ class Facts:
         pieces = patches.__dict__.get("pieces")
         if pieces is None or all(strips is None for strips in pieces.strips):
             return None
-        level = float(box_of(patches)[:, 2].mean())
+        level = _level(patches, pieces)
         lattices = []
         for i, strips in enumerate(pieces.strips):
             if strips is not None:
@@ -305,6 +305,13 @@ def _tree_of_lattice(one: LatticeRuns, origin: np.ndarray) -> Tree:
     nodes = survey.nodes - np.concatenate([origin, origin])
     none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
     return Tree((x, y, z), one.lattice.places, *none, nodes, survey.levels)
+
+
+def _level(patches: Patches, pieces: Pieces) -> float:
+    """Local elevation that volumes are measured from: amid the model, which may have no walls."""
+    if any(source.role == "wall" for source in patches.sources):
+        return float(box_of(patches)[:, 2].mean())
+    return float(pieces.x[:, 2].mean()) if len(pieces.x) else 0.0
 
 
 def _read(pieces: Pieces, i: int, strips: Strips, level: float) -> LatticeRuns | None:

@@ -77,6 +77,18 @@ class Cells:
         """Area, bounds and map areas of each face, float64 (n, 12): see `carve.measures`."""
         return measures.extent(self.pieces, self.face_of_element, len(self.surface_of))
 
+    def extent_of(self, faces: np.ndarray) -> np.ndarray:
+        """Rows of `extent` for some faces: only these are measured if none has been before."""
+        if "extent" not in self.__dict__:
+            wanted = np.zeros(len(self.surface_of) + 1, dtype=bool)  # the last row: no face
+            wanted[faces] = True
+            of_element = np.where(wanted[self.face_of_element], self.face_of_element, -1)
+            found: np.ndarray = measures.extent(self.pieces, of_element, len(self.surface_of))[
+                faces
+            ]
+            return found
+        return self.extent[faces]
+
     @property
     def flat(self) -> np.ndarray:
         """Twice the area of each face in the map, below 0 where its front looks down [m2]."""

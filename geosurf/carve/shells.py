@@ -76,7 +76,7 @@ class Shells:
 
     def bounds(self, u: int) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner of the bounds of a unit (3,), local."""
-        extent = self.cells.extent[self._faces(u)]
+        extent = self.cells.extent_of(self._faces(u))
         return extent[:, LOWER].min(axis=0), extent[:, UPPER].max(axis=0)
 
     @cached_property

@@ -156,7 +156,7 @@ def warnings_of_slivers(units: Units) -> tuple[GeosurfWarning, ...]:
     tuple of GeosurfWarning
         At most one, with the place of the largest sliver.
     """
-    if not units.slivers or not units.sliver_settings.merge:
+    if not units.sliver_settings.merge or not units.slivers:  # slivers have places: not for nothing
         return ()
     n, largest = len(units.slivers), units.slivers[0]
     total = volume_text(math.fsum(one.volume for one in units.slivers))

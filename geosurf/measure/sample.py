@@ -86,7 +86,7 @@ def sample_units(
     >>> import geosurf as gs
     >>> world = gs.synthetic.tilted_planes()
     >>> units = gs.Scene(world.horizons, world.faults, world.box).units
-    >>> found = sample_units(units, [[1000.0, 1500.0, -2000.0], [1000.0, 1500.0, 99.0]])
+    >>> found = sample_units(units, [[1000.0, 1500.0, -2100.0], [1000.0, 1500.0, 99.0]])
     >>> found.zone.values.tolist()
     ['Top/Base', '']
     """

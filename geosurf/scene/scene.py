@@ -551,7 +551,7 @@ class Scene:
         >>> import geosurf as gs
         >>> world = gs.synthetic.tilted_planes()
         >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-        >>> scene.sample([1000.0, 1500.0, -2000.0]).unit.item()
+        >>> scene.sample([1000.0, 1500.0, -2100.0]).unit.item()
         'Top/Base F1-'
         >>> dict(scene.sample(cell=(100, 100, 10), codes=True).sizes)
         {'elevation': 80, 'northing': 30, 'easting': 40}
@@ -588,9 +588,9 @@ class Scene:
         >>> scene = gs.Scene(world.horizons, world.faults, world.box)
         >>> well = scene.well_intervals([[1000, 1500, -1750], [1400, 1500, -2200]])
         >>> well.zone.values.tolist()
-        ['above Top', 'Top/Base']
+        ['above Top', 'Top/Base', 'below Base']
         >>> well.elevation.sel(end="entry").round(1).values.tolist()
-        [-1750.0, -1947.1]
+        [-1750.0, -2067.7, -2165.6]
         """
         return measures.well_intervals(self._graph, path, md)
 
