@@ -307,10 +307,18 @@ def _tree_of_lattice(one: LatticeRuns, origin: np.ndarray) -> Tree:
     return Tree((x, y, z), one.lattice.places, *none, nodes, survey.levels)
 
 
-def _level(patches: Patches, pieces: Pieces) -> float:
-    """Local elevation that volumes are measured from: amid the model, which may have no walls."""
+def _bounds(patches: Patches) -> np.ndarray:
+    """The model box (2, 3), local; all of space where there are no walls, as for a mesh alone."""
     if any(source.role == "wall" for source in patches.sources):
-        return float(box_of(patches)[:, 2].mean())
+        return box_of(patches)
+    return np.array([[-np.inf] * 3, [np.inf] * 3])
+
+
+def _level(patches: Patches, pieces: Pieces) -> float:
+    """Local elevation that volumes are measured from: amid the model."""
+    low, high = _bounds(patches)[:, 2].tolist()
+    if math.isfinite(low):
+        return 0.5 * (low + high)
     return float(pieces.x[:, 2].mean()) if len(pieces.x) else 0.0
 
 
@@ -396,7 +404,7 @@ def _listed(
         given = one.lattice.places, one.label, one.shared
         none = np.full((len(one.strips.runs), 2), -1)
         joined.append(one.first + count_private(*given, none, no_units)[1])
-    lower, upper = box_of(patches)
+    lower, upper = _bounds(patches)
     within = ((sums[:, 8:11] >= lower) & (sums[:, 11:14] <= upper)).all(axis=1)
     elements = Elements(
         pieces.sources, pieces.origin, surface, sums[:, 7].astype(np.int64), sums[:, 6], within,

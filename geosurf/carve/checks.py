@@ -136,7 +136,7 @@ def on_parents(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> Check:
             inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), EPS**2)
             off = np.maximum(off, -np.einsum("ij,ij->i", point - p, inward))
     off *= size
-    span = float(np.ptp(local, axis=0).max(initial=0) + np.abs(local).max(initial=0))
+    span = float(np.ptp(local, axis=0).max() + np.abs(local).max()) if len(local) else 0.0
 
     # the rounding of a coordinate of this size, with room
     bound = 1e-12 * max(span, 1.0)
