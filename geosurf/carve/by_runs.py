@@ -114,6 +114,8 @@ class Facts:
         pieces = patches.__dict__.get("pieces")
         if pieces is None or all(strips is None for strips in pieces.strips):
             return None
+        if not len(pieces.triangles):
+            return None  # surfaces that nothing touches: there is no model to speak of
         level = _level(patches, pieces)
         lattices = []
         for i, strips in enumerate(pieces.strips):
