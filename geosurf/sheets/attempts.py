@@ -148,9 +148,10 @@ def _refuse(
     if built.cut.holes:
         worst = max(built.cut.holes, key=lambda hole: hole.length)
         at = worst.place
+        n = len(built.cut.holes)
         what = (
-            f"{counted(len(built.cut.holes), 'hole')} stay open, the largest {worst.length:.0f} m "
-            f"long near {place(at)}"
+            f"{counted(n, 'hole')} {'stays' if n == 1 else 'stay'} open, the largest "
+            f"{worst.length:.0f} m long near {place(at)}"
         )
     else:
         stations = torn.cuts[names[0]].stations

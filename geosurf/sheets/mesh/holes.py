@@ -162,7 +162,10 @@ def _minimum_cut(
     capacity = np.ceil(length[inner] * WHOLE).astype(np.int32) + 1
     both = np.concatenate([a, b]), np.concatenate([b, a])
     graph = csr_array(coo_array((np.tile(capacity, 2), both), shape=(n + 2, n + 2)))
-    graph.data = graph.data.astype(np.int32)
+    # scipy 1.13 takes 32 bits for the places, too
+    graph.data, graph.indices, graph.indptr = (
+        part.astype(np.int32) for part in (graph.data, graph.indices, graph.indptr)
+    )
     flow = maximum_flow(graph, n, n + 1)
     if flow.flow_value == 0:
         return np.empty(0, dtype=np.int64)
