@@ -148,7 +148,8 @@ def test_names_are_unique_and_paths_survive_a_move(tmp_path: Path) -> None:
     for k, (name, grid) in enumerate(z.horizons.items()):
         (tmp_path / "a" / f"set{k}").mkdir(parents=True)
         gs.write(grid, tmp_path / "a" / f"set{k}" / "map.nc")
-        gs.write(grid - 10 * k, tmp_path / "a" / f'"{name}".nc')
+        lower = (grid - 10 * k).assign_attrs(grid.attrs)  # xarray of 2024 drops attributes
+        gs.write(lower, tmp_path / "a" / f'"{name}".nc')
     files = sorted((tmp_path / "a").rglob("*.nc"))
     new = new_scenario(tmp_path / "a", [path for path in files if "set" in path.parent.name])
     names = [one.name for one in new.found]

@@ -162,7 +162,7 @@ WRONG_FAULTS = {
         r"5 nodes are infinite, the first is node \(3, 0\) at \(E.*elevation -inf.*NaN",
     ),
     "far": (
-        lambda: (_fault_with(elevation=fault_grid().elevation * 1e300), {}),
+        lambda: (_fault_with(elevation=fault_grid().elevation * 1e300), {"length_unit": "m"}),
         r"'F1' has a coordinate of .*e\+30\d m, but .* limited to 1\.15292e\+18 .*to NaN",
     ),
     "absent": (
