@@ -20,15 +20,7 @@ volume.py            compensated and exact volumes (Dekker 1971, Shewchuk 1997)
 findings.py          slits, thin units and faults outside of the model, for the report
 order.py             warning: horizons in the wrong order
 thin.py              warning: units thinner than the rounding error
-certificate.py       `certify`: the properties of a model, recomputed from the result
-checks.py            checks from their facts
-checks_by_runs.py    the same without a list of all triangles
-by_runs.py           facts from runs of lattices
-elements.py          triangles and runs, as checks read them
-check_partition.py   check: units fill the box without overlap
-check_names.py       check: names of units match their bounding surfaces
-check_merged.py      check: merged slivers are parts of their neighbours
-adjacency.py         adjacency of units, recomputed for the checks
+certificate/         `certify`: the properties of a model, recomputed from the result
 ===================  ==================================================================
 """
 

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.arrangement import memory_limit
-from geosurf.carve.certificate import certify, crossing_pairs, same_bytes
-from geosurf.carve.check_names import named
-from geosurf.carve.check_partition import matched, numbered, partition
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.certificate.names import named
+from geosurf.carve.certificate.partition import matched, numbered, partition
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.shells import unit_name
 from geosurf.errors import InputError

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.certificate import certify, checks_by_runs, same_bytes
+from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.certificate.by_runs import checks_by_runs
 from geosurf.carve.shells import _Carved
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW

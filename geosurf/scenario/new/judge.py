@@ -17,7 +17,7 @@ FEET = (2.6, 4.0)  # ratio of reliefs that a foot taken for a metre explains
 ALIKE = 0.9  # correlation from which one horizon follows another
 FEWEST_CELLS = 10
 SAME = 1.0  # [m]: horizons nearer than this in most cells are one
-# Words of names, not parts of words: "stop" and "database" are no horizons' ends.
+# Words of names, not parts of words: "stop" and "database" do not name the top or base of a zone.
 UPPER = re.compile(r"(?:^|[^a-z])top|[a-z]top(?:[^a-z]|$)", re.IGNORECASE)
 LOWER = re.compile(r"(?:^|[^a-z])(base|bottom)|[a-z](base|bottom)(?:[^a-z]|$)", re.IGNORECASE)
 DEPTH_HEADER = re.compile(r"tvd|depth", re.IGNORECASE)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from geosurf.carve.check_partition import Matched
+from geosurf.carve.certificate.partition import Matched
 from geosurf.conventions import volume_text
 from geosurf.model import Check, Patches, Units
 

@@ -1,29 +1,19 @@
-"""Certify a model: recompute each property from the result, with exact tests where signs matter."""
+"""The checks of a certificate from all triangles, with what is wrong and where."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
-from typing import Literal
 
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
-from geosurf.arrangement.threads import map_threads
-from geosurf.carve.check_merged import merged
-from geosurf.carve.check_names import named
-from geosurf.carve.check_partition import matched, numbered, partition
-from geosurf.carve.checks import (
+from geosurf.carve.certificate.checks import (
     CROSSES,
     EPS,
     SHARED,
     Size,
-    adds_up,
     areas_agree,
-    closed,
     crosses_not,
     is_graph,
     on_parents,
@@ -31,89 +21,22 @@ from geosurf.carve.checks import (
     shared_in_words,
     surely_exact,
 )
-from geosurf.carve.checks_by_runs import checks_by_runs, same_runs
+from geosurf.carve.certificate.lines import Half, in_two_threads, lines_of_units
+from geosurf.carve.certificate.partition import matched, numbered
 from geosurf.carve.volume import exact_volume
 from geosurf.conventions import place
-from geosurf.errors import InputError
 from geosurf.kernels.meshes.shells import are_copies, count_open_edges, sums_of_triangles
-from geosurf.model import Certificate, Check, Patches, Units
-
-ROOM = 610  # bytes per triangle: 13.9 GB for 21 million (docs/validation/results.md)
-_EQUAL = "{} arrays equal, byte by byte"
-WAYS = ("runs", "triangles")
-MANY = 100_000  # triangles, from which units and mesh are checked in two threads
+from geosurf.model import Check, Patches, Units
 
 
-def certify(
-    patches: Patches, units: Units | None = None, *, by: Literal["runs", "triangles"] = "runs"
-) -> Certificate:
-    """
-    Check the properties of a rebuilt mesh and of the units carved from it.
-
-    Parameters
-    ----------
-    patches : Patches
-    units : Units, optional
-        Default: only the mesh is checked.
-    by : {"runs", "triangles"}
-        Triangles of grids that no curve touches are checked row by row, or one by one as they are
-        written to files. All of them are checked one by one where the rows do not show that a
-        property holds.
-
-    Returns
-    -------
-    Certificate
-        One check per property. Units are closed and oriented. Volumes add up to the box. Units
-        and surfaces share their vertices. Each triangle inside the box has one unit on each side.
-        The zone, block and contact of each unit match its bounding surfaces. Merged slivers are
-        parts of their neighbours, and their volumes are in them. Surfaces meet only in shared edges
-        and vertices (exact, on the rounded mesh). Each triangle lies on its input triangle and
-        keeps its orientation (exact). Areas add up.
-
-    Raises
-    ------
-    InputError
-        If `by` is unknown. If a check of all triangles needs more memory than is free: about 0.6 GB
-        per million triangles.
-
-    Examples
-    --------
-    >>> from geosurf import TriSurface, rebuild_surfaces
-    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    >>> wall = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
-    >>> certify(rebuild_surfaces([flat, wall])).ok
-    True
-    """
-    if by not in WAYS:
-        raise InputError(f"by is {by!r}; expected one of {WAYS}.")
-    if by == "runs":
-        checks = checks_by_runs(patches, units)
-
-        # what is wrong where is a matter of single triangles
-        if checks is not None and all(check.passed for check in checks):
-            return Certificate(tuple(checks))
-    _refuse_if_too_large(patches.n_triangle)
-
+def checks_by_triangles(patches: Patches, units: Units | None = None) -> list[Check]:
+    """Check all triangles of shells and of the mesh."""
     # both halves use these arrays: they are listed once, before threads start
     _ = patches.local, patches.triangles, patches.surface_of_triangle, patches.parent_of_triangle
-    halves: list[tuple[Callable[[], list[Check]]]] = [(partial(_checks_of_mesh, patches),)]
+    halves: list[Half] = [partial(_checks_of_mesh, patches)]
     if units is not None:
-        halves.insert(0, (partial(_checks_of_units, patches, units),))
-    worth = patches.n_triangle > MANY
-    found = map_threads(lambda half: half(), halves, worth=worth)
-    return Certificate(tuple(itertools.chain.from_iterable(found)))
-
-
-def _refuse_if_too_large(n_triangle: int) -> None:
-    """Raise an error with numbers, before the system has to end the process."""
-    needed = n_triangle * ROOM
-    free = lack_of_room(needed)
-    if free is not None:
-        raise InputError(
-            f"a certificate of {n_triangle / 1e6:.3g} million triangles needs {gigabytes(needed)} "
-            f"of memory, and {gigabytes(free)} are free. Check a smaller part of the model "
-            "(aoi=...), simplify the horizons (tolerance=...), or use a larger machine."
-        )
+        halves.insert(0, partial(_checks_of_units, patches, units))
+    return in_two_threads(halves, patches.n_triangle) or []
 
 
 def _checks_of_units(patches: Patches, units: Units) -> list[Check]:
@@ -121,22 +44,13 @@ def _checks_of_units(patches: Patches, units: Units) -> list[Check]:
     x, number = numbered(patches, units)
     found = matched(patches, units, number)
     anew = _sizes(patches, units)
-    divided = partition(patches, units, found)
-    checks = [
-        closed({name: open_edges(unit.triangles) for name, unit in units.items()}, anew),
-        adds_up(patches, units, anew),
-        _shared_vertices(patches, units, x, number),
-        divided,
-        named(patches, units, found, divided.passed),
-    ]
+    edges = {name: open_edges(unit.triangles) for name, unit in units.items()}
+    shared = _shared_vertices(patches, units, x, number)
+
+    parts = None
     if units.unmerged is not None:
-        before = numbered(patches, units.unmerged)[1]
-        parts = matched(patches, units.unmerged, before)
-        checks.append(merged(patches, units, found, parts))
-        full = partition(patches, units.unmerged, parts)
-        checks.append(named(patches, units.unmerged, parts, full.passed))
-        checks[-1] = replace(checks[-1], name="names before slivers were merged match")
-    return checks
+        parts = matched(patches, units.unmerged, numbered(patches, units.unmerged)[1])
+    return lines_of_units(patches, patches, units, edges, anew, shared, found, parts)
 
 
 def _checks_of_mesh(patches: Patches) -> list[Check]:
@@ -244,24 +158,3 @@ def _areas(patches: Patches) -> Check:
         before = sums_of_triangles(source.vertices - patches.origin, source.triangles)[1]
         found.append((area, before, rim))
     return areas_agree(patches, found, float(np.abs(patches.local).max(initial=0.0)))
-
-
-def same_bytes(one: Patches, two: Patches) -> Check:
-    """Check that two runs gave the same bytes.
-
-    Examples
-    --------
-    >>> from geosurf import TriSurface, rebuild_surfaces
-    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    >>> same_bytes(rebuild_surfaces([flat]), rebuild_surfaces([flat])).passed
-    True
-    """
-    names = (
-        "local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle",
-        "curve_edges",
-    )  # fmt: skip
-    if same_runs(one, two):
-        return Check("two runs give the same bytes", True, 0.0, _EQUAL.format(len(names)))
-    differ = [n for n in names if getattr(one, n).tobytes() != getattr(two, n).tobytes()]
-    detail = f"{', '.join(differ)} differ" if differ else _EQUAL.format(len(names))
-    return Check("two runs give the same bytes", not differ, float(len(differ)), detail)

@@ -1,28 +1,19 @@
-"""The checks of a certificate, without a list of all triangles: see `geosurf.carve.by_runs`."""
+"""The checks of a certificate without a list of all triangles: see `facts`."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.arrangement.threads import map_threads
-from geosurf.carve.by_runs import Facts, sides_of
-from geosurf.carve.check_merged import merged
-from geosurf.carve.check_names import named
-from geosurf.carve.check_partition import partition
-from geosurf.carve.checks import (
+from geosurf.carve.certificate.checks import (
     CROSSES,
     EPS,
     SHARED,
     Size,
-    adds_up,
     areas_agree,
-    closed,
     crosses_not,
     is_graph,
     on_parents,
@@ -30,11 +21,12 @@ from geosurf.carve.checks import (
     shared_in_words,
     surely_exact,
 )
+from geosurf.carve.certificate.facts import Facts, sides_of
+from geosurf.carve.certificate.lines import Half, in_two_threads, lines_of_units
 from geosurf.carve.volume import exact_volume
 from geosurf.model import Check, Patches, Units
 from geosurf.model.pieces import Pieces
 
-MANY = 100_000  # listed triangles, from which units and mesh are checked in two threads
 Stored = tuple[np.ndarray, np.ndarray]
 
 
@@ -83,14 +75,10 @@ def checks_by_runs(patches: Patches, units: Units | None = None) -> list[Check] 
     facts = Facts.of(patches)
     if facts is None:
         return None
-    halves: list[tuple[Callable[[], list[Check] | None]]] = [(partial(_mesh_by_runs, facts),)]
+    halves: list[Half] = [partial(_mesh_by_runs, facts)]
     if units is not None and sides is not None:
-        halves.insert(0, (partial(_units_by_runs, facts, units, sides, before),))
-    worth = len(facts.elements.triangles) > MANY
-    found = map_threads(lambda half: half(), halves, worth=worth)
-    if None in found:
-        return None
-    return list(itertools.chain.from_iterable(half or [] for half in found))
+        halves.insert(0, partial(_units_by_runs, facts, units, sides, before))
+    return in_two_threads(halves, len(facts.elements.triangles))
 
 
 def _units_by_runs(
@@ -113,21 +101,9 @@ def _units_by_runs(
     euler = counts[:, 0] - counts[:, 1] + sums[:, 5].astype(np.int64)
     edges = dict(zip(units, zip(counts[:, 2].tolist(), euler.tolist(), strict=True), strict=True))
     found = facts.matched(sides, surfaces)
-    divided = partition(elements, units, found)
-    checks = [
-        closed(edges, anew),
-        adds_up(patches, units, anew),
-        Check(SHARED, True, 0.0, shared_in_words(n_vertex)),
-        divided,
-        named(elements, units, found, divided.passed),
-    ]
-    if units.unmerged is not None and before is not None:
-        parts = facts.matched(*before)
-        checks.append(merged(patches, units, found, parts))
-        full = partition(elements, units.unmerged, parts)
-        checks.append(named(elements, units.unmerged, parts, full.passed))
-        checks[-1] = replace(checks[-1], name="names before slivers were merged match")
-    return checks
+    shared = Check(SHARED, True, 0.0, shared_in_words(n_vertex))
+    parts = None if before is None else facts.matched(*before)
+    return lines_of_units(patches, elements, units, edges, anew, shared, found, parts)
 
 
 def _mesh_by_runs(facts: Facts) -> list[Check] | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.carve.elements import Elements
+from geosurf.carve.certificate.elements import Elements
 from geosurf.conventions import place
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import number_triangles

@@ -18,8 +18,8 @@ import numpy as np
 
 from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
 from geosurf.arrangement.tree import Tree, apart, candidate_pairs, separated_by_tops, tree_of_list
-from geosurf.carve.check_partition import Matched, rows_on
-from geosurf.carve.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
+from geosurf.carve.certificate.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
+from geosurf.carve.certificate.partition import Matched, rows_on
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells
 from geosurf.kernels.lattices.run_checks import (
@@ -310,7 +310,7 @@ def _tree_of_lattice(one: LatticeRuns, origin: np.ndarray) -> Tree:
 
 
 def _bounds(patches: Patches) -> np.ndarray:
-    """The model box (2, 3), local; all of space where there are no walls, as for a mesh alone."""
+    """The model box (2, 3), local; all of space if the mesh has no walls."""
     if any(source.role == "wall" for source in patches.sources):
         return box_of(patches)
     return np.array([[-np.inf] * 3, [np.inf] * 3])

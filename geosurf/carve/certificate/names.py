@@ -1,7 +1,7 @@
 """Check the names of units: recompute zones, blocks, fault sides and contacts.
 
 Everything is recomputed from the triangles of shells and from all surfaces that each triangle lies
-on (see `geosurf.carve.check_partition`), not from the cells that made the units.
+on (see `geosurf.carve.certificate.partition`), not from the cells that made the units.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from geosurf.carve.adjacency import ABOVE, BELOW, Around, lie_on
 from geosurf.carve.blocks import WHOLE
-from geosurf.carve.check_partition import Matched, rows_of
+from geosurf.carve.certificate.adjacency import ABOVE, BELOW, Around, lie_on
+from geosurf.carve.certificate.elements import Elements
+from geosurf.carve.certificate.partition import Matched, rows_of
 from geosurf.carve.column import names_of_zones
-from geosurf.carve.elements import Elements
 from geosurf.carve.fluids import parse_sides
 from geosurf.carve.shells import unit_name
 from geosurf.model import Check, Patches, Unit, Units

@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.carve.check_partition import Matched, rows_of
-from geosurf.carve.elements import Elements
+from geosurf.carve.certificate.elements import Elements
+from geosurf.carve.certificate.partition import Matched, rows_of
 from geosurf.carve.rays import NO_HIT, Rays
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.numbering import number_keys

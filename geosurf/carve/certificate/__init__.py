@@ -1,0 +1,20 @@
+"""Certify a model: each of its properties is recomputed from the result.
+
+===================  ==================================================================
+certify.py           `certify`, and `same_bytes` of two runs
+lines.py             the lines of a certificate in their order
+by_runs.py           the lines without a list of all triangles
+by_triangles.py      the lines from all triangles, with what is wrong, and where
+checks.py            checks from their facts
+facts.py             facts from runs of lattices
+elements.py          triangles and runs, as checks read them
+partition.py         check: units fill the box without overlap
+names.py             check: names of units match their bounding surfaces
+merged.py            check: merged slivers are parts of their neighbours
+adjacency.py         adjacency of units, recomputed for the checks
+===================  ==================================================================
+"""
+
+from geosurf.carve.certificate.certify import certify, same_bytes
+
+__all__ = ["certify", "same_bytes"]

@@ -1,0 +1,101 @@
+"""Certify a model: recompute each property from the result, with exact tests where signs matter."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
+from geosurf.carve.certificate.by_runs import checks_by_runs, same_runs
+from geosurf.carve.certificate.by_triangles import checks_by_triangles
+from geosurf.errors import InputError
+from geosurf.model import Certificate, Check, Patches, Units
+
+ROOM = 610  # bytes per triangle: 13.9 GB for 21 million (docs/validation/results.md)
+_EQUAL = "{} arrays equal, byte by byte"
+WAYS = ("runs", "triangles")
+
+
+def certify(
+    patches: Patches, units: Units | None = None, *, by: Literal["runs", "triangles"] = "runs"
+) -> Certificate:
+    """
+    Check the properties of a rebuilt mesh and of the units carved from it.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units, optional
+        Default: only the mesh is checked.
+    by : {"runs", "triangles"}
+        Triangles of grids that no curve touches are checked row by row, or one by one as they are
+        written to files. All of them are checked one by one where the rows do not show that a
+        property holds.
+
+    Returns
+    -------
+    Certificate
+        One check per property. Units are closed and oriented. Volumes add up to the box. Units
+        and surfaces share their vertices. Each triangle inside the box has one unit on each side.
+        The zone, block and contact of each unit match its bounding surfaces. Merged slivers are
+        parts of their neighbours, and their volumes are in them. Surfaces meet only in shared edges
+        and vertices (exact, on the rounded mesh). Each triangle lies on its input triangle and
+        keeps its orientation (exact). Areas add up.
+
+    Raises
+    ------
+    InputError
+        If `by` is unknown. If a check of all triangles needs more memory than is free: about 0.6 GB
+        per million triangles.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
+    >>> certify(rebuild_surfaces([flat, wall])).ok
+    True
+    """
+    if by not in WAYS:
+        raise InputError(f"by is {by!r}; expected one of {WAYS}.")
+    if by == "runs":
+        checks = checks_by_runs(patches, units)
+
+        # what is wrong where is a matter of single triangles
+        if checks is not None and all(check.passed for check in checks):
+            return Certificate(tuple(checks))
+    _refuse_if_too_large(patches.n_triangle)
+
+    return Certificate(tuple(checks_by_triangles(patches, units)))
+
+
+def _refuse_if_too_large(n_triangle: int) -> None:
+    """Raise an error with numbers, before the system has to end the process."""
+    needed = n_triangle * ROOM
+    free = lack_of_room(needed)
+    if free is not None:
+        raise InputError(
+            f"a certificate of {n_triangle / 1e6:.3g} million triangles needs {gigabytes(needed)} "
+            f"of memory, and {gigabytes(free)} are free. Check a smaller part of the model "
+            "(aoi=...), simplify the horizons (tolerance=...), or use a larger machine."
+        )
+
+
+def same_bytes(one: Patches, two: Patches) -> Check:
+    """Check that two runs gave the same bytes.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> same_bytes(rebuild_surfaces([flat]), rebuild_surfaces([flat])).passed
+    True
+    """
+    names = (
+        "local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle",
+        "curve_edges",
+    )  # fmt: skip
+    if same_runs(one, two):
+        return Check("two runs give the same bytes", True, 0.0, _EQUAL.format(len(names)))
+    differ = [n for n in names if getattr(one, n).tobytes() != getattr(two, n).tobytes()]
+    detail = f"{', '.join(differ)} differ" if differ else _EQUAL.format(len(names))
+    return Check("two runs give the same bytes", not differ, float(len(differ)), detail)
