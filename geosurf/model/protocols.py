@@ -128,11 +128,11 @@ class ReportedModel(MeasuredModel, Protocol):
 
     @property
     def tolerance(self) -> float | None:
-        """How far horizons were simplified [m]; None: all nodes."""
+        """The largest error of curves of smooth surfaces [m]; None: the exact curves."""
 
     @property
     def volume_error_bound(self) -> float:
-        """By how much that may change the volume of units [m3]."""
+        """By how much horizons with fewer triangles may change the volume of units [m3]."""
 
     @property
     def coverage(self) -> dict[str, float]:

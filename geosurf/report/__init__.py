@@ -175,7 +175,7 @@ def _sections(
     """Headings and the HTML below each; empty sections are left out."""
     units, curves = scene.units, scene.curves
     volumes = page.html_table(tables.volume_table(units))
-    balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
+    balance = [tables.balance(units), *tables.accuracy(scene)]
     lengths = page.html_table(tables.curve_table(curves))
     clipped, thin = (units.report.get(key, ()) for key in ("clipped", "thin"))
     small = {sliver.name for sliver in units.slivers}

@@ -224,22 +224,29 @@ def balance(units: Units) -> str:
     )
 
 
-def simplified(scene: ReportedModel) -> str:
-    """Return the effect of a tolerance on volumes and lines, as text; empty without a tolerance."""
+def accuracy(scene: ReportedModel) -> list[str]:
+    """Return what simplified horizons do to volumes, and how near lines to a tolerance are."""
+    found = []
+    if scene.volume_error_bound > 0.0:
+        bound = number(scene.volume_error_bound / 1e6, 3)
+        found.append(
+            "Simplified horizons change the volume of any unit, or of several units together, by "
+            f"at most {bound} million m³."
+        )
     tolerance = scene.tolerance
     if tolerance is None:
-        return ""
+        return found
 
     # inf or NaN marks lines whose error has no bound; the largest of the others would mislead
     bounds = scene.curves.error_bound
     lines = "unknown in some places, see Curves.places"
     if bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all():
         lines = f"{bounds.max():.3g} m"
-    return (
-        f"Horizons are simplified to a tolerance of {tolerance:g} m. This changes the volume of "
-        f"any unit by at most {number(scene.volume_error_bound / 1e6, 3)} million m³. "
-        f"Largest error of an intersection line: {lines}."
+    found.append(
+        f"Intersection lines are those of smooth surfaces, to a tolerance of {tolerance:g} m. "
+        f"Largest error of a line: {lines}."
     )
+    return found
 
 
 def curve_table(curves: Curves) -> Table:

@@ -238,10 +238,6 @@ def compute(
             getattr(scene, stage)
         log.new_steps_of(scene)
 
-    # a user of a tolerance sees its effect on volumes at once
-    if scene.tolerance is not None:
-        bound = f"volumes within {scene.volume_error_bound:.6g} m³ of those of all nodes"
-        log.step("tolerance", f"{scene.tolerance:g} m", bound)
     return scene
 
 

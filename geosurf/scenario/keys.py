@@ -256,8 +256,8 @@ class Scenario:
     # What concerns the whole model.
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
     tolerance_m: float | None = key(
-        "For pictures and quick volumes: horizons get as few triangles as stay this near to their "
-        "grids; the report states the effect on volumes. Left out: all nodes.",
+        "Largest error of the intersection lines of smooth surfaces through all nodes. Left out: "
+        "the exact lines of their triangles. Volumes are exact in both cases.",
         values.above_zero,
         unit="m",
         default=None,

@@ -207,19 +207,19 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
             "tie = false; the report still lists the misfit of each top."
         )
 
-    # sheets end on their faults exactly; a tolerance would move their ends
+    # curves of sheets are where the model has them; a tolerance would have no effect there
     if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
         table = "[tear]" if scenario.tear is not None else "[[throws]]"
         at.refuse(
-            f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with {table}: it would "
-            "move the cut-offs of torn horizons. Remove one of them."
+            f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with {table}: curves "
+            "of torn horizons are exact, and end on their faults. Remove one of them."
         )
     ends = horizon_rules_of(scenario)
     if scenario.tolerance_m is not None and ends:
         at.refuse(
             f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with the truncation of "
-            f"{ends[0].fault!r} by horizon {ends[0].main!r}: it would move the end of the fault. "
-            "Remove one of them."
+            f"{ends[0].fault!r} by horizon {ends[0].main!r}: it would move the curve "
+            "in which the fault ends. Remove one of them."
         )
     if scenario.tear is None:
         return

@@ -8,7 +8,7 @@ surfaces.py      files, grids and meshes -> the surfaces of the graph
 area.py          the box, the area of interest, and the origin of the local frame
 faults.py        faults, extended and truncated
 horizon_ends.py  faults that end at horizons, cut after the rebuild
-prepared.py      what happens to surfaces before they are split
+input_warnings.py  warnings about inputs that look wrong
 curves.py        the curves of one pair, and those of all pairs
 wells.py         well tops, and their misfits
 measures.py      thickness, throw, juxtaposition, sections ..., as functions of the graph

@@ -9,11 +9,9 @@
             │        │       │
             └────────┼───────┴─> faults, extended and truncated            faults.py
                      v                │
-              horizon, simplified <── ┼ ── tolerance
-                     │                │
                      └─> surfaces <───┘
                            │    │
-             curves  <─────┘    └─────> enclosed <── fluid contacts, walls of the box
+ tolerance ─> curves  <────┘    └─────> enclosed <── fluid contacts, walls of the box
         pair by pair                       │
                                         patches, faults ended at horizons      horizon_ends.py
                                            │
@@ -58,9 +56,9 @@ from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage, LongerFaults
 from geosurf.scene.footprint import horizons_in_map
 from geosurf.scene.horizon_ends import end_at_horizons
+from geosurf.scene.input_warnings import warn_of_inputs
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.scene.prepared import simplified_surface, warn_of_inputs
 from geosurf.scene.surfaces import InputSurfaces, fluids_of, opened_outline
 from geosurf.scene.virtual_walls import Ended, describe_patches, find_virtual_walls
 from geosurf.scene.wells import opened_tops, remembered_tie
@@ -115,13 +113,6 @@ class Graph:
 
     def whole(self, name: str) -> TriSurface:
         """Return a horizon or fault before horizons truncate faults: so it is split."""
-        surface = self.unsimplified(name)
-        if name not in self.inputs.horizons or self.inputs.tolerance is None:
-            return surface
-        return simplified_surface(surface, self.inputs.tolerance, self.memory)
-
-    def unsimplified(self, name: str) -> TriSurface:
-        """Return a horizon or fault with all its nodes."""
         # horizons as tied to tops, faults as extended and truncated: the model's surfaces, with all
         # nodes
         name = name_of(name, "surface")
@@ -295,8 +286,7 @@ class Graph:
         """Return the curves of two surfaces; None where their boxes do not meet."""
         first, second = name_of(first, "surface"), name_of(second, "surface")
 
-        # without simplification: with a tolerance the pair search works on the smooth surfaces
-        pair = tuple(self.unsimplified(name) for name in dict.fromkeys((first, second)))
+        pair = tuple(self.whole(name) for name in dict.fromkeys((first, second)))
         if self._ends_inside(first) or self._ends_inside(second):
             return shared_curves(self.patches, first, second)
         subject = f"{first} x {second}"
@@ -315,7 +305,7 @@ class Graph:
 
     def _ends_inside(self, name: str) -> bool:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
-        return name in self.ending_at_horizons or is_torn(self.unsimplified(name))
+        return name in self.ending_at_horizons or is_torn(self.whole(name))
 
     # ---- virtual walls -------------------------------------------------------------------
 

@@ -50,14 +50,14 @@ def _refuse_together(
     """Refuse settings that exclude each other, and one that would have no effect."""
     if tear is not None and tolerance is not None:
         raise InputError(
-            f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep all "
-            "their nodes. Leave one of them out."
+            f"tear and tolerance={tolerance:g} exclude each other: curves of torn "
+            "horizons are exact, and end on their faults. Leave one of them out."
         )
     if at_horizons and tolerance is not None:
         raise InputError(
             f"tolerance={tolerance:g} cannot be combined with the truncation of "
             f"{at_horizons[0].fault!r} by horizon {at_horizons[0].main!r}: a tolerance would "
-            "move the end of the fault. Leave one of them out."
+            "move the curve in which the fault ends. Leave one of them out."
         )
     if any(filling.values()) and tear is None:
         raise InputError(
@@ -403,15 +403,15 @@ def check_scene_tolerance(tolerance: Any, horizons: Mapping[str, Any]) -> float 
         return None
     if not (is_number(tolerance) and tolerance > 0):
         raise InputError(
-            f"tolerance is {tolerance!r}; give a length above 0 m, or None for all nodes."
+            f"tolerance is {tolerance!r}; give a length above 0 m, or None for the exact curves."
         )
 
     # ghosts mark a torn mesh that came as triangles
     for name, value in horizons.items():
         if isinstance(value, Sheet) or "ghost" in getattr(value, "vertex_data", ()):
             raise InputError(
-                f"horizon {name!r} is a sheet torn at faults, and a tolerance would move its "
-                "cut-offs. Leave tolerance out, or give the horizon as a grid that is not torn."
+                f"horizon {name!r} is a sheet torn at faults, and its curves are exact. Leave "
+                "tolerance out, or give the horizon as a grid that is not torn."
             )
     return float(tolerance)
 

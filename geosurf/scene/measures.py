@@ -52,14 +52,16 @@ def to_pyvista(graph: Graph) -> pyvista.MultiBlock:
 
 
 def volume_error_bound(graph: Graph) -> float:
-    """Return the volume between horizons as given and as simplified, inside the box [m3].
+    """Return the volume between simplified horizons and all their nodes, inside the box [m3].
 
     Examples
     --------
     >>> import geosurf as gs
     >>> world = gs.synthetic.waves(n=41)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box, tolerance=5.0)
-    >>> exact = scene.replace(tolerance=None)
+    >>> exact = gs.Scene(world.horizons, world.faults, world.box)
+    >>> few = {name: gs.triangulate_horizon(world.horizons[name], tolerance=5.0)
+    ...        for name in world.horizons}
+    >>> scene = exact.replace(horizons=few)
     >>> off = abs(scene.volumes - exact.volumes).max().item()
     >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
     (True, 0.0)

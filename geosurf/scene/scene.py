@@ -93,9 +93,9 @@ class Scene:
         F1, or up or down to the horizon. ``("F1", "both")`` keeps both parts of an older fault, as
         faults ``F2 (1)`` and ``F2 (2)``. See docs/guides/fault_ends.md.
     tolerance : float, optional
-        [m], for pictures and quick volumes: gridded horizons get as few triangles as stay this
-        near, above and below, and `volume_error_bound` bounds the effect on volumes. `curves` are
-        those of smooth surfaces through all nodes, to this error: docs/how_it_works/tolerance.md.
+        [m]. `curves` are those of smooth surfaces through all nodes, to this error, instead of
+        the exact ones of their triangles: docs/how_it_works/tolerance.md. Patches, units and
+        volumes are exact with and without it.
     tops : xarray.Dataset, table or path, optional
         Well tops, as from `read_tops`: `misfit` compares them with the horizons.
     slivers : float, "merge" or mapping, optional
@@ -243,7 +243,7 @@ class Scene:
 
     @property
     def tolerance(self) -> float | None:
-        """How far grids may be simplified, and the error of curves [m]; None: all nodes."""
+        """The largest error of curves of smooth surfaces [m]; None: the exact curves."""
         return self._inputs.tolerance
 
     @property
@@ -284,8 +284,8 @@ class Scene:
         Returns
         -------
         TriSurface
-            Faults are extended and truncated; horizons are simplified if the scene has a tolerance.
-            A fault that a horizon truncates is taken from `patches`.
+            Faults are extended and truncated. A fault that a horizon truncates is taken from
+            `patches`.
 
         Raises
         ------
@@ -380,7 +380,7 @@ class Scene:
         Curves or None
             With a tolerance, those of the smooth surfaces through all nodes (`intersect_surfaces`):
             ``Curves.error_bound`` and ``Curves.places`` have their accuracy. Patches and units
-            meet in the curves of the simplified surfaces.
+            meet in the exact curves.
 
         Raises
         ------
@@ -423,15 +423,18 @@ class Scene:
     def volume_error_bound(self) -> float:
         """By how much the volume of units, one or several, may differ from that of all nodes [m3].
 
-        The volume inside the box between each horizon as it is given and as it is simplified, all
-        horizons together; 0 without a tolerance. It holds where both models have the same units.
+        The volume inside the box between each horizon that ``triangulate_horizon(...,
+        tolerance=)`` has simplified and its grid, all horizons together; 0 if there are none. It
+        holds where both models have the same units.
 
         Examples
         --------
         >>> import geosurf as gs
         >>> world = gs.synthetic.waves(n=41)
-        >>> scene = gs.Scene(world.horizons, world.faults, world.box, tolerance=5.0)
-        >>> exact = scene.replace(tolerance=None)
+        >>> exact = gs.Scene(world.horizons, world.faults, world.box)
+        >>> few = {name: gs.triangulate_horizon(world.horizons[name], tolerance=5.0)
+        ...        for name in world.horizons}
+        >>> scene = exact.replace(horizons=few)
         >>> off = abs(scene.volumes - exact.volumes).max().item()
         >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
         (True, 0.0)

@@ -62,7 +62,6 @@ def model_inputs(graph: Graph) -> tuple[Any, ...]:
     More than a single picture shows: a stored picture is never of another model.
     """
     inputs, (levels, contacts) = graph.inputs, graph.fluids
-    smooth = [] if inputs.tolerance is None else [graph.unsimplified(n) for n in inputs.names]
     tops = graph.tops
     # what closed a sheet is marked on its map
     marked = [(name, *map(repr, sheet.warnings)) for name, sheet in graph.sheets.items()]
@@ -73,7 +72,7 @@ def model_inputs(graph: Graph) -> tuple[Any, ...]:
         [(one.name, one.block, one.zones) for one in contacts], marked,
     )  # fmt: skip
     return (
-        repr(settings), *graph.wholes, *levels, *smooth,
+        repr(settings), *graph.wholes, *levels,
         graph.origin_for(graph.wholes), np.empty(0) if graph.aoi is None else graph.aoi,
         *(() if tops is None else (tops.wells, tops.horizons, tops.points)),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A scene with a tolerance: volumes within the bound that it returns, curves within theirs."""
+"""Scenes of simplified horizons: volumes within their bound. Scenes with a tolerance: curves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf import Scene, synthetic
 from geosurf.errors import InputError
-from geosurf.report.tables import simplified
+from geosurf.report.tables import accuracy
 from geosurf.triangulate.coarsen import volume_error
 
 WORLDS = {
@@ -29,8 +29,12 @@ WORLDS = {
 def pair_of(name, tolerance):
     make, options = WORLDS[name]
     world = make(**options)
-    scene = Scene(world.horizons, world.faults, world.box, tolerance=tolerance)
-    return scene, scene.replace(tolerance=None)
+    exact = Scene(world.horizons, world.faults, world.box)
+    few = {
+        name: gs.triangulate_horizon(horizon, name=name, tolerance=tolerance)
+        for name, horizon in world.horizons.items()
+    }
+    return exact.replace(horizons=few), exact
 
 
 @pytest.mark.parametrize("tolerance", [0.5, 8.0])
@@ -103,21 +107,22 @@ def test_the_default_box_is_that_of_all_nodes():
     assert boxes[0] == boxes[1]
 
 
-def test_what_has_no_grid_stays_as_it_is():
-    top = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    scene = Scene({"Top": top}, tolerance=5.0)
-    assert scene.surface("Top").n_triangle == 1
-    assert "simplify" not in scene.explain()
+def test_a_tolerance_changes_curves_only():
+    world = synthetic.waves(n=41)
+    exact = Scene(world.horizons, world.faults, world.box)
+    smooth = exact.replace(tolerance=0.5)
+    assert smooth.patches is exact.patches
+    assert smooth.volume_error_bound == 0.0
+    assert smooth.curves.points.tobytes() != exact.curves.points.tobytes()
 
 
-def test_explain_lists_what_was_simplified_and_reports_state_the_effect():
-    scene, exact = pair_of("waves", 8.0)
-    assert scene.volumes is not None
-    (line,) = [line for line in scene.explain().splitlines() if line.startswith("simplify")]
-    assert "of 3200 triangles, within 8 m" in line
-    assert simplified(scene).startswith("Horizons are simplified to a tolerance of 8 m. This")
-    assert "Largest error of an intersection line: " in simplified(scene)
-    assert simplified(exact) == ""
+def test_reports_state_the_effect():
+    few, exact = pair_of("waves", 8.0)
+    (line,) = accuracy(few)
+    assert line.startswith("Simplified horizons change the volume of any unit")
+    (line,) = accuracy(exact.replace(tolerance=0.5))
+    assert line.startswith("Intersection lines are those of smooth surfaces, to a tolerance of 0.5")
+    assert accuracy(exact) == []
 
 
 @pytest.mark.parametrize("sides", [(0.0, 10_000.0, 0.0, 10_000.0), (1300.0, 4100.0, 700.0, 5900.0)])

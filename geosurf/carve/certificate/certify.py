@@ -76,7 +76,8 @@ def _refuse_if_too_large(n_triangle: int) -> None:
         raise InputError(
             f"a certificate of {n_triangle / 1e6:.3g} million triangles needs {gigabytes(needed)} "
             f"of memory, and {gigabytes(free)} are free. Check a smaller part of the model "
-            "(aoi=...), simplify the horizons (tolerance=...), or use a larger machine."
+            "(aoi=...), simplify horizons (triangulate_horizon(..., tolerance=...)), or use a "
+            "larger machine."
         )
 
 

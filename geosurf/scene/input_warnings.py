@@ -1,39 +1,14 @@
-"""What happens to the surfaces of a scene before they are split: simplified, and looked through."""
+"""Warnings about the inputs of a scene that look wrong."""
 
 from __future__ import annotations
 
 from geosurf.conventions.crs import warn_of_unclear_crs
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import Sheet
 from geosurf.model.tops import Tops
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces
 from geosurf.scene.wells import warnings_of_names
-from geosurf.triangulate.coarsen import coarsen_lattice
-
-
-def simplified_surface(plain: TriSurface, tolerance: float, memory: Memory) -> TriSurface:
-    """Return a horizon with as few triangles as the tolerance allows; one without a grid as it is.
-
-    Parameters
-    ----------
-    plain : TriSurface
-    tolerance : float
-        [m]
-    memory : Memory
-        Of the scene; gets the step.
-    """
-    name, lattice = plain.name, plain.lattice
-    if lattice is None:
-        return plain
-
-    # the tolerance is in the key, so that scenes with several tolerances share the rest
-    key = ("simplified", memory.key_of(plain), name, tolerance)
-    return memory.get_or_compute(
-        "simplify", name, key, lambda: coarsen_lattice(name, lattice, tolerance),
-        lambda s: f"{s.n_triangle} of {plain.n_triangle} triangles, within {tolerance:g} m",
-        again=False,
-    )  # fmt: skip
 
 
 def warn_of_inputs(
@@ -65,4 +40,4 @@ def warn_of_inputs(
             memory.warn(*horizon.warnings, issued=True)
 
 
-__all__ = ["simplified_surface", "warn_of_inputs"]
+__all__ = ["warn_of_inputs"]
