@@ -15,7 +15,7 @@ from geosurf.errors import InputError
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
 from geosurf.intersect.loops import find_lost, pair_keys
-from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
+from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, sides_of
 from geosurf.intersect.strand import Line, strand_of
 from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.meshes.polylines import weld_lines
@@ -117,7 +117,7 @@ def _pair(
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
 
     # Only cells that the bounds of the cubics leave over are looked at from here on.
-    sides = side_of(one, origin), side_of(two, origin)
+    sides = sides_of(one, two, origin)
     near = find_candidates(*sides, 0.0 if coarse else tolerance)
     walked = walk_curves(sides, near, tolerance)
     # Both lattices are smooth wherever they may meet: done without triangles.

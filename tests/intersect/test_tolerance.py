@@ -11,7 +11,8 @@ from geosurf import Lattice, TriSurface, intersect_surfaces
 from geosurf.arrangement import find_contacts
 from geosurf.errors import InputError, SurfaceError
 from geosurf.intersect import curves_of
-from geosurf.intersect.sides import find_candidates, piece_of, side_of
+from geosurf.intersect import sides as two_sides
+from geosurf.intersect.sides import find_candidates, piece_of, sides_of
 from tests import laws
 from tests.intersect.smooth_worlds import (
     along,
@@ -333,8 +334,9 @@ def test_a_bent_lattice_of_few_nodes_is_named():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_candidate_cells_hold_all_plain_contacts(seed):
+def test_candidate_cells_hold_all_plain_contacts(seed, monkeypatch):
     """The plain curve of the cells that bounds leave over is the plain curve."""
+    monkeypatch.setattr(two_sides, "_MANY", 5 * (seed % 2))
     rng = np.random.default_rng(seed)
     n = 9 + 4 * seed
     z = rng.integers(-2, 3, size=(2, n, n)).astype(float)
@@ -344,12 +346,58 @@ def test_candidate_cells_hold_all_plain_contacts(seed):
     one = TriSurface("A", "horizon", lattice=Lattice(x, x, z[0]))
     two = TriSurface("B", "fault", lattice=Lattice(u + 0.25 * v, v, z[1] + 0.5 * (seed % 2), False))
     origin = np.zeros(3)
-    sides = side_of(one, origin), side_of(two, origin)
+    sides = sides_of(one, two, origin)
     near = find_candidates(*sides)
     pieces = [piece_of(*pair) for pair in zip(sides, near.cells, strict=True)]
     found = curves_of(find_contacts([piece.surface for piece in pieces], origin=origin))
     laws.assert_same_curves(found, curves_of(find_contacts([one, two], origin=origin)))
     assert found.n_curve > 0
+
+
+def holed_and_rough(n):
+    rng = np.random.default_rng(n)
+    rough = rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.02)
+    rough[rng.random((n, n)) < 0.002] = np.nan
+    return horizon(lambda x, y: rolling(x, y) + rough, n)
+
+
+def moved(surface, by):
+    grid = surface.lattice
+    lattice = Lattice(grid.easting + by[0], grid.northing + by[1], grid.elevation, False, False)
+    return TriSurface(surface.name, surface.role, lattice=lattice)
+
+
+LARGE = {
+    "waves": (wavy_horizon(101), listric_fault(60, 101)),
+    "dome": (dome(90), level(-40.0, 77)),
+    "saddle": (saddle(90), level(0.3, 77)),
+    "touching": (dome(81), level(0.0, 77)),
+    "triangles": (horizon(rolling, 120), two_triangles(-30.0, 0.05, 0.02)),
+    "rough, with holes": (holed_and_rough(97), level(3.0, 77)),
+    "moved": (
+        moved(wavy_horizon(101), UTM),
+        moved(listric_fault(60, 101), UTM),
+    ),
+}
+
+
+@pytest.mark.parametrize("world", LARGE)
+def test_blocks_that_are_left_out_change_no_byte(world, monkeypatch):
+    found = []
+    for many in (0, 10**9):
+        monkeypatch.setattr(two_sides, "_MANY", many)
+        found.append(intersect_surfaces(LARGE[world], tolerance=0.05))
+    one, two = found
+    assert laws.curve_bytes(one) == laws.curve_bytes(two)
+    assert one.error_bound.tobytes() == two.error_bound.tobytes()
+    assert repr(one.places) == repr(two.places)
+    assert one.n_curve + len(one.places) > 0
+
+
+def test_most_blocks_of_large_lattices_are_left_out(monkeypatch):
+    monkeypatch.setattr(two_sides, "_MANY", 0)
+    sides = sides_of(wavy_horizon(601), listric_fault(400, 601), np.zeros(3))
+    assert all(np.isinf(side.blocks[:, 0]).mean() > 0.5 for side in sides)
 
 
 # ---- errors --------------------------------------------------------------------------------

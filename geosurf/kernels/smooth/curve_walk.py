@@ -289,16 +289,17 @@ def find_and_walk(
     """All results of `near_patches`, then the curves of two whole lattices (`_walk_all`).
 
     There are no offsets where walks do not apply: a surface has holes or is a triangle mesh, or the
-    tolerance [m] is 0, or so large that the plain curve has more points than needed.
+    tolerance [m] is 0. One above a quarter of a cell counts as that: to split cells for the plain
+    curve takes longer than to walk in short steps.
     """
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     a, b = (xa, ya, za, c, bends_a), (xb, yb, zb, c, bends_b)
     cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole = near_patches(
         a, b, boxes, shape, items, planes
     )
-    # Where the tolerance exceeds a quarter of a cell, the plain curve is fine enough.
-    fine = pairs.shape[0] == 0 or tolerance <= _COARSEST * size
-    if zb.shape[0] > 1 and whole == 1 and tolerance > 0.0 and fine:
+    if pairs.shape[0] > 0:
+        tolerance = min(tolerance, _COARSEST * size)
+    if zb.shape[0] > 1 and whole == 1 and tolerance > 0.0:
         rows, offsets, ends, figures, unsettled, keys = _walk_all(
             surfaces, pairs, cells_a, cells_b, patches_a, patches_b, _FIRST_STEP * size, tolerance
         )

@@ -46,17 +46,18 @@ def _beyond(most, size):
 
 
 @scalar
-def _along_rows(q, i0, i1, out):
-    """Largest second difference along rows i0 to i1, at the middle of three columns, less one.
+def _along_rows(q, i0, i1, j0, j1, out):
+    """Largest second difference along rows i0 to i1, at the middle of three columns, less one, from
+    j0 to j1.
 
     Four rows at a time, the last one repeated if needed: the loop over columns has no branches and
     is vectorised, and four rows hardly take longer than one.
     """
-    out[:] = 0.0
+    out[j0:j1] = 0.0
     for i in range(i0, i1, 4):
         a, b = q[i], q[min(i + 1, i1 - 1)]
         c, d = q[min(i + 2, i1 - 1)], q[min(i + 3, i1 - 1)]
-        for j in range(q.shape[1] - 2):
+        for j in range(j0, j1):
             most = _beyond(out[j], abs(a[j] - 2.0 * a[j + 1] + a[j + 2]))
             most = _beyond(most, abs(b[j] - 2.0 * b[j + 1] + b[j + 2]))
             most = _beyond(most, abs(c[j] - 2.0 * c[j + 1] + c[j + 2]))
@@ -64,23 +65,23 @@ def _along_rows(q, i0, i1, out):
 
 
 @scalar
-def _along_columns(q, i0, i1, out):
-    """Largest second difference along columns, at the middle of three rows, i0 to i1.
+def _along_columns(q, i0, i1, j0, j1, out):
+    """Largest second difference along columns j0 to j1, at the middle of three rows, i0 to i1.
 
     Three at a time, since a whole block has nine.
     """
-    out[:] = 0.0
+    out[j0:j1] = 0.0
     # Rows in full groups of three; the rest follows one by one.
     threes = i0 + (i1 - i0) // 3 * 3
     for i in range(i0, threes, 3):
         a, b, c, d, e = q[i - 1], q[i], q[i + 1], q[i + 2], q[i + 3]
-        for j in range(q.shape[1]):
+        for j in range(j0, j1):
             most = _beyond(out[j], abs(a[j] - 2.0 * b[j] + c[j]))
             most = _beyond(most, abs(b[j] - 2.0 * c[j] + d[j]))
             out[j] = _beyond(most, abs(c[j] - 2.0 * d[j] + e[j]))
     for i in range(threes, i1):
         a, b, c = q[i - 1], q[i], q[i + 1]
-        for j in range(q.shape[1]):
+        for j in range(j0, j1):
             out[j] = _beyond(out[j], abs(a[j] - 2.0 * b[j] + c[j]))
 
 
@@ -102,18 +103,22 @@ def _centres(n, first, last):
 
 
 @scalar
-def _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends):
-    """D of one coordinate for a row of blocks, whose cells have rows r0 to r1."""
+def _bend_row(q, n_row, n_col, r0, r1, first, last, axis, along_rows, along_columns, bends):
+    """D of one coordinate for blocks `first` to `last` of a row, whose cells have rows r0 to r1."""
+    # Columns of all stencils of these blocks: one more on each side, four at least.
+    j0 = max(min(first * BLOCK - 1, n_col - 4), 0)
+    j1 = min(max(last * BLOCK + 2, 4), n_col)
     # Second differences along rows, then along columns.
     if q.shape[1] > 1:
         rows = q.shape[0] > 1
         # Rows of all stencils of the block: one more on each side, four at least.
         i0, i1 = max(min(r0 - 1, n_row - 4), 0), min(max(r1 + 2, 4), n_row)
-        _along_rows(q, i0 if rows else 0, i1 if rows else 1, along_rows)
+        _along_rows(q, i0 if rows else 0, i1 if rows else 1, j0, j1 - 2, along_rows)
     if q.shape[0] > 1:
         i0, i1 = _centres(n_row, r0, r1)
-        _along_columns(q, i0, i1, along_columns[: q.shape[1]])
-    for block in range(bends.shape[0]):
+        wide = q.shape[1] > 1
+        _along_columns(q, i0, i1, j0 if wide else 0, j1 if wide else 1, along_columns)
+    for block in range(first, last):
         c0, c1 = block * BLOCK, min(block * BLOCK + BLOCK, n_col - 1)
         bend = 0.0
         if q.shape[1] > 1:
@@ -248,22 +253,24 @@ def _join_boxes(boxes, shape, level):
 
 
 @scalar
-def _shift(q, origin, out, first, last):
-    """Subtract an origin from some rows of one coordinate."""
-    for i in range(first, min(last, q.shape[0])):
-        for j in range(q.shape[1]):
-            out[i, j] = q[i, j] - origin
-
-
-@scalar
-def _row_of_blocks(x, y, z, whole, i, along_rows, along_columns, boxes, bends):
-    """Bends and boxes of row i of the finest blocks."""
+def _row_of_blocks(x, y, z, whole, i, near, along_rows, along_columns, boxes, bends):
+    """Bends and boxes of row i of the finest blocks: of those that are near, the others empty."""
     n_row, n_col = z.shape
     r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row - 1)
+    boxes[:, :3], boxes[:, 3:], bends[:] = np.inf, -np.inf, 0.0
+
+    # From the first near block to the last: what is before and after them is not read.
+    first, last = near.shape[0], 0
+    for j in range(near.shape[0]):
+        if near[j]:
+            first, last = min(first, j), j + 1
     for axis in range(3):
         q = x if axis == 0 else (y if axis == 1 else z)
-        _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends)
-    for j in range(bends.shape[0]):
+        if first < last:
+            _bend_row(q, n_row, n_col, r0, r1, first, last, axis, along_rows, along_columns, bends)
+    for j in range(first, last):
+        if not near[j]:
+            continue
         c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
 
         # Decide first whether four nodes suffice, since the box depends on it.
@@ -272,34 +279,29 @@ def _row_of_blocks(x, y, z, whole, i, along_rows, along_columns, boxes, bends):
         box_of(x, y, z, bends[j], r0, r1, c0, c1, boxes[j])
 
 
-@entry("d2 d2 d2 d1 b -> d2 d2 d2 l2 d2")
-def lattice_pyramid(x, y, z, origin, whole):
-    """Easting and northing in the frame of an origin (x, y); boxes of all levels, the finest first,
-    (offset, n_row, n_col) of each level, and bends of the finest blocks.
+@entry("d2 d2 d2 b b1 -> d2 l2 d2")
+def lattice_pyramid(x, y, z, whole, near):
+    """Boxes of all levels, the finest first, (offset, n_row, n_col) of each level, and bends of the
+    finest blocks.
 
-    `whole`: whether all nodes are known to be there.
+    `whole`: whether all nodes are known to be there. `near` (n_block,): which blocks to describe;
+    the others get empty boxes.
     """
     n_row, n_col = z.shape
     shape, total = _shape_of(n_row - 1, n_col - 1)
     across = shape[0, 2]
-    easting, northing = np.empty(x.shape), np.empty(y.shape)
     boxes, bends = np.empty((total, 6)), np.empty((shape[0, 1] * across, 4))
     along_rows, along_columns = np.empty(n_col), np.empty(n_col)
-    shifted = 0  # rows that are shifted already, just before use
     for i in range(shape[0, 1]):
-        # Stencils of a row of blocks reach three rows further.
-        wanted = max(min(i * BLOCK + BLOCK, n_row - 1) + 3, 4)
-        _shift(x, origin[0], easting, shifted, wanted)
-        _shift(y, origin[1], northing, shifted, wanted)
-        shifted = wanted
         one, two = i * across, i * across + across
         # a helper does not count references of its arrays, block by block
         _row_of_blocks(
-            easting,
-            northing,
+            x,
+            y,
             z,
             whole,
             i,
+            near[one:two],
             along_rows,
             along_columns,
             boxes[one:two],
@@ -309,7 +311,7 @@ def lattice_pyramid(x, y, z, origin, whole):
     # Coarser levels join four boxes.
     for level in range(1, shape.shape[0]):
         _join_boxes(boxes, shape, level)
-    return easting, northing, boxes, shape, bends
+    return boxes, shape, bends
 
 
 @scalar
@@ -370,3 +372,57 @@ def block_pairs(boxes, shape, items, planes):
                     stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, k, col
                     top += 1
     return out[:n]
+
+
+@entry("d2 l2 d2 d2 -> b1 b1")
+def near_blocks(finest, shape, items, planes):
+    """Which of the finest blocks, and which items, have boxes that meet.
+
+    `shape` as that of `lattice_pyramid`, `planes` as those of `block_pairs`.
+    """
+    last = shape[shape.shape[0] - 1]
+    boxes = np.empty((last[0] + last[1] * last[2], 6))
+    boxes[: finest.shape[0]] = finest
+    for level in range(1, shape.shape[0]):
+        _join_boxes(boxes, shape, level)
+    near_block = np.zeros(finest.shape[0], dtype=np.bool_)
+    near_item = np.zeros(items.shape[0], dtype=np.bool_)
+    pairs = block_pairs(boxes, shape, items, planes)
+    for k in range(pairs.shape[0]):
+        near_block[pairs[k, 0]] = True
+        near_item[pairs[k, 1]] = True
+    return near_block, near_item
+
+
+@entry("d2 l l d1 d d -> d2")
+def boxes_of_cubics(nodes, n_row, n_col, origin, beyond, at_rim):
+    """Boxes (n_row * n_col, 6) around the cubics of blocks, from boxes `nodes` of their nodes.
+
+    A cubic leaves the range of the nodes of its block and of the eight around it by at most
+    `beyond` of that range, in blocks at the rim by `at_rim` of it. A missing block has an empty
+    box.
+    """
+    out = np.empty((n_row * n_col, 6))
+    across = np.empty((n_col, 6))
+    for i in range(n_row):
+        # extremes of up to three rows of blocks, column by column
+        for j in range(n_col):
+            for k in range(6):
+                across[j, k] = nodes[i * n_col + j, k]
+        for row in range(max(i - 1, 0), min(i + 2, n_row)):
+            for j in range(n_col):
+                for k in range(3):
+                    across[j, k] = min(across[j, k], nodes[row * n_col + j, k])
+                    across[j, 3 + k] = max(across[j, 3 + k], nodes[row * n_col + j, 3 + k])
+
+        # then of up to three columns, widened
+        for j in range(n_col):
+            rim = i == 0 or j == 0 or i == n_row - 1 or j == n_col - 1
+            box = out[i * n_col + j]
+            for k in range(3):
+                low, high = across[j, k], across[j, 3 + k]
+                for col in range(max(j - 1, 0), min(j + 2, n_col)):
+                    low, high = min(low, across[col, k]), max(high, across[col, 3 + k])
+                more = (at_rim if rim else beyond) * (high - low) + SLACK if low <= high else 0.0
+                box[k], box[3 + k] = low - more - origin[k], high + more - origin[k]
+    return out
