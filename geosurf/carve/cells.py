@@ -69,8 +69,17 @@ class Cells:
     @cached_property
     def below(self) -> np.ndarray:
         """Volume below each face, float64 (n, 3): see `geosurf.carve.measures`."""
-        level = float(box_of(self.patches)[:, 2].mean())
-        return measures.below(self.pieces, self.face_of_element, len(self.surface_of), level)
+        return measures.below(self.pieces, self.face_of_element, len(self.surface_of), self.level)
+
+    @property
+    def level(self) -> float:
+        """Local elevation that `below` refers to [m]: that of the middle of the box."""
+        return float(box_of(self.patches)[:, 2].mean())
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
+        return measures.heights(self.pieces, self.face_of_element, len(self.surface_of))
 
     @cached_property
     def extent(self) -> np.ndarray:

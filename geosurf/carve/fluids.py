@@ -289,12 +289,19 @@ def split_by_contacts(
     # `beneath`: the contacts above the part, the first k of the unit
     for u, k in zip(unit_of_part, (keys % n_level).tolist(), strict=True):
         names = [contacts[row].name for row in rows_of_unit[u]]
-        words.append(_interval(names, k))
+        words.append(interval(names, k))
         beneath.append(tuple(names[:k]))
     return np.concatenate([[-1], part]), unit_of_part, words, beneath
 
 
-def _interval(names: list[str], level: int) -> str:
+def interval(names: list[str], level: int) -> str:
+    """Name what is below some contacts of a unit and above the others; '' without contacts.
+
+    Examples
+    --------
+    >>> [interval(["GOC", "OWC"], k) for k in range(3)]
+    ['above GOC', 'GOC/OWC', 'below OWC']
+    """
     if not names:
         return ""
     if level == 0:

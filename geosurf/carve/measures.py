@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from geosurf.kernels.meshes import level_volumes
 from geosurf.kernels.meshes import volumes as kernels
 from geosurf.model import Lattice
 from geosurf.model.pieces import Pieces
@@ -68,6 +69,46 @@ def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
     kernels.extent_triangles(pieces.x, pieces.triangles[rows], face[rows], found)
     for lattice, runs, of in _runs(pieces, face):
         kernels.extent_runs(*lattice.coordinates, lattice.places, runs, of, pieces.origin, found)
+    return found
+
+
+def beside_level(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.ndarray:
+    """
+    Volume between faces and a level, above it and below it.
+
+    Parameters
+    ----------
+    pieces, face, n_face
+        As for `below`.
+    level : float
+        Local elevation [m].
+
+    Returns
+    -------
+    ndarray of float64, shape (n_face, 4)
+        Six times the volume above the level (two numbers, to be added), and below it; for fronts
+        that look up, the first is positive and the second negative.
+    """
+    found = np.zeros((n_face, 4))
+    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
+    given = pieces.x, pieces.triangles[rows], face[rows], level
+    level_volumes.volume_beside_triangles(*given, found)
+    for lattice, runs, of in _runs(pieces, face):
+        height = level + pieces.origin[2]
+        level_volumes.volume_beside_runs(
+            *lattice.coordinates, lattice.places, runs, of, height, found
+        )
+    return found
+
+
+def heights(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
+    """Lowest and highest local elevation of faces, float64 (n_face, 2) [m]; as for `below`."""
+    found = np.repeat([[np.inf, -np.inf]], n_face, axis=0)
+    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
+    level_volumes.heights_of_triangles(pieces.x, pieces.triangles[rows], face[rows], found)
+    for lattice, runs, of in _runs(pieces, face):
+        given = lattice.coordinates[2], lattice.places, runs, of, float(pieces.origin[2])
+        level_volumes.heights_of_runs(*given, found)
     return found
 
 

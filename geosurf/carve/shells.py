@@ -46,7 +46,7 @@ class Shells:
     volumes: list[float]
     thin: list[int] = field(default_factory=list)
 
-    def _faces(self, u: int) -> np.ndarray:
+    def faces(self, u: int) -> np.ndarray:
         """Faces that a unit has on one side only."""
         rows, first = self._faces_of_units
         return rows[first[u] : first[u + 1]]
@@ -57,11 +57,11 @@ class Shells:
 
     def area(self, u: int) -> float:
         """Area of the shell of a unit [m2]."""
-        return math.fsum(self.cells.extent[self._faces(u), AREA].ravel().tolist())
+        return math.fsum(self.cells.extent[self.faces(u), AREA].ravel().tolist())
 
     def map_area(self, u: int) -> float:
         """Area of the upper side of a unit in the map [m2]."""
-        rows = self._faces(u)
+        rows = self.faces(u)
 
         # with the unit behind it a face looks outward, with the unit in front it is turned over
         outward = self.sides[rows, 1] == u
@@ -71,13 +71,18 @@ class Shells:
 
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
-        west, south, bottom = self.cells.extent[self._faces(u), LOWER].min(axis=0).tolist()
+        west, south, bottom = self.cells.extent[self.faces(u), LOWER].min(axis=0).tolist()
         return west, south, bottom
 
     def bounds(self, u: int) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner of the bounds of a unit (3,), local."""
-        extent = self.cells.extent_of(self._faces(u))
+        extent = self.cells.extent_of(self.faces(u))
         return extent[:, LOWER].min(axis=0), extent[:, UPPER].max(axis=0)
+
+    def heights(self, u: int) -> tuple[float, float]:
+        """Lowest and highest local elevation of a unit [m]."""
+        heights = self.cells.heights[self.faces(u)]
+        return float(heights[:, 0].min()), float(heights[:, 1].max())
 
     @cached_property
     def _sorted(self) -> tuple[np.ndarray, ...]:
@@ -372,6 +377,22 @@ def build_unit(
         compartment_of=compartment_of,
         origin=patches.origin,
         surface_names=patches.names,
+        volume=volume,
+    )
+
+
+def unit_of_volume(whole: Unit, contact: str, beneath: tuple[str, ...], volume: float) -> Unit:
+    """Return a part of a unit by its volume: it has labels, and no shell."""
+    return _Carved(
+        name=unit_name(whole.zone, whole.block, contact),
+        zone=whole.zone,
+        zone_index=whole.zone_index,
+        block=whole.block,
+        contact=contact,
+        beneath=beneath,
+        compartment_of=whole.compartment_of,
+        origin=whole.origin,
+        surface_names=whole.surface_names,
         volume=volume,
     )
 

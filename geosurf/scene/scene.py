@@ -21,7 +21,7 @@ from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
 from geosurf.model.tie import TieReport
 from geosurf.model.tops import Tops
-from geosurf.scene import measures
+from geosurf.scene import contact_volumes, measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.memory import Memory, Step
@@ -417,7 +417,7 @@ class Scene:
     @property
     def volumes(self) -> xarray.DataArray:
         """Volume of each unit by zone and block, and contact where there are some [m3]."""
-        return self.units.volumes
+        return contact_volumes.volumes(self._graph)
 
     @property
     def volume_error_bound(self) -> float:

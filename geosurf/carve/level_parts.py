@@ -1,0 +1,183 @@
+"""Volumes of the parts that level fluid contacts make of finished units.
+
+A level cuts no surface here: each face of a unit has a volume above the level and one below it, and
+a moved contact passes over the faces that it crosses. Which parts exist follows from the heights of
+the units, since each unit is connected. Where rounding could decide that, the answer is None:
+`carve_units` finds it with the contacts among the surfaces.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.carve.blocks import WHOLE
+from geosurf.carve.fluids import contacts_of_units, interval, parse_sides
+from geosurf.carve.measures import BELOW, FLAT, beside_level
+from geosurf.carve.outside import box_of
+from geosurf.carve.shells import Shells, unit_of_volume
+from geosurf.carve.volume import doubtful_volume
+from geosurf.model import FluidContact, Patches, Unit, Units
+from geosurf.model.compartments import separators
+
+_STEPS = 4096  # units in the last place of coordinates: nearer levels are left to the arrangement
+_RANK = re.compile(r" #\d+$")
+
+
+@dataclass(frozen=True)
+class _Split:
+    """A unit, its contacts from the top down, how many lie above it, and those that cut it."""
+
+    unit: Unit
+    row: int
+    names: list[str]
+    first: int
+    cuts: list[float]
+
+
+def parts_at_levels(
+    patches: Patches, units: Units, contacts: Sequence[FluidContact]
+) -> Units | None:
+    """
+    Return the parts of units above, between and below level contacts: names, labels and volumes.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units
+        Of these patches, without contacts.
+    contacts : sequence of FluidContact
+        From the top down, each with an elevation as ``at``.
+
+    Returns
+    -------
+    Units or None
+        In the order and with the names of `carve_units`. None where a contact is within rounding
+        error of the highest or lowest point of a unit, where contacts of a unit are out of order,
+        and where a part is so small that its volume needs exact arithmetic.
+
+    Raises
+    ------
+    InputError
+        If a block has no unit, or no entry of a contact is the most specific for a unit.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, build_contacts, build_walls, carve_units, rebuild_surfaces
+    >>> box = (0, 10, 0, 10, -10, 0)
+    >>> corners = [[-1, -1, -4], [11, -1, -4], [11, 11, -4], [-1, 11, -4]]
+    >>> top = TriSurface("Top", "horizon", corners, [[0, 1, 2], [0, 2, 3]])
+    >>> patches = rebuild_surfaces([top, *build_walls(box)])
+    >>> _, contacts = build_contacts({"OWC": -6.0}, box)
+    >>> parts = parts_at_levels(patches, carve_units(patches), contacts)
+    >>> {name: round(unit.volume, 9) for name, unit in parts.items()}
+    {'above Top above OWC': 400.0, 'below Top above OWC': 200.0, 'below Top below OWC': 400.0}
+    """
+    splits = _splits(patches, units, contacts)
+    if splits is None or not splits:
+        return None
+    shells: Shells = next(iter(units.values())).__dict__["_shell"][0]
+    volumes = _volumes(shells, splits)
+
+    # small volumes are sums of large ones here: exact arithmetic has to find them
+    if min(min(of) for of in volumes) <= doubtful_volume(box_of(patches)):
+        return None
+    parts = [
+        unit_of_volume(
+            split.unit, interval(split.names, split.first + k),
+            tuple(split.names[: split.first + k]), volume,
+        )
+        for split, of in zip(splits, volumes, strict=True)
+        for k, volume in enumerate(of)
+    ]  # fmt: skip
+    return Units(parts, units.box, footprint=units.footprint, slivers=units.sliver_settings)
+
+
+def _splits(
+    patches: Patches, units: Units, contacts: Sequence[FluidContact]
+) -> list[_Split] | None:
+    """What contacts do to each unit; None where rounding could decide it."""
+    faults = list(separators(patches.names, [source.role for source in patches.sources]))
+    listed = list(units.values())
+    on = [unit.fault_sides for unit in listed]
+    words = [_words(unit.block, faults) for unit in listed]
+    applied = contacts_of_units(contacts, [unit.zone for unit in listed], words, on, faults)
+
+    bounds = box_of(patches)
+    margin = _STEPS * float(np.spacing(np.abs(bounds).max()))
+    found = []
+    for unit, rows in zip(listed, applied, strict=True):
+        shells, row = unit.__dict__["_shell"]
+        levels = [float(contacts[k].at) - float(patches.origin[2]) for k in rows]
+        if any(low >= high - margin for high, low in zip(levels, levels[1:], strict=False)):
+            return None
+        lowest, highest = shells.heights(row)
+        if any(min(abs(level - lowest), abs(level - highest)) <= margin for level in levels):
+            return None
+        cuts = [level for level in levels if lowest < level < highest]
+        first = sum(level > highest for level in levels)
+        found.append(_Split(unit, row, [contacts[k].name for k in rows], first, cuts))
+    return found
+
+
+def _words(block: str, faults: Sequence[str]) -> tuple[str, ...]:
+    """The sides of faults that name a block.
+
+    Examples
+    --------
+    >>> sorted(_words("F1+ F2- #2", ["F1", "F2"])), _words("whole", ["F1"])
+    (['F1+', 'F2-'], ())
+    """
+    sides = parse_sides("" if block == WHOLE else block, faults)
+    if sides is None:  # the second block with these sides has a number
+        rest = _RANK.sub("", block)
+        sides = parse_sides("" if rest == WHOLE else rest, faults)
+    return tuple(sides or ())
+
+
+def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
+    """Volumes of the parts of each unit, from the top down [m3]."""
+    by_level: dict[float, np.ndarray] = {}
+    for level in sorted({level for split in splits for level in split.cuts}):
+        rows = [shells.faces(split.row) for split in splits if level in split.cuts]
+        by_level[level] = _beside(shells, np.unique(np.concatenate(rows)), level)
+
+    found = []
+    for split in splits:
+        if not split.cuts:
+            found.append([split.unit.volume])
+            continue
+        rows = shells.faces(split.row)
+        way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)[:, None]
+        above = [way * by_level[level][rows, :3] for level in split.cuts]
+        below = way * by_level[split.cuts[-1]][rows, 3:]
+
+        # what is above each contact, less what is above the one over it; then the lowest part
+        sums = [above[0], *(np.hstack([b, -a]) for a, b in zip(above, above[1:], strict=False))]
+        found.append([math.fsum(part.ravel().tolist()) / 6.0 for part in [*sums, below]])
+    return found
+
+
+def _beside(shells: Shells, faces: np.ndarray, level: float) -> np.ndarray:
+    """Six times the volume of some faces above a level (three numbers, to be added) and below it.
+
+    Faces that the level does not cross follow from the volume below them that is known.
+    """
+    cells = shells.cells
+    found = np.zeros((len(cells.surface_of), 6))
+    low, high = cells.heights[faces].T
+    for some, at in ((faces[low >= level], slice(0, 3)), (faces[high <= level], slice(3, 6))):
+        shift = 3.0 * (cells.level - level) * cells.below[some, FLAT]
+        found[some, at] = np.column_stack([cells.below[some, BELOW], shift])
+
+    crossed = np.zeros(len(found) + 1, dtype=bool)  # the last row: no face
+    crossed[faces[(low < level) & (high > level)]] = True
+    face = np.where(crossed[cells.face_of_element], cells.face_of_element, -1)
+    cut = beside_level(cells.pieces, face, len(found), level)
+    rows = crossed[:-1]
+    found[rows, 0:2], found[rows, 3:5] = cut[rows, 0:2], cut[rows, 2:4]
+    return found
