@@ -13,6 +13,7 @@ column.py            rules of the stratigraphic column: sides of horizons -> zon
 clipped.py           parts of horizons that these rules removed
 blocks.py            blocks of a zone, named by the sides of faults
 fluids.py            units split at their fluid contacts
+level_parts.py       volumes of the parts of finished units at level contacts
 slivers.py           which neighbour each sliver becomes a part of
 outside.py           walls, and the cells outside of them
 shells.py            closed shells and their volumes

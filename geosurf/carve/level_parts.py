@@ -2,8 +2,8 @@
 
 A level cuts no surface here: each face of a unit has a volume above the level and one below it, and
 a moved contact passes over the faces that it crosses. Which parts exist follows from the heights of
-the units, since each unit is connected. Where rounding could decide that, the answer is None:
-`carve_units` finds it with the contacts among the surfaces.
+the units, since each unit is connected. Where rounding could decide that, `carve_units` has to do
+it, with the contacts among the surfaces.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from geosurf.carve.measures import BELOW, FLAT, beside_level
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells, unit_of_volume
 from geosurf.carve.volume import doubtful_volume
+from geosurf.errors import InputError
 from geosurf.model import FluidContact, Patches, Unit, Units
 from geosurf.model.compartments import separators
 
@@ -58,12 +60,8 @@ def parts_at_levels(
     Units or None
         In the order and with the names of `carve_units`. None where a contact is within rounding
         error of the highest or lowest point of a unit, where contacts of a unit are out of order,
-        and where a part is so small that its volume needs exact arithmetic.
-
-    Raises
-    ------
-    InputError
-        If a block has no unit, or no entry of a contact is the most specific for a unit.
+        where a part is so small that its volume needs exact arithmetic, and for contacts that
+        `carve_units` refuses.
 
     Examples
     --------
@@ -94,7 +92,10 @@ def parts_at_levels(
         for split, of in zip(splits, volumes, strict=True)
         for k, volume in enumerate(of)
     ]  # fmt: skip
-    return Units(parts, units.box, footprint=units.footprint, slivers=units.sliver_settings)
+    w, e, s, n, low, high = units.box
+    return Units(
+        parts, (w, e, s, n, low, high), footprint=units.footprint, slivers=units.sliver_settings
+    )
 
 
 def _splits(
@@ -105,7 +106,11 @@ def _splits(
     listed = list(units.values())
     on = [unit.fault_sides for unit in listed]
     words = [_words(unit.block, faults) for unit in listed]
-    applied = contacts_of_units(contacts, [unit.zone for unit in listed], words, on, faults)
+    zones = [unit.zone for unit in listed]
+    try:
+        applied = contacts_of_units(contacts, zones, words, on, faults)
+    except InputError:  # of several blocks to name, `carve_units` names the one it comes to first
+        return None
 
     bounds = box_of(patches)
     margin = _STEPS * float(np.spacing(np.abs(bounds).max()))
@@ -113,7 +118,7 @@ def _splits(
     for unit, rows in zip(listed, applied, strict=True):
         shells, row = unit.__dict__["_shell"]
         levels = [float(contacts[k].at) - float(patches.origin[2]) for k in rows]
-        if any(low >= high - margin for high, low in zip(levels, levels[1:], strict=False)):
+        if any(low >= high - margin for high, low in pairwise(levels)):
             return None
         lowest, highest = shells.heights(row)
         if any(min(abs(level - lowest), abs(level - highest)) <= margin for level in levels):
@@ -143,8 +148,8 @@ def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
     """Volumes of the parts of each unit, from the top down [m3]."""
     by_level: dict[float, np.ndarray] = {}
     for level in sorted({level for split in splits for level in split.cuts}):
-        rows = [shells.faces(split.row) for split in splits if level in split.cuts]
-        by_level[level] = _beside(shells, np.unique(np.concatenate(rows)), level)
+        cut = [shells.faces(split.row) for split in splits if level in split.cuts]
+        by_level[level] = _beside(shells, np.unique(np.concatenate(cut)), level)
 
     found = []
     for split in splits:
@@ -157,7 +162,7 @@ def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
         below = way * by_level[split.cuts[-1]][rows, 3:]
 
         # what is above each contact, less what is above the one over it; then the lowest part
-        sums = [above[0], *(np.hstack([b, -a]) for a, b in zip(above, above[1:], strict=False))]
+        sums = [above[0], *(np.hstack([b, -a]) for a, b in pairwise(above))]
         found.append([math.fsum(part.ravel().tolist()) / 6.0 for part in [*sums, below]])
     return found
 

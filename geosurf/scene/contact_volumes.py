@@ -32,11 +32,11 @@ def volumes(graph: Graph) -> xarray.DataArray:
     >>> [step.stage for step in deeper.steps if step.outcome == "ran"]
     ['contacts']
     """
-    parts = _parts(graph)
-    return graph.units.volumes if parts is None else parts.volumes
+    found = parts(graph)
+    return graph.units.volumes if found is None else found.volumes
 
 
-def _parts(graph: Graph) -> Units | None:
+def parts(graph: Graph) -> Units | None:
     """Labels and volumes of all units; None where only the arrangement with contacts has them."""
     inputs = graph.inputs
     if not inputs.contacts or inputs.compartments or inputs.slivers.merge:
@@ -65,4 +65,4 @@ def _parts(graph: Graph) -> Units | None:
     return found
 
 
-__all__ = ["volumes"]
+__all__ = ["parts", "volumes"]

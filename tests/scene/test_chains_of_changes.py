@@ -73,12 +73,13 @@ def made(given):
 
 
 def result(make, *args):
-    """Volumes, bytes of the patches and curves; or the words of the refusal."""
+    """Volumes, both ways, bytes of the patches and curves; or the words of the refusal."""
     try:
         scene = make(*args)
         volumes = {name: (u.volume, u.zone, u.block) for name, u in scene.units.items()}
+        at_levels = scene.volumes.values.tobytes()
         patches = [getattr(scene.patches, name).tobytes() for name in ("local", "triangles")]
-        return volumes, patches, laws.curve_bytes(scene.curves), scene.box, scene.column
+        return volumes, at_levels, patches, laws.curve_bytes(scene.curves), scene.box, scene.column
     except InvariantError:
         raise
     except GeosurfError as error:

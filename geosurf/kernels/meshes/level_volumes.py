@@ -2,7 +2,7 @@
 
 A triangle that reaches across the level is cut by it. With one corner at height p above the level
 and the others at q and r below it, the tip above has map area A p^2 / ((p - q) (p - r)) and mean
-height p / 3. The rest of the triangle has the rest of its volume. Heights are relative to the level.
+height p / 3. The rest of the triangle has the rest of its volume.
 
 Letters as in `strips`, sums of two numbers as in `volumes`.
 """
@@ -64,9 +64,7 @@ def volume_beside_triangles(x, t, face, level, out):
         a, b, c = t[i, low], t[i, (low + 1) % 3], t[i, (low + 2) % 3]
         ax, ay = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
         bx, by = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1]
-        above, below = _part(
-            ax * by - ay * bx, x[a, 2] - level, x[b, 2] - level, x[c, 2] - level
-        )
+        above, below = _part(ax * by - ay * bx, x[a, 2] - level, x[b, 2] - level, x[c, 2] - level)
         _add_both(out, face[i], above, below)
 
 
