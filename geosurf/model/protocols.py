@@ -107,6 +107,13 @@ class MeasuredModel(DrawnModel, Protocol):
     def section(self, line: Any) -> xarray.Dataset:
         """Return a vertical section along a line in the map."""
 
+    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
+        """Return throw and heave of a horizon along a fault."""
+
+    @property
+    def column(self) -> dict[str, str]:
+        """The rule of each horizon, youngest first."""
+
     @property
     def tops(self) -> Tops | None:
         """Well tops; None without."""

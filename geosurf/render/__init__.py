@@ -6,6 +6,8 @@ map.py            `render_map`: a horizon with contours and intersection lines
 isochores.py      `render_thickness`: a thickness map of one zone
 allan.py          `render_allan`: the zones juxtaposed across a fault (Allan 1989)
 section.py        `render_section`: a vertical section
+profile.py        `render_throw`: throw along a fault
+column.py         the stratigraphic column
 wells.py          well tops on maps and sections
 remedies.py       places on maps where a tear needed a remedy
 search.py         `render_search`: how the voxel search finds an intersection line
@@ -18,6 +20,7 @@ surface_layers.py  triangles and lines of surfaces, patches and intersection lin
 unit_layers.py    triangles and lines of units, together or exploded
 clip.py           clipping to the model (Sutherland & Hodgman 1974)
 views.py          directions of view and the parallel projection
+sheet.py          a blank picture, or the axes of a user's figure
 furniture.py      title, legend, arrows and scale bar
 axes.py           axes of the model box
 ticks.py          round values of axes, contours and scale bars
@@ -39,6 +42,7 @@ from geosurf.render.isochores import render_thickness
 from geosurf.render.map import render_map
 from geosurf.render.models import render_scene, render_surfaces, render_units
 from geosurf.render.place import render_place
+from geosurf.render.profile import render_throw
 from geosurf.render.search import render_search
 from geosurf.render.section import render_section
 from geosurf.render.views import VIEWS
@@ -54,5 +58,6 @@ __all__ = [
     "render_section",
     "render_surfaces",
     "render_thickness",
+    "render_throw",
     "render_units",
 ]

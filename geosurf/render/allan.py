@@ -20,7 +20,7 @@ from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
-from geosurf.render.compose import png_path, save_png
+from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import Line, diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.styles import AreaStyle, LineStyle
@@ -29,6 +29,7 @@ from geosurf.render.views import check_size
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds drawn as lines
 ROOM = 96.0  # margin for names of cut-offs on both sides [design pixels]
@@ -53,7 +54,7 @@ def render_allan(
     table : xarray.Dataset
         Result of `Scene.juxtaposition` for the same fault: areas for the legend.
     path : path-like
-        A ``.png`` file; its folder is created.
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     zones : sequence of str
         Zones from the youngest to the oldest. They take the colours of the column in this
         order, as in `render_units`. Default: the order of the table.
@@ -84,7 +85,37 @@ def render_allan(
     ...     render_allan(*shown, f"{folder}/allan.png", size=(400, 250)).name
     'allan.png'
     """
-    path = png_path(path)
+    path = figure_path(path)
+    return save_figure(plot_allan(diagram, table, None, zones=zones, size=size, title=title), path)
+
+
+def plot_allan(
+    diagram: xarray.Dataset,
+    table: xarray.Dataset,
+    ax: Axes | None = None,
+    *,
+    zones: Sequence[str] = (),
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Figure:
+    """Draw the diagram of `render_allan` as a figure of matplotlib, or into axes.
+
+    Parameters
+    ----------
+    diagram, table, zones, size, title
+        As for `render_allan`. `size` is that of a figure of its own.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw: distance along strike and elevation [m].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If diagram and table are of different faults, or if the diagram is empty.
+    """
     _check(diagram, table)
     how = "give a list of names, as in Scene.juxtaposition"
     zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
@@ -97,7 +128,7 @@ def render_allan(
 
     # each line: attributes, and points (n, 2) of distance along strike and elevation [m]
     lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
-    sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
+    sheet = furniture.sheet_for(ax, check_size(size))
 
     # the range follows cut-offs and contacts: the fault far above and below is not shown
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
@@ -117,7 +148,7 @@ def render_allan(
     strike = float(diagram.attrs["strike"])
     words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
     furniture.draw_words(sheet, words_above if title is None else title, words)
-    return save_png(sheet.png(), path)
+    return sheet.figure
 
 
 def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
@@ -13,6 +13,11 @@ from geosurf.render import furniture
 from geosurf.render.axes import draw_axes
 from geosurf.render.layers import Content, show_box
 from geosurf.render.views import aim, bounds_of, check_exaggeration, check_size
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.figure import Figure
+
+VECTOR = (".png", ".svg", ".pdf")
 
 
 def draw_picture(
@@ -98,7 +103,7 @@ def caption(view: str, exaggeration: float, note: str = "") -> str:
 
 
 def png_path(path: Any) -> Path:
-    """Return the path of a picture, or raise an error before anything is drawn.
+    """Return the path of a view in three dimensions, or raise an error before it is drawn.
 
     Raises
     ------
@@ -113,6 +118,38 @@ def png_path(path: Any) -> Path:
     return target
 
 
+def figure_path(path: Any) -> Path:
+    """Return the path of a map or diagram, or raise an error before anything is drawn.
+
+    Raises
+    ------
+    InputError
+        If it is not a path.
+    OutputError
+        If the name does not end in .png, .svg or .pdf.
+    """
+    target = path_of(path, "a picture")
+    if target.suffix.lower() not in VECTOR:
+        raise OutputError(
+            f"{target}: maps and diagrams are PNG, SVG or PDF files. Use a file name that ends in "
+            f"{', '.join(VECTOR[:-1])} or {VECTOR[-1]}."
+        )
+    return target
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a map or diagram as PNG, SVG or PDF, as `save_png` does.
+
+    Raises
+    ------
+    OutputError
+        If the name has another ending, or the folder or file cannot be written.
+    """
+    target = figure_path(path)
+    data = furniture.figure_bytes(figure, target.suffix.lower().lstrip("."))
+    return _save(data, target)
+
+
 def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     """Write a picture atomically: readers see the old file or the new one, never a part.
 
@@ -121,7 +158,11 @@ def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     OutputError
         If the name does not end in .png, or the folder or file cannot be written.
     """
-    target = png_path(path)
+    return _save(data, png_path(path))
+
+
+def _save(data: bytes, target: Path) -> Path:
+    """Write the file, whole or not at all."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         write_whole(target, data)

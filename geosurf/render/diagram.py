@@ -82,7 +82,11 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
 
 
 def diagram_axes(
-    sheet: furniture.Sheet, shown: tuple[float, ...], along: str, room: float
+    sheet: furniture.Sheet,
+    shown: tuple[float, ...],
+    along: str,
+    room: float,
+    upwards: str = "Elevation [m]",
 ) -> tuple[Axes, float]:
     """Return axes in metres with a margin on both sides [design pixels], and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
@@ -103,7 +107,10 @@ def diagram_axes(
     place = ((layout.left + margin) / layout.width, low / layout.height, across / layout.width)
 
     # matplotlib wants the rectangle as fractions of the picture
-    axes = sheet.figure.add_axes((*place, up / layout.height))
+    axes = sheet.frame((*place, up / layout.height))
+    if isinstance(sheet, furniture.UserSheet):
+        across, up = sheet.room
+        exaggeration = (up / high) / (across / wide)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
 
@@ -111,7 +118,7 @@ def diagram_axes(
     points_high = 12.0 * unit * 72.0 / furniture.DPI
     for axis, name, first, span, per, pixels in (
         (axes.xaxis, along, left, wide, 1000.0, across),
-        (axes.yaxis, "Elevation [m]", bottom, high, 1.0, up),
+        (axes.yaxis, upwards, bottom, high, 1.0, up),
     ):
         values = ticks(first, first + span, fitting(pixels, unit))
         axis.set_ticks(values, tick_texts(values, per))

@@ -1,203 +1,59 @@
 """Draw the frame of a picture: axes, legend, north arrow, scale bar, title and caption.
 
-Text is drawn by the Agg canvas of matplotlib with the font that matplotlib ships, so a picture
-does not depend on the fonts or the settings of the machine. Pixels are counted from the lower
-left.
+Pixels are counted from the lower left. In the axes of a user there is no frame: a legend, a colour
+bar and a title take its place.
 """
 
 from __future__ import annotations
 
-import io
-import logging
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from geosurf.conventions import length_text
-from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry
+from geosurf.render.sheet import (
+    DPI,
+    FONT,
+    STRIPE_WIDTH,
+    STRIPES,
+    Layout,
+    Sheet,
+    UserSheet,
+    figure_bytes,
+    lay_out,
+    sheet_for,
+)
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.ticks import nice_step
 from geosurf.render.views import Camera
-from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle, Rectangle
     from matplotlib.patheffects import AbstractPathEffect
 
-FONT = "DejaVu Sans"
-DPI = 100
-DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
-MISSING = "\N{REPLACEMENT CHARACTER}"  # for letters that the font lacks
-STRIPES, STRIPE_WIDTH = "//", 4.0  # hatching of areas with two colours
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Size of the picture, and the rectangle that VTK draws."""
-
-    width: int
-    height: int
-    left: int
-    bottom: int
-    view_size: tuple[int, int]
-
-    @property
-    def unit(self) -> float:
-        """Pixels per design pixel."""
-        return min(self.height / DESIGN_HEIGHT, self.width / 1100.0)
-
-
-def lay_out(size: tuple[int, int]) -> Layout:
-    """Return the layout of a picture: legend on the right, caption below."""
-    width, height = size
-    unit = min(height / DESIGN_HEIGHT, width / 1100.0)
-    left, right, bottom, top = (round(n * unit) for n in (118, 292, 112, 70))
-    return Layout(width, height, left, bottom, (width - left - right, height - bottom - top))
-
-
-class Sheet:
-    """A blank picture on which text and lines are drawn at pixel positions."""
-
-    def __init__(self, layout: Layout) -> None:
-        figure = _figure((layout.width, layout.height))
-        self.layout = layout
-        self.figure = figure
-        self.axes = figure.add_axes((0, 0, 1, 1))
-        self.axes.set_axis_off()
-        self.axes.set_zorder(2)  # above the image of `paste`
-        self.axes.set_xlim(0, layout.width)
-        self.axes.set_ylim(0, layout.height)
-        self.axes.patch.set_alpha(0.0)
-
-    def paste(self, image: np.ndarray) -> None:
-        """Place the image that VTK drew."""
-        self.figure.figimage(image, xo=self.layout.left, yo=self.layout.bottom)
-
-    def text(
-        self,
-        at: Spot,
-        words: str,
-        size: float = 13.0,
-        colour: palette.RGB = palette.INK,
-        **look: Unpack[TextStyle],
-    ) -> None:
-        """Write text at a pixel; `size` is in design pixels."""
-        x, y = at
-        points = size * self.layout.unit * 72.0 / DPI
-        style: TextStyle = {"ha": "left", "va": "center", "parse_math": False, **look}
-        self.axes.text(x, y, words, fontsize=points, color=colour, family=FONT, **style)
-
-    def line(
-        self,
-        points: Sequence[Spot],
-        width: float = 1.0,
-        colour: palette.RGB = palette.INK,
-        **look: Unpack[LineStyle],
-    ) -> None:
-        """Draw a line through pixels; `width` is in design pixels."""
-        x, y = np.asarray(points, dtype=float).T
-        points_wide = width * self.layout.unit * 72.0 / DPI
-        self.axes.plot(x, y, color=colour, linewidth=points_wide, solid_capstyle="butt", **look)
-
-    def rectangle(
-        self,
-        corner: tuple[float, float],
-        width: float,
-        height: float,
-        **look: Unpack[AreaStyle],
-    ) -> Rectangle:
-        """Draw a filled rectangle from its lower left corner."""
-        from matplotlib.patches import Rectangle
-
-        edge = 0.5 * self.layout.unit
-        style: AreaStyle = {"edgecolor": palette.INK, "linewidth": edge, **look}
-        patch = Rectangle(corner, width, height, **style)
-        self.axes.add_patch(patch)
-        return patch
-
-    def circle(self, centre: Spot, radius: float) -> Circle:
-        """Draw a white circle with a dark rim around a pixel."""
-        from matplotlib.patches import Circle
-
-        x, y = centre
-        width = 1.6 * self.layout.unit * 72.0 / DPI
-        circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=width)
-        self.axes.add_patch(circle)
-        return circle
-
-    def png(self) -> bytes:
-        """Return the sheet as a PNG file without metadata: equal sheets give equal bytes."""
-        return figure_png(self.figure)
-
-
-def _figure(size: tuple[int, int]) -> Figure:
-    """An empty white figure, independent of the global state of pyplot.
-
-    The first import of matplotlib logs messages about fonts and folders, which are suppressed
-    here.
-    """
-    # matplotlib reports on its font cache when first imported: nothing that a user can act on
-    logger = logging.getLogger("matplotlib")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    finally:
-        logger.setLevel(level)
-    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def figure_png(figure: Figure) -> bytes:
-    """Return a figure as the bytes of a PNG file."""
-    _replace_missing_letters(figure)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, facecolor="white", metadata={"Software": None})
-    return buffer.getvalue()
-
-
-@cache
-def _letters() -> frozenset[int]:
-    """Code points of the font of pictures."""
-    from matplotlib.font_manager import FontProperties, findfont, get_font
-
-    return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
-
-
-def _replace_missing_letters(figure: Figure) -> None:
-    """Replace letters that the font lacks by a sign, with one warning for all of them."""
-    from matplotlib.text import Text
-
-    # all texts of the figure at once, so that there is one warning for a picture
-    known = _letters() | {ord("\n")}
-    missing: dict[str, None] = {}
-    for text in figure.findobj(Text):
-        words = text.get_text()
-        lacking = {letter for letter in words if ord(letter) not in known}
-        if lacking:
-            text.set_text("".join(MISSING if letter in lacking else letter for letter in words))
-            missing.update(dict.fromkeys(filter(lacking.__contains__, words)))
-    if missing:
-        some = ", ".join(repr(letter) for letter in list(missing)[:5])
-        more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
-        note = GeosurfWarning(
-            "picture",
-            "letters",
-            f"Pictures show a replacement sign for letters that the font {FONT} lacks: "
-            f"{some}{more}.",
-            "Rename the surfaces to make them readable; reports and files have all letters.",
-        )
-        warn(note)
+__all__ = [
+    "DPI",
+    "FONT",
+    "STRIPES",
+    "STRIPE_WIDTH",
+    "Layout",
+    "Sheet",
+    "UserSheet",
+    "arrow_head",
+    "draw_compass",
+    "draw_legend",
+    "draw_scale_bar",
+    "draw_words",
+    "figure_bytes",
+    "halo_text",
+    "lay_out",
+    "rim_of_words",
+    "sheet_for",
+    "shortened",
+]
 
 
 def rim_of_words(unit: float) -> list[AbstractPathEffect]:
@@ -228,6 +84,9 @@ def halo_text(
 
 def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     """Draw the legend in a column on the right that is `room` design pixels high."""
+    if isinstance(sheet, UserSheet):
+        sheet.legend(legend)
+        return
     layout, unit = sheet.layout, sheet.layout.unit
     left = layout.width - 250.0 * unit
     top = layout.height - 84.0 * unit
@@ -323,6 +182,8 @@ def draw_scale_bar(
     sheet: Sheet, metres_per_pixel: float, words: str = "scale across the picture"
 ) -> None:
     """Draw a scale bar of round length, valid for distances parallel to the picture."""
+    if isinstance(sheet, UserSheet):
+        return
     unit = sheet.layout.unit
 
     # a round length of about 170 design pixels; half of it where that is too long
@@ -346,5 +207,8 @@ def draw_words(sheet: Sheet, title: str, caption: str) -> None:
     """Write the title above and the caption below."""
     layout, unit = sheet.layout, sheet.layout.unit
     expect(title, str, "title must be text", "leave it out for the default title")
+    if isinstance(sheet, UserSheet):
+        sheet.axes.set_title(title, loc="left", pad=22.0, parse_math=False)  # above names of faults
+        return
     sheet.text((28 * unit, layout.height - 34 * unit), title, 19.0, weight="bold")
     sheet.text((28 * unit, 24 * unit), caption, 12.5, palette.FAINT)

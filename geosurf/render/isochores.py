@@ -19,7 +19,7 @@ from geosurf.conventions import HORIZON_DIMS, counted, length_text
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
-from geosurf.render.compose import png_path, save_png
+from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import lines_of
 from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
@@ -36,6 +36,7 @@ from geosurf.render.views import check_size
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 DASHES: tuple[Dashes, Dashes] = (
     "solid",
@@ -60,7 +61,7 @@ def render_thickness(
         Result of `Scene.thickness`: (block, northing, easting) [m]. Where blocks overlap on the map
         (reverse faults), the map shows their sum.
     path : path-like
-        A ``.png`` file; its folder is created.
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     polygons : mapping of str to xarray.Dataset, optional
         Results of `Scene.fault_polygons` by horizon. Polygons of the first horizon are solid,
         those of the second are dashed.
@@ -91,13 +92,41 @@ def render_thickness(
     ...     render_thickness(found, f"{folder}/isochore.png", size=(400, 250)).name
     'isochore.png'
     """
-    path = png_path(path)
+    path = figure_path(path)
+    shown = plot_thickness(thickness, None, polygons=polygons, size=size, title=title)
+    return save_figure(shown, path)
 
+
+def plot_thickness(
+    thickness: xarray.DataArray,
+    ax: Axes | None = None,
+    *,
+    polygons: Mapping[str, xarray.Dataset] | None = None,
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Figure:
+    """Draw the map of `render_thickness` as a figure of matplotlib, or into axes.
+
+    Parameters
+    ----------
+    thickness, polygons, size, title
+        As for `render_thickness`. `size` is that of a figure of its own.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, in world coordinates [m].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the map has no values, or has other dimensions.
+    """
     # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
     polygons = _checked_polygons(polygons)
-    layout = furniture.lay_out(check_size(size))
-    sheet = furniture.Sheet(layout)
+    sheet = furniture.sheet_for(ax, check_size(size))
 
     # thickness of all blocks together: they overlap at reverse faults
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
@@ -111,13 +140,13 @@ def render_thickness(
 
     # draw: colours, contours, fault polygons, letters of blocks
     axes, metres_per_pixel = map_axes(sheet, extent)
-    _colour(axes, x - extent[0], y - extent[2], total, levels)
-    _contour(sheet, axes, (x - extent[0], y - extent[2]), (whole, values), levels)
+    _colour(axes, x, y, total, levels)
+    _contour(sheet, axes, (x, y), (whole, values), levels)
     for rings, dashes in zip(polygons.values(), DASHES, strict=False):
-        _outline(sheet, axes, rings, dashes, (extent[0], extent[2]), metres_per_pixel)
+        _outline(sheet, axes, rings, dashes, metres_per_pixel)
     kind, zone = str(thickness.attrs.get("kind", "thickness")), thickness.attrs.get("zone", "")
     large = _large_blocks(thickness)
-    letters = _letter_blocks(sheet, axes, x - extent[0], y - extent[2], values[large])
+    letters = _letter_blocks(sheet, axes, x, y, values[large])
     legend = _legend(thickness, values[large], letters, tuple(polygons))
     furniture.draw_legend(sheet, legend, 290.0)
     where = _where_level(values, cut)
@@ -135,7 +164,7 @@ def render_thickness(
         words += " Contours end where faults cut the zone."
     title = f"{zone}: {kind} map" if title is None else title
     furniture.draw_words(sheet, title, words)
-    return save_png(sheet.png(), path)
+    return sheet.figure
 
 
 def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
@@ -302,16 +331,13 @@ def _outline(
     axes: Axes,
     rings: xarray.Dataset,
     dashes: Dashes,
-    corner: tuple[float, float],
     metres: float,
 ) -> None:
     """Fault polygons of one horizon; each fault is named once, at its longest ring."""
     width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
 
-    # rings in the frame of the axes: metres from the lower left corner
     longest: dict[str, np.ndarray] = {}
     for (fault, ring), kind in zip(_rings_of(rings), rings.kind.values, strict=True):
-        ring = ring - corner
         if kind == "line":  # there and back: dashes would fill each other's gaps
             ring = ring[: len(ring) // 2 + 1]
         axes.plot(*ring.T, color=palette.ACCENT, linewidth=width, linestyle=dashes)

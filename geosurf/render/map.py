@@ -15,7 +15,7 @@ from geosurf.model import Curves, TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism
-from geosurf.render.compose import save_png
+from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
     colours_of,
@@ -28,10 +28,11 @@ from geosurf.render.map_frame import (
 from geosurf.render.remedies import draw_remedies
 from geosurf.render.surface_layers import thinned
 from geosurf.render.views import SIZE, check_size
-from geosurf.render.wells import WellTop, draw_wells_on_map, tops_on_map
+from geosurf.render.wells import draw_wells_on_map, tops_on_map
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MAX_MAP_TRIANGLE = 250_000
 N_BAND = 3  # bands of colour per contour interval
@@ -58,7 +59,7 @@ def render_map(
     curves : Curves, optional
         Lines on the surface are drawn, with one colour per other surface.
     path : path-like
-        A ``.png`` file; its folder is created.
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     size : (int, int)
         Width and height in pixels.
     title : str, optional
@@ -95,58 +96,50 @@ def render_map(
     ...     render_map(dip, path=f"{folder}/map.png", size=(400, 250)).name
     'map.png'
     """
-    expect(surface, TriSurface, "render_map takes a TriSurface", "pass scene.surface(name)")
-    title = f"{surface.name}: elevation" if title is None else title
-    faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
-    wells = [] if tops is None else tops_on_map(tops, surface.name)
-    shown = draw_map(
-        surface, curves, check_size(size), title, outline, faults, wells, hatched, remedies
-    )
-    return save_png(shown, path)
+    path = figure_path(path)
+    shown = plot_map(
+        surface, curves, None, size=size, title=title, outline=outline, faults=faults, tops=tops,
+        hatched=hatched, remedies=remedies,
+    )  # fmt: skip
+    return save_figure(shown, path)
 
 
-def draw_map(
+def plot_map(
     surface: TriSurface,
-    curves: Curves | None,
-    size: tuple[int, int],
-    title: str,
+    curves: Curves | None = None,
+    ax: Axes | None = None,
+    *,
+    size: tuple[int, int] = SIZE,
+    title: str | None = None,
     outline: np.ndarray | None = None,
     faults: Sequence[str] = (),
-    wells: Sequence[WellTop] = (),
+    tops: Any = None,
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
-) -> bytes:
-    """Return the map of a surface as a PNG file.
+) -> Figure:
+    """Draw the map of `render_map` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    surface : TriSurface
-    curves : Curves or None
-        Lines that lie on the surface are drawn.
-    size : (int, int)
-        Pixels.
-    title : str
-    outline : ndarray of float64, shape (n, 2), optional
-        Area that is shown.
-    faults : sequence of str
-        Names of faults in the order of their colours; then other lines are dark grey.
-    wells : sequence of WellTop
-        Tops that are drawn, in world coordinates.
-    hatched : TriSurface, optional
-        A horizon of which extrapolated parts are hatched.
-    remedies : sequence of GeosurfWarning
-        Places that are marked.
+    surface, curves, size, title, outline, faults, tops, hatched, remedies
+        As for `render_map`. `size` is that of a figure of its own.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, in world coordinates [m].
 
     Returns
     -------
-    bytes
+    matplotlib.figure.Figure
 
     Raises
     ------
     InputError
-        If the surface is vertical or has no triangles inside the outline.
+        If the surface is empty, vertical, or has no triangles inside the outline.
     """
-    layout = furniture.lay_out(size)
+    expect(surface, TriSurface, "a map takes a TriSurface", "pass scene.surface(name)")
+    title = f"{surface.name}: elevation" if title is None else title
+    faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
+    wells = [] if tops is None else tops_on_map(tops, surface.name)
+    sheet = furniture.sheet_for(ax, check_size(size))
 
     # no more triangles than the map can show
     light, within = thinned(surface, MAX_MAP_TRIANGLE), None
@@ -172,36 +165,33 @@ def draw_map(
             f"surface {surface.name!r} is vertical, so its map is only a line. "
             "Draw it with render_surfaces(..., view='south') or another view."
         )
-    sheet = furniture.Sheet(layout)
-
     # axes, colours and contours
     axes, metres_per_pixel = map_axes(sheet, (west, east, south, north))
     levels = contour_levels(bottom, top)
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
     note = ""
-    if hatched is not None and _hatch(axes, hatched, (west, south), outline):
+    if hatched is not None and _hatch(axes, hatched, outline):
         note = " Hatched: extrapolated, without data."
 
     # intersection lines, and what stands beside the map
     legend = []
     if curves is not None:
         legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
-    legend += draw_wells_on_map(sheet, axes, wells, (west, south))
-    legend = [*draw_remedies(sheet, axes, remedies, (west, south)), *legend]
+    legend += draw_wells_on_map(sheet, axes, wells)
+    legend = [*draw_remedies(sheet, axes, remedies), *legend]
     furniture.draw_legend(sheet, tuple(legend), 290.0)
     draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND, (260.0, 400.0))
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
     furniture.draw_words(sheet, title, f"Map view{interval}.{note}")
-    return sheet.png()
+    return sheet.figure
 
 
 def _hatch(
     axes: Axes,
     surface: TriSurface,
-    corner: tuple[float, float],
     outline: np.ndarray | None,
 ) -> bool:
     """Hatch the triangles with an extrapolated vertex; return whether there are some."""
@@ -211,7 +201,7 @@ def _hatch(
     mark = surface.vertex_data.get("extrapolated")
     if mark is None or not mark.any():
         return False
-    x, y = (surface.vertices[:, :2] - corner).T
+    x, y = surface.vertices[:, :2].T
 
     # any vertex without data: a triangle is as certain as its least certain corner
     triangles = surface.triangles[mark[surface.triangles].any(axis=1)]
@@ -226,7 +216,7 @@ def _hatch(
     drawn.set_edgecolor(palette.INK)
     drawn.set_linewidth(0.0)
     if outline is not None:
-        drawn.set_clip_path(Polygon(np.asarray(outline) - corner, transform=axes.transData))
+        drawn.set_clip_path(Polygon(np.asarray(outline), transform=axes.transData))
     return True
 
 
@@ -250,11 +240,8 @@ def _draw_elevation(
     """Bands of colour with contour lines; every fifth line is bold."""
     from matplotlib.tri import Triangulation
 
-    west, _, south, *_ = surface.bounds
     x, y, z = surface.vertices.T
-
-    # in metres from the lower left corner, as the axes are
-    mesh = Triangulation(x - west, y - south, surface.triangles)
+    mesh = Triangulation(x, y, surface.triangles)
     bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * N_BAND + 1)
     axes.tricontourf(mesh, z, levels=bands, cmap=colours_of(palette.ELEVATION), antialiased=False)
 
@@ -298,8 +285,6 @@ def _draw_curves(
         raise InputError(
             f"the curves have no surface {name!r}. Their surfaces are {list(curves.names)}."
         )
-    west, _, south, *_ = surface.bounds
-
     # colours: as faults in other pictures, or one for each other surface
     row = curves.names.index(name)
     met = (
@@ -330,14 +315,12 @@ def _draw_curves(
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
         colour = colours[curves.names[other]]
-
-        # in metres from the corner, as the axes are
-        pieces = list(ends[:, :, :2] - (west, south))
+        pieces = list(ends[:, :, :2])
         shown = LineCollection(pieces, colors=[colour], linewidths=width)
         shown.set_capstyle("round")
         axes.add_collection(shown, autolim=False)
         if length > (longest[other][0] if other in longest else 0.0):
-            longest[other] = (length, ends[len(ends) // 3, 0, :2] - (west, south))
+            longest[other] = (length, ends[len(ends) // 3, 0, :2])
 
     # the name goes next to the longest line, 9 design pixels to the right
     for other, (_, at) in longest.items():

@@ -38,10 +38,13 @@ def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
 def map_axes(
     sheet: furniture.Sheet, extent: tuple[float, float, float, float]
 ) -> tuple[Axes, float]:
-    """Return axes in local metres, as large as the layout allows, and the metres per pixel."""
+    """Return axes in metres, as large as the layout allows, and the metres per pixel.
+
+    The axes of a user stay where they are; they only get an equal scale in both directions.
+    """
     layout, unit = sheet.layout, sheet.layout.unit
     west, east, south, north = extent
-    wide, high = layout.view_size
+    wide, high = sheet.room
 
     # one scale for both directions: the longer side fills its room, the other is centred
     metres_per_pixel = max((east - west) / wide, (north - south) / high)
@@ -51,11 +54,10 @@ def map_axes(
     place = (left / total[0], bottom / total[1], width / total[0], height / total[1])
 
     # matplotlib wants the rectangle as fractions of the picture
-    axes = sheet.figure.add_axes(place)
-    axes.set_xlim(0.0, east - west)
-    axes.set_ylim(0.0, north - south)
-
-    # ticks: coordinates of the world, on axes that start at 0
+    axes = sheet.frame(place)
+    axes.set_aspect("equal")
+    axes.set_xlim(west, east)
+    axes.set_ylim(south, north)
     points = 12.0 * unit * 72.0 / furniture.DPI
     for axis, name, low, span in (
         (axes.xaxis, "Easting [km]", west, east - west),
@@ -63,7 +65,7 @@ def map_axes(
     ):
         n_tick = fitting(span / metres_per_pixel, unit)
         values = ticks(low, low + span, n_tick)
-        axis.set_ticks(values - low, tick_texts(values, 1000.0))
+        axis.set_ticks(values, tick_texts(values, 1000.0))
         axis.set_label_text(name, fontsize=points * 1.08, color=palette.INK, family=furniture.FONT)
     axes.tick_params(labelsize=points, colors=palette.INK, width=0.8, color=palette.FAINT)
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
@@ -116,6 +118,9 @@ def draw_colour_bar(
     `ends` are its lower and upper end in design pixels. If there is only one level, `where` names
     the part of the map that has this value.
     """
+    if isinstance(sheet, furniture.UserSheet):
+        sheet.colour_bar(levels, words, colours_of(codes), n_band)
+        return
     layout, unit = sheet.layout, sheet.layout.unit
     left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
     if len(levels) < 2:
@@ -143,6 +148,8 @@ def draw_colour_bar(
 
 def draw_north(sheet: furniture.Sheet) -> None:
     """Draw the north arrow on the lower right."""
+    if isinstance(sheet, furniture.UserSheet):
+        return
     unit = sheet.layout.unit
     foot = np.array([sheet.layout.width - 239.0 * unit, 160.0 * unit])
     tip = foot + np.array([0.0, 62.0 * unit])

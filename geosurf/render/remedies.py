@@ -6,8 +6,6 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfWarning
 from geosurf.render import furniture, palette
@@ -23,7 +21,6 @@ def draw_remedies(
     sheet: furniture.Sheet,
     axes: Axes,
     remedies: Sequence[GeosurfWarning],
-    corner: tuple[float, float],
 ) -> list[Entry]:
     """Mark the place of each remedy on the map; return the entry of the legend.
 
@@ -31,11 +28,9 @@ def draw_remedies(
     ----------
     sheet : furniture.Sheet
     axes : Axes
-        Of the map: its coordinates count from `corner`.
+        Of the map.
     remedies : sequence of GeosurfWarning
         Those without a place are left out.
-    corner : (float, float)
-        Easting and northing of the axes' origin [m].
     """
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
     per = sheet.layout.unit * 72.0 / furniture.DPI
@@ -43,7 +38,7 @@ def draw_remedies(
     for remedy in remedies:
         if remedy.place is None:
             continue
-        x, y = np.array(remedy.place[:2]) - corner
+        x, y = remedy.place[:2]
 
         # marks outside the map would stand in its margin, next to nothing
         if not (west <= x <= east and south <= y <= north):

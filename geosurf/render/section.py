@@ -13,7 +13,7 @@ from geosurf.conventions import area_texts, number_text
 from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO
-from geosurf.render.compose import png_path, save_png
+from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
@@ -22,6 +22,7 @@ from geosurf.render.wells import draw_wells_on_section, tops_on_section
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Part = tuple[dict[str, str], np.ndarray, float]  # attributes, points (n, 2) [m], area [m2]
 Areas = dict[tuple[str, str], float]  # of zone and contact interval [m2]
@@ -48,7 +49,7 @@ def render_section(
     section : xarray.Dataset
         Result of `Scene.section`.
     path : path-like
-        A ``.png`` file; its folder is created.
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     size : (int, int)
         Width and height in pixels.
     title : str, optional
@@ -78,7 +79,36 @@ def render_section(
     ...     render_section(found, f"{folder}/section.png", size=(400, 250)).name
     'section.png'
     """
-    path = png_path(path)
+    path = figure_path(path)
+    return save_figure(plot_section(section, None, size=size, title=title, tops=tops), path)
+
+
+def plot_section(
+    section: xarray.Dataset,
+    ax: Axes | None = None,
+    *,
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+    tops: Any = None,
+) -> Figure:
+    """Draw the section of `render_section` as a figure of matplotlib, or into axes.
+
+    Parameters
+    ----------
+    section, size, title, tops
+        As for `render_section`. `size` is that of a figure of its own.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw: distance along the section and elevation [m].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If `section` is not a section, or `tops` is not the result of `Scene.misfit`.
+    """
     attrs = getattr(section, "attrs", {})
     if any(not hasattr(section, name) for name in _NEEDED) or not {"zones", "faults"} <= set(attrs):
         raise InputError(
@@ -90,7 +120,7 @@ def render_section(
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     areas = _areas(lines, list(section.attrs["zones"]))
-    sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
+    sheet = furniture.sheet_for(ax, check_size(size))
 
     # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
@@ -111,7 +141,7 @@ def render_section(
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
     furniture.draw_words(sheet, _title(corners) if title is None else title, words)
-    return save_png(sheet.png(), path)
+    return sheet.figure
 
 
 def _draw_wells(

@@ -84,17 +84,15 @@ def tops_on_section(misfit: Any, line: np.ndarray) -> tuple[list[WellTop], float
     return found, near
 
 
-def draw_wells_on_map(
-    sheet: furniture.Sheet, axes: Axes, tops: Sequence[WellTop], corner: tuple[float, float]
-) -> list[Entry]:
+def draw_wells_on_map(sheet: furniture.Sheet, axes: Axes, tops: Sequence[WellTop]) -> list[Entry]:
     """Draw tops at their places; return the entry of the legend."""
-    shown = [top for top in tops if _inside(axes, top.place - corner)]
+    shown = [top for top in tops if _inside(axes, top.place)]
 
     # boxes of all circles first, in pixels: a name may hide neither circles nor other names
     room = (RADIUS + 2.0) * sheet.layout.unit
-    taken = [_box(axes, top.place - corner, (room, room, room)) for top in shown]
+    taken = [_box(axes, top.place, (room, room, room)) for top in shown]
     for top in shown:
-        place = top.place - corner
+        place = top.place
         _circle(sheet, axes, place, palette.PAPER)
         words = top.well
         if np.isfinite(top.misfit) and abs(top.misfit) >= SHOWN:

@@ -14,6 +14,7 @@ measures.py      thickness, throw, juxtaposition, sections ..., as functions of 
 memory.py        results by what went into them; steps and warnings
 store.py         the results that scenes share, within a budget
 pictures.py      the pictures of a scene
+plots.py         maps and diagrams as figures of matplotlib
 ===============  =====================================================================
 =======
 ===================  =====================================================================

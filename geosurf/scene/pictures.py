@@ -14,14 +14,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
-from geosurf.model import SheetReport
+from geosurf.model import Curves, SheetReport, TriSurface
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
 from geosurf.render import (
@@ -37,6 +37,9 @@ from geosurf.render import (
 from geosurf.render.clip import as_modelled
 from geosurf.render.views import check_exaggeration, check_size, view_vectors
 from geosurf.warning import warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
@@ -210,17 +213,8 @@ def _view(scene: MeasuredModel, view: str, clip: bool, style: Style) -> Picture:
 def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> Picture:
     def draw(path: Path) -> None:
         """Draw it, inside the model if asked."""
-        west, east, south, north = scene.box[:4]
-
-        # the outline that clips: the area of interest, or the box in the map
-        ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-        inside = ring if scene.aoi is None else scene.aoi
-        surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
-        outline, faults = inside if clip else None, scene.fault_names
-        render_map(
-            surface, curves, path=path, size=size, outline=outline, faults=faults,
-            tops=_tops(scene), hatched=scene.surface(name), remedies=_remedies(scene, name),
-        )  # fmt: skip
+        surface, curves, options = map_of(scene, name, clip)
+        render_map(surface, curves, path=path, size=size, **options)
 
     # the row keeps files in stratigraphic order and apart where names differ in signs only
     row = scene.horizon_names.index(name)
@@ -233,6 +227,26 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
     )
 
 
+def map_of(
+    scene: MeasuredModel, name: str, clip: bool
+) -> tuple[TriSurface, Curves, dict[str, Any]]:
+    """What a map of a horizon shows: surface, curves, and the other arguments of `render_map`."""
+    west, east, south, north = scene.box[:4]
+
+    # the outline that clips: the area of interest, or the box in the map
+    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
+    inside = ring if scene.aoi is None else scene.aoi
+    surface = scene.surface(name)
+    options = {
+        "outline": inside if clip else None,
+        "faults": scene.fault_names,
+        "tops": tops_of_scene(scene),
+        "hatched": surface,
+        "remedies": _remedies(scene, name),
+    }
+    return as_modelled(scene, surface), scene.curves, options
+
+
 def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
     """What closed the tear of a horizon where its faults alone did not."""
     sheet = scene.sheets.get(name)
@@ -240,7 +254,7 @@ def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
     return report.remedies if isinstance(report, SheetReport) else ()
 
 
-def _tops(scene: MeasuredModel) -> Any:
+def tops_of_scene(scene: MeasuredModel) -> Any:
     """The misfits of the well tops, if the scene has some."""
     return None if scene.tops is None else scene.misfit()
 
@@ -248,13 +262,8 @@ def _tops(scene: MeasuredModel) -> Any:
 def _thickness(scene: MeasuredModel, pair: tuple[str, str], size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Measure and draw it."""
-        west, east, south, north = scene.box[:4]
-
-        # CELLS along the longer side, whatever the size of the field: pictures have that many
-        # pixels to show
-        cell = max(east - west, north - south) / CELLS
-        polygons = {name: scene.fault_polygons(name) for name in pair}
-        render_thickness(scene.thickness(zone, cell), path, polygons=polygons, size=size)
+        thickness, polygons = thickness_of(scene, zone, None)
+        render_thickness(thickness, path, polygons=polygons, size=size)
 
     zone = "/".join(pair)
     row = scene.horizon_names.index(pair[0])
@@ -265,6 +274,20 @@ def _thickness(scene: MeasuredModel, pair: tuple[str, str], size: tuple[int, int
         "thickness = false",
         needs_opengl=False,
     )
+
+
+def thickness_of(
+    scene: MeasuredModel, zone: str, grid: Any
+) -> tuple[xarray.DataArray, dict[str, xarray.Dataset]]:
+    """Thickness map of a zone, and the fault polygons of the horizons above and below."""
+    if grid is None:
+        # CELLS along the longer side, whatever the size of the field: pictures have that many
+        # pixels to show
+        west, east, south, north = scene.box[:4]
+        grid = max(east - west, north - south) / CELLS
+    thickness = scene.thickness(zone, grid)
+    names = [name for name in zone.split("/") if name in scene.horizon_names]
+    return thickness, {name: scene.fault_polygons(name) for name in names}
 
 
 def _allan(scene: MeasuredModel, name: str, size: tuple[int, int]) -> Picture:
@@ -295,7 +318,7 @@ def _middles(box: Sequence[float]) -> list[np.ndarray]:
 def _section(scene: MeasuredModel, line: np.ndarray, row: int, size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Cut the model and draw it."""
-        render_section(scene.section(line), path, size=size, tops=_tops(scene))
+        render_section(scene.section(line), path, size=size, tops=tops_of_scene(scene))
 
     # ends only: a line with corners would make the caption longer than the picture
     (x0, y0), (x1, y1) = line[0], line[-1]

@@ -25,6 +25,7 @@ from geosurf.scene import contact_volumes, measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.memory import Memory, Step
+from geosurf.scene.plots import ScenePlots
 from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -32,7 +33,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 
-class Scene:
+class Scene(ScenePlots):
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 

@@ -1,0 +1,155 @@
+"""Draw the throw of horizons along a fault: one line for each horizon."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.model.expected import expect
+from geosurf.render import furniture, palette
+from geosurf.render.compose import figure_path, save_figure
+from geosurf.render.diagram import diagram_axes, range_shown
+from geosurf.render.layers import Entry
+from geosurf.render.views import check_size
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DARKER = 0.75  # than the zones of a column: thin lines on white
+ROOM = 10.0  # margin on both sides [design pixels]
+_NEEDED = ("throw", "along_strike", "pair")
+
+
+def render_throw(
+    throws: Mapping[str, xarray.Dataset],
+    path: str | os.PathLike[str],
+    *,
+    horizons: Sequence[str] = (),
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Path:
+    """Draw the throw of horizons along a fault.
+
+    Parameters
+    ----------
+    throws : mapping of str to xarray.Dataset
+        Results of `Scene.throw` for one fault, by horizon.
+    path : path-like
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
+    horizons : sequence of str
+        All horizons, youngest first, for the same colours as in other pictures.
+    size : (int, int)
+        Width and height in pixels.
+    title : str, optional
+        Default: the name of the fault.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If there is no throw to draw, or `throws` are not results of `Scene.throw`.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = {"Top": scene.throw("Top", "F1")}
+    ...     render_throw(found, f"{folder}/throw.svg", size=(400, 250)).name
+    'throw.svg'
+    """
+    path = figure_path(path)
+    return save_figure(plot_throw(throws, None, horizons=horizons, size=size, title=title), path)
+
+
+def plot_throw(
+    throws: Mapping[str, xarray.Dataset],
+    ax: Axes | None = None,
+    *,
+    horizons: Sequence[str] = (),
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Figure:
+    """Draw the profiles of `render_throw` as a figure of matplotlib, or into axes.
+
+    Parameters
+    ----------
+    throws, horizons, size, title
+        As for `render_throw`. `size` is that of a figure of its own.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw: distance along strike and throw [m].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If there is no throw to draw, or `throws` are not results of `Scene.throw`.
+    """
+    how = "pass {horizon: scene.throw(horizon, fault)}"
+    expect(throws, Mapping, "throws must be a mapping", how)
+    for name, found in throws.items():
+        if any(not hasattr(found, word) for word in _NEEDED):
+            raise InputError(f"throws[{name!r}] is a {type(found).__name__} without throw; {how}.")
+
+    # one line for each stretch of the fault on which both walls have a cut-off
+    lines = {name: _stretches(found) for name, found in throws.items()}
+    points = [line for parts in lines.values() for line in parts]
+    if not points:
+        raise InputError("no horizon has throw along this fault, so there is nothing to draw.")
+    # no throw is in the picture, which is two metres high at least
+    start = points[0][0, 0]
+    every = np.concatenate([*points, [(start, -1.0), (start, 1.0)]])
+    sheet = furniture.sheet_for(ax, check_size(size))
+    axes, _ = diagram_axes(
+        sheet, range_shown(every, [every[:, 1]]), "Distance along strike [km]", ROOM, "Throw [m]"
+    )
+
+    # no throw, and the profiles in the colours of the horizons
+    width = 2.0 * sheet.layout.unit * 72.0 / furniture.DPI
+    axes.axhline(0.0, color=palette.FRAME, linewidth=0.5 * width, zorder=1)
+    order = list(horizons) or list(throws)
+    legend = []
+    for name, parts in lines.items():
+        red, green, blue = palette.stratum(order.index(name) if name in order else len(order))
+        colour = (DARKER * red, DARKER * green, DARKER * blue)
+        for line in parts:
+            axes.plot(*line.T, color=colour, linewidth=width, zorder=2)
+        if parts:
+            low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
+            legend.append(Entry(name, colour, f"{low:.0f} to {high:.0f} m", "line"))
+    furniture.draw_legend(sheet, tuple(legend), 640.0)
+    fault = next(iter(throws.values())).attrs.get("fault", "fault")
+    words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."
+    furniture.draw_words(sheet, f"{fault}: throw" if title is None else title, words)
+    return sheet.figure
+
+
+def _stretches(throw: xarray.Dataset) -> list[np.ndarray]:
+    """Distance along strike and throw (n, 2) of each pair of cut-offs, in order [m]."""
+    found = []
+    for pair in np.unique(throw.pair.values).tolist():
+        mine = (throw.pair.values == pair) & np.isfinite(throw.throw.values)
+        line = np.column_stack([throw.along_strike.values[mine], throw.throw.values[mine]])
+        if len(line):
+            found.append(line[np.argsort(line[:, 0], kind="stable")])
+    return found
+
+
+__all__ = ["plot_throw", "render_throw"]

@@ -1,0 +1,291 @@
+"""A picture on which text and lines are drawn at pixels, or the axes of a user's figure.
+
+Text is drawn by the Agg canvas of matplotlib with the font that matplotlib ships, so a picture
+does not depend on the fonts or the settings of the machine. Pixels are counted from the lower
+left.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning
+from geosurf.model.expected import expect
+from geosurf.render import palette
+from geosurf.render.layers import Entry
+from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
+from geosurf.warning import warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle, Rectangle
+
+FONT = "DejaVu Sans"
+DPI = 100
+DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
+MISSING = "\N{REPLACEMENT CHARACTER}"  # for letters that the font lacks
+STRIPES, STRIPE_WIDTH = "//", 4.0  # hatching of areas with two colours
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Size of the picture, and the rectangle that VTK draws."""
+
+    width: int
+    height: int
+    left: int
+    bottom: int
+    view_size: tuple[int, int]
+
+    @property
+    def unit(self) -> float:
+        """Pixels per design pixel."""
+        return min(self.height / DESIGN_HEIGHT, self.width / 1100.0)
+
+
+def lay_out(size: tuple[int, int]) -> Layout:
+    """Return the layout of a picture: legend on the right, caption below."""
+    width, height = size
+    unit = min(height / DESIGN_HEIGHT, width / 1100.0)
+    left, right, bottom, top = (round(n * unit) for n in (118, 292, 112, 70))
+    return Layout(width, height, left, bottom, (width - left - right, height - bottom - top))
+
+
+class Sheet:
+    """A blank picture on which text and lines are drawn at pixel positions."""
+
+    def __init__(self, layout: Layout) -> None:
+        figure = _figure((layout.width, layout.height))
+        self.layout = layout
+        self.figure = figure
+        self.axes = figure.add_axes((0, 0, 1, 1))
+        self.axes.set_axis_off()
+        self.axes.set_zorder(2)  # above the image of `paste`
+        self.axes.set_xlim(0, layout.width)
+        self.axes.set_ylim(0, layout.height)
+        self.axes.patch.set_alpha(0.0)
+
+    def paste(self, image: np.ndarray) -> None:
+        """Place the image that VTK drew."""
+        self.figure.figimage(image, xo=self.layout.left, yo=self.layout.bottom)
+
+    def text(
+        self,
+        at: Spot,
+        words: str,
+        size: float = 13.0,
+        colour: palette.RGB = palette.INK,
+        **look: Unpack[TextStyle],
+    ) -> None:
+        """Write text at a pixel; `size` is in design pixels."""
+        x, y = at
+        points = size * self.layout.unit * 72.0 / DPI
+        style: TextStyle = {"ha": "left", "va": "center", "parse_math": False, **look}
+        self.axes.text(x, y, words, fontsize=points, color=colour, family=FONT, **style)
+
+    def line(
+        self,
+        points: Sequence[Spot],
+        width: float = 1.0,
+        colour: palette.RGB = palette.INK,
+        **look: Unpack[LineStyle],
+    ) -> None:
+        """Draw a line through pixels; `width` is in design pixels."""
+        x, y = np.asarray(points, dtype=float).T
+        points_wide = width * self.layout.unit * 72.0 / DPI
+        self.axes.plot(x, y, color=colour, linewidth=points_wide, solid_capstyle="butt", **look)
+
+    def rectangle(
+        self,
+        corner: tuple[float, float],
+        width: float,
+        height: float,
+        **look: Unpack[AreaStyle],
+    ) -> Rectangle:
+        """Draw a filled rectangle from its lower left corner."""
+        from matplotlib.patches import Rectangle
+
+        edge = 0.5 * self.layout.unit
+        style: AreaStyle = {"edgecolor": palette.INK, "linewidth": edge, **look}
+        patch = Rectangle(corner, width, height, **style)
+        self.axes.add_patch(patch)
+        return patch
+
+    def circle(self, centre: Spot, radius: float) -> Circle:
+        """Draw a white circle with a dark rim around a pixel."""
+        from matplotlib.patches import Circle
+
+        x, y = centre
+        width = 1.6 * self.layout.unit * 72.0 / DPI
+        circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=width)
+        self.axes.add_patch(circle)
+        return circle
+
+    @property
+    def room(self) -> tuple[float, float]:
+        """Width and height for a map or a diagram [pixels]."""
+        return self.layout.view_size
+
+    def frame(self, place: tuple[float, float, float, float]) -> Axes:
+        """Return new axes: left, bottom, width and height as fractions of the picture."""
+        return self.figure.add_axes(place)
+
+    def png(self) -> bytes:
+        """Return the sheet as a PNG file without metadata: equal sheets give equal bytes."""
+        return figure_bytes(self.figure, "png")
+
+
+class UserSheet(Sheet):
+    """Axes of a user's figure: a map or a diagram goes into them, with a legend of its own.
+
+    Nothing is drawn at pixels of the figure, which may hold other axes.
+    """
+
+    def __init__(self, axes: Axes) -> None:
+        # a design pixel is a pixel at 100 per inch: words have the size of usual figures
+        self.layout = lay_out((1100, 800))
+        self.figure = axes.figure  # type: ignore[assignment]
+        self.axes = axes
+
+    @property
+    def room(self) -> tuple[float, float]:
+        """Width and height of the axes [pixels]."""
+        extent = self.axes.get_window_extent()
+        return extent.width, extent.height
+
+    def frame(self, place: tuple[float, float, float, float]) -> Axes:
+        """Return the axes, wherever they are."""
+        return self.axes
+
+    def legend(self, entries: Sequence[Entry]) -> None:
+        """Add a legend with an entry for each line and area."""
+        from matplotlib.lines import Line2D
+        from matplotlib.patches import Patch
+
+        handles: list[Line2D | Patch] = []
+        for entry in entries:
+            label = f"{entry.label}: {entry.detail}" if entry.detail else entry.label
+            if entry.kind in ("line", "dashes"):
+                line = Line2D([], [], color=entry.colour, label=label)
+                line.set_linestyle("dashed" if entry.kind == "dashes" else "solid")
+                handles.append(line)
+            elif entry.kind == "circle":
+                ring = Line2D([], [], color=entry.colour, label=label, linestyle="none")
+                ring.set(marker="o", markerfacecolor="none")
+                handles.append(ring)
+            else:
+                face = (*entry.colour, max(entry.opacity, 0.35))
+                patch = Patch(facecolor=face, edgecolor=palette.INK, label=label)
+                if entry.kind == "heading":
+                    patch = Patch(facecolor="none", edgecolor="none", label=label)
+                if entry.stripes is not None:
+                    patch.set(edgecolor=entry.stripes, hatch=STRIPES)
+                handles.append(patch)
+        if handles:
+            self.axes.legend(handles=handles, fontsize="small", framealpha=0.8)
+
+    def colour_bar(self, levels: np.ndarray, words: str, colours: Colormap, n_band: int) -> None:
+        """Add a colour bar next to the axes, with `n_band` bands between two levels."""
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import BoundaryNorm
+
+        if len(levels) > 1:
+            bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * n_band + 1)
+            shown = ScalarMappable(BoundaryNorm(bands, colours.N), colours)
+            self.figure.colorbar(
+                shown, ax=self.axes, label=words, ticks=levels[:: max(1, len(levels) // 5)]
+            )
+
+
+def sheet_for(axes: Axes | None, size: tuple[int, int]) -> Sheet:
+    """Return a sheet of its own of a size [pixels], or one for the axes of a user."""
+    if axes is None:
+        return Sheet(lay_out(size))
+    from matplotlib.axes import Axes
+
+    expect(axes, Axes, "ax must be axes of matplotlib", "pass ax=figure.subplots()")
+    return UserSheet(axes)
+
+
+def _figure(size: tuple[int, int]) -> Figure:
+    """An empty white figure, independent of the global state of pyplot.
+
+    The first import of matplotlib logs messages about fonts and folders, which are suppressed
+    here.
+    """
+    # matplotlib reports on its font cache when first imported: nothing that a user can act on
+    logger = logging.getLogger("matplotlib")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    finally:
+        logger.setLevel(level)
+
+    class Shown(Figure):
+        """A figure that notebooks show without pyplot."""
+
+        def _repr_png_(self) -> bytes:
+            return figure_bytes(self, "png")
+
+    figure = Shown(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def figure_bytes(figure: Figure, kind: str) -> bytes:
+    """Return a figure as the bytes of a file, without metadata that change: png, svg or pdf."""
+    from matplotlib import rc_context
+
+    _replace_missing_letters(figure)
+    buffer = io.BytesIO()
+    metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+    # names inside an SVG file are random numbers unless they have a salt
+    with rc_context({"svg.hashsalt": "geosurf"}):
+        figure.savefig(buffer, format=kind, dpi=DPI, facecolor="white", metadata=metadata[kind])
+    return buffer.getvalue()
+
+
+@cache
+def _letters() -> frozenset[int]:
+    """Code points of the font of pictures."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
+
+
+def _replace_missing_letters(figure: Figure) -> None:
+    """Replace letters that the font lacks by a sign, with one warning for all of them."""
+    from matplotlib.text import Text
+
+    # all texts of the figure at once, so that there is one warning for a picture
+    known = _letters() | {ord("\n")}
+    missing: dict[str, None] = {}
+    for text in figure.findobj(Text):
+        words = text.get_text()
+        lacking = {letter for letter in words if ord(letter) not in known}
+        if lacking:
+            text.set_text("".join(MISSING if letter in lacking else letter for letter in words))
+            missing.update(dict.fromkeys(filter(lacking.__contains__, words)))
+    if missing:
+        some = ", ".join(repr(letter) for letter in list(missing)[:5])
+        more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+        note = GeosurfWarning(
+            "picture",
+            "letters",
+            f"Pictures show a replacement sign for letters that the font {FONT} lacks: "
+            f"{some}{more}.",
+            "Rename the surfaces to make them readable; reports and files have all letters.",
+        )
+        warn(note)

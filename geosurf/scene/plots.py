@@ -1,0 +1,196 @@
+"""Maps and diagrams of a scene as figures of matplotlib, which notebooks show.
+
+What draws is imported when it is needed: scenes without pictures start without it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.model.protocols import MeasuredModel
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+class ScenePlots:
+    """The plots of a `Scene`: each needs only what any user of a scene can ask it for."""
+
+    def plot_map(
+        self: MeasuredModel, horizon: str, ax: Axes | None = None, *, clip: bool = True, **look: Any
+    ) -> Figure:
+        """Draw the map of a horizon as a figure of matplotlib, or into axes.
+
+        Parameters
+        ----------
+        horizon : str
+        ax : matplotlib.axes.Axes, optional
+            Where to draw, in world coordinates [m]. Default: a new figure.
+        clip : bool
+            Whether the map ends at the model.
+        **look
+            ``size`` of a new figure [pixels], and ``title``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            ``figure.savefig("map.svg")`` writes any format of matplotlib.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon, or axes that are not axes.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> figure = scene.plot_map("Top", size=(640, 400))
+        >>> figure.axes[1].get_xlabel()
+        'Easting [km]'
+        """
+        from geosurf.render.map import plot_map
+        from geosurf.scene.pictures import map_of
+
+        surface, curves, options = map_of(self, horizon, clip)
+        return plot_map(surface, curves, ax, **options, **look)
+
+    def plot_thickness(
+        self: MeasuredModel, zone: str, ax: Axes | None = None, *, grid: Any = None, **look: Any
+    ) -> Figure:
+        """Draw the thickness map of a zone, with the fault polygons of its horizons.
+
+        Parameters
+        ----------
+        zone : str
+        ax : matplotlib.axes.Axes, optional
+            Where to draw, in world coordinates [m]. Default: a new figure.
+        grid : None, float or xarray object
+            As for `thickness`. Default: 200 cells along the longer side of the box.
+        **look
+            ``size`` of a new figure [pixels], and ``title``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            For an unknown zone, or axes that are not axes.
+        """
+        from geosurf.render.isochores import plot_thickness
+        from geosurf.scene.pictures import thickness_of
+
+        thickness, polygons = thickness_of(self, zone, grid)
+        return plot_thickness(thickness, ax, polygons=polygons, **look)
+
+    def plot_section(self: MeasuredModel, line: Any, ax: Axes | None = None, **look: Any) -> Figure:
+        """Draw a vertical section along a line in the map.
+
+        Parameters
+        ----------
+        line : array_like of float, shape (n, 2)
+            As for `section` [m].
+        ax : matplotlib.axes.Axes, optional
+            Where to draw: distance along the section and elevation [m]. Default: a new figure.
+        **look
+            ``size`` of a new figure [pixels], and ``title``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            For a line of fewer than two points, or axes that are not axes.
+        """
+        from geosurf.render.section import plot_section
+        from geosurf.scene.pictures import tops_of_scene
+
+        return plot_section(self.section(line), ax, tops=tops_of_scene(self), **look)
+
+    def plot_allan(self: MeasuredModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
+        """Draw the Allan diagram of a fault.
+
+        Parameters
+        ----------
+        fault : str
+        ax : matplotlib.axes.Axes, optional
+            Where to draw: distance along strike and elevation [m]. Default: a new figure.
+        **look
+            ``size`` of a new figure [pixels], and ``title``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            For an unknown fault, one with units on one side only, or axes that are not axes.
+        """
+        from geosurf.render.allan import plot_allan
+
+        zones = list(dict.fromkeys(unit.zone for unit in self.units.values()))
+        return plot_allan(self.allan(fault), self.juxtaposition(fault), ax, zones=zones, **look)
+
+    def plot_throw(self: MeasuredModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
+        """Draw the throw of all horizons along a fault.
+
+        Parameters
+        ----------
+        fault : str
+        ax : matplotlib.axes.Axes, optional
+            Where to draw: distance along strike and throw [m]. Default: a new figure.
+        **look
+            ``size`` of a new figure [pixels], and ``title``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            For an unknown fault, one that no horizon meets, or axes that are not axes.
+        """
+        from geosurf.render.profile import plot_throw
+
+        names = self.horizon_names
+        throws = {name: self.throw(name, fault) for name in names if self.cutoffs(name, fault)}
+        throws = {name: found for name, found in throws.items() if np.isfinite(found.throw).any()}
+        return plot_throw(throws, ax, horizons=names, **look)
+
+    def plot_column(self: MeasuredModel, ax: Axes | None = None, **look: Any) -> Figure:
+        """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw. Default: a new figure.
+        **look
+            ``size`` of a new figure [pixels], and ``title``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            For axes that are not axes.
+        """
+        from geosurf.render.column import column_of, plot_column
+
+        units = [(unit.zone, unit.volume, unit.map_area) for unit in self.units.values()]
+        zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
+        return plot_column(zones, dict(self.column), ax, **look)
+
+
+__all__ = ["ScenePlots"]

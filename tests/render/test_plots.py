@@ -1,0 +1,126 @@
+"""Figures of matplotlib: into the axes of a user, in world coordinates, and as vector files."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import geosurf as gs
+from geosurf.errors import InputError, OutputError
+from geosurf.render import render_map, render_throw
+
+X, Y = 456_000.0, 6_780_000.0
+
+
+def moved(da):
+    """A grid at UTM coordinates."""
+    return da.assign_coords(easting=da.easting + X, northing=da.northing + Y)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    world = gs.synthetic.torn(n=17)
+    horizons = {name: moved(da) for name, da in world.horizons.items()}
+    base = moved(world.horizons["Top"] - 90.0).assign_attrs(world.horizons["Top"].attrs)
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    wall = gs.TriSurface("F1", "fault", fault.vertices + np.array([X, Y, 0.0]), fault.triangles)
+    w, e, s, n, low, high = world.box
+    box = (w + X, e + X, s + Y, n + Y, low - 100.0, high)
+    return gs.Scene({**horizons, "Base": base}, {"F1": wall}, box, tear=True)
+
+
+def line_through(scene):
+    w, e, s, n, _, _ = scene.box
+    return [(w, 0.5 * (s + n)), (e, 0.5 * (s + n))]
+
+
+PLOTS = {
+    "map": lambda scene, ax: scene.plot_map("Top", ax),
+    "thickness": lambda scene, ax: scene.plot_thickness("Top/Base", ax),
+    "section": lambda scene, ax: scene.plot_section(line_through(scene), ax),
+    "allan": lambda scene, ax: scene.plot_allan("F1", ax),
+    "throw": lambda scene, ax: scene.plot_throw("F1", ax),
+    "column": lambda scene, ax: scene.plot_column(ax),
+}
+
+
+@pytest.mark.parametrize("plot", PLOTS)
+def test_each_plot_is_a_figure_or_goes_into_axes(scene, plot):
+    own = PLOTS[plot](scene, None)
+    assert isinstance(own, Figure)
+    if plot == "column":  # the quickest to draw
+        assert own._repr_png_().startswith(b"\x89PNG")
+
+    # nothing is drawn outside the axes of a user, but for a colour bar
+    figure = Figure(figsize=(8, 4))
+    mine, other = figure.subplots(1, 2)
+    assert PLOTS[plot](scene, mine) is figure
+    assert not [*other.lines, *other.patches, *other.collections, *other.texts]
+    assert mine.lines or mine.patches or mine.collections
+    assert len(figure.axes) <= 3
+
+
+def test_maps_have_world_coordinates(scene):
+    ax = Figure().subplots()
+    scene.plot_map("Top", ax)
+    w, e, s, n, _, _ = scene.box
+    np.testing.assert_allclose([*ax.get_xlim(), *ax.get_ylim()], [w, e, s, n], atol=1.0)
+    assert ax.get_aspect() == 1.0
+    drawn = np.concatenate([np.concatenate(c.get_segments()) for c in ax.collections
+                            if hasattr(c, "get_segments")])  # fmt: skip
+    assert (drawn.min(axis=0) >= (w - 1, s - 1)).all()
+    assert (drawn.max(axis=0) <= (e + 1, n + 1)).all()
+
+
+def test_the_throw_that_is_drawn_is_the_throw(scene):
+    ax = Figure().subplots()
+    scene.plot_throw("F1", ax)
+    drawn = np.concatenate([line.get_xydata() for line in ax.lines if len(line.get_xdata()) > 2])
+    for name in ("Top", "Base"):
+        throw = scene.throw(name, "F1")
+        known = np.isfinite(throw.throw.values)
+        points = np.column_stack([throw.along_strike.values, throw.throw.values])[known]
+        assert {tuple(p) for p in points} <= {tuple(p) for p in drawn}
+    assert drawn[:, 1].max() > 20.0
+
+
+def test_the_column_has_the_mean_thickness_of_zones(scene):
+    ax = Figure().subplots()
+    scene.plot_column(ax)
+    table = scene.units.table
+    for zone in dict.fromkeys(table.zone.values.tolist()):
+        mine = table.zone.values == zone
+        mean = table.volume.values[mine].sum() / table.map_area.values[mine].sum()
+        assert f"{zone}\n{mean:.0f} m" in [text.get_text() for text in ax.texts]
+    assert "Base" in [text.get_text() for text in ax.texts]
+
+
+def test_an_unconformity_is_wavy(scene):
+    flat, wavy = Figure().subplots(), Figure().subplots()
+    scene.plot_column(flat)
+    scene.replace(column={"Base": "erosional"}).plot_column(wavy)
+    heights = [np.ptp(ax.lines[-1].get_ydata()) for ax in (flat, wavy)]
+    assert heights[0] == 0.0 < heights[1]
+    assert "Base (erosional)" in [text.get_text() for text in wavy.texts]
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
+    found = []
+    for name in ("a", "b"):
+        path = render_throw({"Top": scene.throw("Top", "F1")}, tmp_path / f"{name}{suffix}")
+        found.append(path.read_bytes())
+    assert found[0] == found[1]
+    assert not re.search(rb"20[0-9]{2}-[01][0-9]-[0-3][0-9]", found[0])
+
+
+def test_a_wrong_suffix_or_wrong_axes_are_refused(scene, tmp_path):
+    with pytest.raises(OutputError, match=r"PNG, SVG or PDF files. Use a file name that ends in"):
+        render_map(scene.surface("Top"), path=tmp_path / "map.jpg")
+    with pytest.raises(InputError, match=r"ax must be axes of matplotlib, .* pass ax=figure"):
+        scene.plot_map("Top", Figure())
+    with pytest.raises(InputError, match=r"throws\['Top'\] is a int without throw"):
+        render_throw({"Top": 3}, tmp_path / "throw.svg")
