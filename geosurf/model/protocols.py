@@ -107,19 +107,23 @@ class MeasuredModel(DrawnModel, Protocol):
     def section(self, line: Any) -> xarray.Dataset:
         """Return a vertical section along a line in the map."""
 
-    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
-        """Return throw and heave of a horizon along a fault."""
-
-    @property
-    def column(self) -> dict[str, str]:
-        """The rule of each horizon, youngest first."""
-
     @property
     def tops(self) -> Tops | None:
         """Well tops; None without."""
 
     def misfit(self) -> xarray.Dataset:
         """Return the well tops compared with the horizons."""
+
+
+class PlottedModel(MeasuredModel, Protocol):
+    """A model with the further measures that plots show."""
+
+    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
+        """Return throw and heave of a horizon along a fault."""
+
+    @property
+    def column(self) -> dict[str, str]:
+        """The rule of each horizon, youngest first."""
 
 
 class ReportedModel(MeasuredModel, Protocol):
@@ -188,4 +192,4 @@ def missing_members(thing: object, wanted: type) -> tuple[str, ...]:
     return tuple(n for n in members if n not in own and not hasattr(type(thing), n))
 
 
-__all__ = ["DrawnModel", "MeasuredModel", "ReportedModel", "missing_members"]
+__all__ = ["DrawnModel", "MeasuredModel", "PlottedModel", "ReportedModel", "missing_members"]

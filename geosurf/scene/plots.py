@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.model.protocols import MeasuredModel
+from geosurf.model.protocols import PlottedModel
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ class ScenePlots:
     """The plots of a `Scene`: each needs only what any user of a scene can ask it for."""
 
     def plot_map(
-        self: MeasuredModel, horizon: str, ax: Axes | None = None, *, clip: bool = True, **look: Any
+        self: PlottedModel, horizon: str, ax: Axes | None = None, *, clip: bool = True, **look: Any
     ) -> Figure:
         """Draw the map of a horizon as a figure of matplotlib, or into axes.
 
@@ -60,7 +60,7 @@ class ScenePlots:
         return plot_map(surface, curves, ax, **options, **look)
 
     def plot_thickness(
-        self: MeasuredModel, zone: str, ax: Axes | None = None, *, grid: Any = None, **look: Any
+        self: PlottedModel, zone: str, ax: Axes | None = None, *, grid: Any = None, **look: Any
     ) -> Figure:
         """Draw the thickness map of a zone, with the fault polygons of its horizons.
 
@@ -89,7 +89,7 @@ class ScenePlots:
         thickness, polygons = thickness_of(self, zone, grid)
         return plot_thickness(thickness, ax, polygons=polygons, **look)
 
-    def plot_section(self: MeasuredModel, line: Any, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_section(self: PlottedModel, line: Any, ax: Axes | None = None, **look: Any) -> Figure:
         """Draw a vertical section along a line in the map.
 
         Parameters
@@ -115,7 +115,7 @@ class ScenePlots:
 
         return plot_section(self.section(line), ax, tops=tops_of_scene(self), **look)
 
-    def plot_allan(self: MeasuredModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_allan(self: PlottedModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
         """Draw the Allan diagram of a fault.
 
         Parameters
@@ -140,7 +140,7 @@ class ScenePlots:
         zones = list(dict.fromkeys(unit.zone for unit in self.units.values()))
         return plot_allan(self.allan(fault), self.juxtaposition(fault), ax, zones=zones, **look)
 
-    def plot_throw(self: MeasuredModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_throw(self: PlottedModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
         """Draw the throw of all horizons along a fault.
 
         Parameters
@@ -167,7 +167,7 @@ class ScenePlots:
         throws = {name: found for name, found in throws.items() if np.isfinite(found.throw).any()}
         return plot_throw(throws, ax, horizons=names, **look)
 
-    def plot_column(self: MeasuredModel, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_column(self: PlottedModel, ax: Axes | None = None, **look: Any) -> Figure:
         """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
 
         Parameters
