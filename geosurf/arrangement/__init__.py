@@ -13,6 +13,7 @@ hubs.py            self-contacts at vertices with hundreds of triangles
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
 crossing.py        the exact test of a rounded mesh
+known_pairs.py     contacts of two surfaces, stored for the next search of both
 memory_limit.py    error before pairs of triangles exceed the memory
 threads.py         independent tasks in threads, results in order
 =================  ====================================================================
@@ -22,7 +23,8 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 
 from __future__ import annotations
 
+from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles
 
-__all__ = ["Contacts", "find_contacts", "intersect_triangles", "search_voxels"]
+__all__ = ["Contacts", "KnownPairs", "find_contacts", "intersect_triangles", "search_voxels"]

@@ -6,7 +6,7 @@ they cost; a lattice is never made a list of triangles for it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from geosurf.arrangement import tree
 from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.broad import candidate_pairs
 from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
+from geosurf.arrangement.known_pairs import Known
 from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, refusal
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
@@ -72,12 +73,16 @@ def find_candidates(
     voxels: bool,
     voxel_size: float | None,
     origin: np.ndarray,
-) -> tuple[list[tuple[int, int, np.ndarray]], dict[str, int]]:
-    """Candidate pairs of keys for each pair of surfaces, and what they cost.
+    known: Mapping[tuple[int, int], Known] | None = None,
+) -> tuple[list[tuple[int, int, np.ndarray]], dict[tuple[int, int], dict[str, int]], dict[str, int]]:
+    """Candidate pairs of keys for each pair of surfaces, and what they cost, each and in all.
 
-    Rows of two keys, and of codes where these are known: see `geosurf.arrangement.upright`.
+    Rows of two keys, and of codes where these are known: see `geosurf.arrangement.upright`. What
+    `known` has is not searched.
     """
     found = []
+    known = known or {}
+    costs = {}
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
 
     # a graph has one elevation for each place in the map: it cannot meet itself
@@ -86,9 +91,10 @@ def find_candidates(
         boxes = [tree.boxes_of(s) for s in surfaces]
     else:
         trees = [tree.tree_of(s) for s in surfaces]
-        near = _near_pairs(surfaces, trees, wanted)
+        asked = [pair for pair in wanted if pair not in known]
+        near = {*known, *_near_pairs(surfaces, trees, asked)}
         cost["nodes"] += len(wanted) - len(near)
-        wanted = near
+        wanted = [pair for pair in wanted if pair in near]
 
     def search(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
         """Candidates of one pair of surfaces, and what finding them cost."""
@@ -126,11 +132,16 @@ def find_candidates(
             raise refusal(error.n, [surfaces[i].name, surfaces[j].name]) from error
 
     # Results come in the order of the pairs, whatever thread found them first.
-    for (i, j), (rows, spent) in zip(wanted, map_threads(searched, wanted), strict=True):
+    asked = [pair for pair in wanted if pair not in known]
+    searches = dict(zip(asked, map_threads(searched, asked), strict=True))
+    for i, j in wanted:
+        one = known.get((i, j))
+        rows, spent = searches[i, j] if one is None else (one.rows, one.spent)
+        costs[i, j] = spent
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))
-    return found, cost
+    return found, costs, cost
 
 
 def _near_pairs(

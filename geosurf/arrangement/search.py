@@ -7,7 +7,7 @@ are kept; all that comes later costs what they cost.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.arrangement.broad import candidate_pairs, fit_voxels
 from geosurf.arrangement.checked import check_surfaces, check_voxel_size
 from geosurf.arrangement.gather import Faces, find_candidates, gather
+from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
 from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import frame_origin, is_word, place
@@ -26,8 +27,10 @@ from geosurf.kernels.contacts.packed_contact import (
     HOW,
     in_plane,
     n_corners,
+    of_settled,
     pack_contacts,
     pack_crossings,
+    settled,
     sorted_by_faces,
 )
 from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
@@ -126,6 +129,7 @@ def find_contacts(
     self_intersections: bool = False,
     pairs: Sequence[tuple[int, int]] | None = None,
     origin: np.ndarray | None = None,
+    known: KnownPairs | None = None,
 ) -> Contacts:
     """Find every pair of triangles that meet, with named points.
 
@@ -143,6 +147,8 @@ def find_contacts(
     origin : ndarray, shape (3,), optional
         Of the local frame [m]; default: from these surfaces. Points are rounded in that
         frame, so results to be combined take the same.
+    known : KnownPairs, optional
+        What earlier searches found of two surfaces: taken from there, and added to it.
 
     Returns
     -------
@@ -171,10 +177,23 @@ def find_contacts(
 
     # Candidates by boxes, then their faces with common vertices, then exact signs and names.
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
-    found, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin)
+    how = (voxels, voxel_size, origin.tobytes())
+    before = {} if known is None else {(i, j): known.of(i, j, *how) for i, j in pairs}
+    held = {pair: one for pair, one in before.items() if one is not None}
+    found, costs, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin, held)
     faces, candidates = gather(surfaces, found, origin)
     cost["candidate_faces"] = len(faces.t)
-    contacts = _name(surfaces, origin, faces, candidates)
+
+    codes, slip = _settle(faces, candidates, found, held)
+    if known is not None:
+        start = 0
+        for i, j, rows in found:
+            one = held.get((i, j))
+            if one is None or one.slip != slip:
+                mine = codes[start : start + len(rows)].copy()
+                known.add(i, j, Known(rows, costs[i, j], slip, mine), *how)
+            start += len(rows)
+    contacts = _name(surfaces, origin, faces, candidates, codes)
     contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
@@ -187,38 +206,50 @@ def table_size(n: int) -> int:
     return 1 << max(4, int(2 * n + 2).bit_length())
 
 
-def _meet(x: np.ndarray, t: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Contacts of candidate pairs, and the near pairs, by faces.
-
-    Not as the search came across them: numbers are the same for any search.
-    """
-    # Pairs that the search has decided keep their codes; the others need signs.
+def _settle(
+    faces: Faces,
+    pairs: np.ndarray,
+    found: Sequence[tuple[int, int, np.ndarray]],
+    held: Mapping[tuple[int, int], Known],
+) -> tuple[np.ndarray, float]:
+    """How each candidate pair meets, and by how much coordinates could move by rounding [m]."""
+    # One unit in the last place of the largest coordinate: closer pairs are listed as near.
+    slip = ULP * float(np.abs(faces.x).max(initial=0.0))
+    codes = np.empty(len(pairs), dtype=np.int64)
     is_open = pairs[:, HOW] == NEEDS_EXACT
-    if not is_open.any():
-        pack_crossings(pairs)
-        return sorted_by_faces(pairs, len(t)), pairs[:0, :2]
-    known, waiting = pairs[~is_open], pairs[is_open, :2]
-    pack_crossings(known)
+    is_new = np.ones(len(pairs), dtype=bool)
+    start = 0
+    for i, j, rows in found:
+        one, part = held.get((i, j)), slice(start, start + len(rows))
+        if one is not None and one.slip == slip:
+            codes[part], is_new[part] = one.codes, False
+        start += len(rows)
 
-    # One unit in the last place of the largest coordinate [m]: closer pairs are listed as near.
-    slip = ULP * float(np.abs(x).max(initial=0.0))
-    n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
-    parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
+    # Pairs that the search has decided keep their codes; the others need signs.
+    decided = np.flatnonzero(is_new & ~is_open)
+    rows = pairs[decided]
+    pack_crossings(rows)
+    codes[decided] = rows[:, HOW]
+    waiting = np.flatnonzero(is_new & is_open)
+    codes[waiting] = _meet(faces.x, faces.t, pairs[waiting, :2], slip)
+    return codes, slip
 
-    found = map_threads(_meet_part, parts)
-    rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
-    rows = sorted_by_faces(np.concatenate([rows, known]), len(t))
-    return rows, sorted_by_faces(near, len(t))
+
+def _meet(x: np.ndarray, t: np.ndarray, pairs: np.ndarray, slip: float) -> np.ndarray:
+    """How candidate pairs meet, see `settled`."""
+    if not len(pairs):
+        return np.empty(0, dtype=np.int64)
+    n_part = max(1, min(n_threads(), len(pairs) // _PAIRS_OF_A_THREAD))
+    parts = [(x, t, part, slip) for part in np.array_split(pairs, n_part)]
+    return np.concatenate(map_threads(_meet_part, parts))
 
 
-def _meet_part(
-    x: np.ndarray, t: np.ndarray, pairs: np.ndarray, slip: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Contacts of some pairs, and the near ones among them."""
+def _meet_part(x: np.ndarray, t: np.ndarray, pairs: np.ndarray, slip: float) -> np.ndarray:
+    """How some pairs meet."""
     m, w = frame_of(x, len(t))
     rows = np.empty((min(len(pairs), _AT_ONCE) + 1, N_COLUMN), dtype=np.int64)
     near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
-    found, beside = [], []
+    found = []
     for first in range(0, max(len(pairs), 1), _AT_ONCE):  # rows take five times what pairs do
         some = pairs[first : first + _AT_ONCE]
         # Room for near pairs is guessed; a second call has room for all.
@@ -226,18 +257,20 @@ def _meet_part(
         if n_near > len(near):
             near = np.empty(n_near, dtype=np.int64)
             n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
-        found.append(pack_contacts(rows[:n]))
-        beside.append(some[near[:n_near]])
-    if len(found) == 1:
-        return found[0], beside[0]
-    return np.concatenate(found), np.concatenate(beside)
+        found.append(settled(some, pack_contacts(rows[:n]), near[:n_near]))
+    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def _name(
-    surfaces: tuple[TriSurface, ...], origin: np.ndarray, faces: Faces, pairs: np.ndarray
+    surfaces: tuple[TriSurface, ...],
+    origin: np.ndarray,
+    faces: Faces,
+    pairs: np.ndarray,
+    codes: np.ndarray,
 ) -> Contacts:
-    """Signs, then names, for the faces in contact (and near) only."""
-    rows, near = _meet(faces.x, faces.t, pairs)
+    """Names, for the faces in contact (and near) only."""
+    # By faces, not as the search came across them: numbers are the same for any search.
+    rows, near = (sorted_by_faces(one, len(faces.t)) for one in of_settled(pairs, codes))
     # Faces that meet nothing are dropped: what follows costs what curves need.
     if len(rows) < len(pairs):
         used = np.zeros(len(faces.t), dtype=bool)

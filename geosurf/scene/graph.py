@@ -30,7 +30,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.arrangement import find_contacts
+from geosurf.arrangement import KnownPairs, find_contacts
 from geosurf.carve import carve_units
 from geosurf.carve.order import warnings_of_order
 from geosurf.carve.slivers import warnings_of_slivers
@@ -338,7 +338,8 @@ class Graph:
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
-            self._patches_key, self._rebuilt, describe_patches,
+            self._patches_key, lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)),
+            describe_patches,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
@@ -349,11 +350,11 @@ class Graph:
         """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
         return self._rebuilt()[0]
 
-    def _rebuilt(self) -> Ended:
+    def _rebuilt(self, known: KnownPairs | None = None) -> Ended:
         """The same, what faults lost by ending at horizons, warnings of that, virtual walls."""
         contacts = find_contacts(
             self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
-            self_intersections=self.inputs.self_intersections,
+            self_intersections=self.inputs.self_intersections, known=known,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts))
         branches = (self.prepared_by or self.faults).rules

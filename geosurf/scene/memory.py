@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfWarning
@@ -119,6 +120,16 @@ class Memory:
         """Identify a surface by the key of the step that made it."""
         # a key of inputs and settings stands for the content and saves a hash over all arrays
         self.store.keys.setdefault(surface, key)
+
+    def known_pairs(self, surfaces: Sequence[TriSurface]) -> KnownPairs:
+        """Return what scenes of the family know of pairs of these surfaces."""
+
+        def get(key: Hashable) -> Any:
+            stored = self._shared(key)
+            return None if stored is None else stored[0]
+
+        keys = [self.key_of(surface) for surface in surfaces]
+        return KnownPairs(get, lambda key, one: self.store.put(key, one, (), self._used), keys)
 
     def hold(self, value: Any) -> str:
         """Return the fingerprint of an input, and hold one that only its identity distinguishes."""

@@ -97,6 +97,55 @@ def pack_crossings(rows):
         rows[k, HOW] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
 
 
+NEAR_BIT = 60  # of a settled code; corners need fewer bits
+NOTHING = 0  # the settled code of a pair that does not meet: contacts have corners
+
+
+@entry("l2 l2 l1 -> l1")
+def settled(pairs, rows, near):
+    """How each pair meets: the third number of its row, or NOTHING, and a bit for near pairs.
+
+    `rows` are those of the pairs that meet, in the order of `pairs`; `near` are rows of `pairs`.
+    """
+    out = np.empty(pairs.shape[0], dtype=np.int64)
+    n = 0
+    for k in range(pairs.shape[0]):
+        out[k] = NOTHING
+        if n < rows.shape[0] and rows[n, 0] == pairs[k, 0] and rows[n, 1] == pairs[k, 1]:
+            out[k] = rows[n, HOW]
+            n += 1
+    for k in range(near.shape[0]):
+        out[near[k]] |= 1 << NEAR_BIT
+    return out
+
+
+@entry("l2 l1 -> l2 l2")
+def of_settled(pairs, codes):
+    """Contacts (n, 3) and near pairs (n, 2) of settled pairs."""
+    n = n_near = 0
+    for k in range(pairs.shape[0]):
+        n += 1 if code_without_bit(codes[k]) != NOTHING else 0
+        n_near += (codes[k] >> NEAR_BIT) & 1
+    rows = np.empty((n, 3), dtype=np.int64)
+    near = np.empty((n_near, 2), dtype=np.int64)
+    n = n_near = 0
+    for k in range(pairs.shape[0]):
+        how = code_without_bit(codes[k])
+        if how != NOTHING:
+            rows[n, TRIANGLE_A], rows[n, TRIANGLE_B], rows[n, HOW] = pairs[k, 0], pairs[k, 1], how
+            n += 1
+        if (codes[k] >> NEAR_BIT) & 1 == 1:
+            near[n_near, 0], near[n_near, 1] = pairs[k, 0], pairs[k, 1]
+            n_near += 1
+    return rows, near
+
+
+@scalar
+def code_without_bit(code):
+    """How a settled pair meets."""
+    return code & ((1 << NEAR_BIT) - 1)
+
+
 @scalar
 def _sort_few(rows, low, high):
     """Sort some rows by their second number."""
