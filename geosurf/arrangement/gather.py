@@ -74,7 +74,9 @@ def find_candidates(
     voxel_size: float | None,
     origin: np.ndarray,
     known: Mapping[tuple[int, int], Known] | None = None,
-) -> tuple[list[tuple[int, int, np.ndarray]], dict[tuple[int, int], dict[str, int]], dict[str, int]]:
+) -> tuple[
+    list[tuple[int, int, np.ndarray]], dict[tuple[int, int], dict[str, int]], dict[str, int]
+]:
     """Candidate pairs of keys for each pair of surfaces, and what they cost, each and in all.
 
     Rows of two keys, and of codes where these are known: see `geosurf.arrangement.upright`. What

@@ -57,7 +57,7 @@ class KnownPairs:
     keys: list[Hashable]
 
     def of(self, i: int, j: int, *options: Hashable) -> Known | None:
-        """What is known of two surfaces; None for nothing."""
+        """What is known of two surfaces; None if they have not been searched."""
         return self.get(("pair", self.keys[i], self.keys[j], *options))
 
     def add(self, i: int, j: int, found: Known, *options: Hashable) -> None:

@@ -127,14 +127,19 @@ class Plan:
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
         """Return volumes of all units, and maps if they are requested."""
-        units = scene.units.values()
+        if self.layers is None:
+            # Moved contacts cut known units for volumes; maps need the units themselves.
+            found = scene.volumes
+            labels = [found[name].values.tolist() for name in ("unit", "zone", "block")]
+            contacts = found["contact"].values if "contact" in found.coords else [""] * len(found)
+            keys = map(UnitKey, *labels, contacts)
+            return Record(dict(zip(keys, found.values.tolist(), strict=True)), numbers, None)
         volumes = {
             # Labels go along: tables sum by zone, block or contact.
             UnitKey(unit.name, unit.zone, unit.block, unit.contact): float(unit.volume)
-            for unit in units
+            for unit in scene.units.values()
         }
-        maps = None if self.layers is None else self.layers.thickness(scene)
-        return Record(volumes, numbers, maps)
+        return Record(volumes, numbers, self.layers.thickness(scene))
 
 
 def uncertainties(given: Any) -> tuple[Uncertainty, ...]:

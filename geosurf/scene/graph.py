@@ -337,9 +337,8 @@ class Graph:
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
-            "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
-            self._patches_key, lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)),
-            describe_patches,
+            "rebuild", f"{counted(n_surface, 'surface')} and the {place}", self._patches_key,
+            lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)), describe_patches,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does

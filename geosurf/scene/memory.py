@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,6 +78,12 @@ class Memory:
         """Return a memory for another scene of the family, with the same results."""
         return Memory(store=self.store)
 
+    def take_over(self, before: Memory, surfaces: Mapping[str, str]) -> None:
+        """Hold the surfaces that another scene holds, of some inputs by name and fingerprint."""
+        for key, stored in before._own.items():
+            if isinstance(key, tuple) and key[0] == "surface" and surfaces.get(key[1]) == key[3]:
+                self._own[key] = stored
+
     def warn(self, *warnings: GeosurfWarning, issued: bool = False) -> None:
         """Keep warnings of this scene, and issue those that no scene of the family has issued.
 
@@ -128,7 +134,13 @@ class Memory:
             stored = self._shared(key)
             return None if stored is None else stored[0]
 
-        keys = [self.key_of(surface) for surface in surfaces]
+        def key(surface: TriSurface) -> Hashable:
+            # walls are made anew by each scene, and have a few numbers
+            if surface.role != "wall":
+                return self.key_of(surface)
+            return surface.name, surface.vertices.tobytes(), surface.triangles.tobytes()
+
+        keys = [key(surface) for surface in surfaces]
         return KnownPairs(get, lambda key, one: self.store.put(key, one, (), self._used), keys)
 
     def hold(self, value: Any) -> str:

@@ -201,7 +201,9 @@ class Scene(ScenePlots):
         ()
         """
         inputs, twin = self._inputs.replaced(**changes), object.__new__(Scene)
-        twin.__dict__.update(_inputs=inputs, _plain=Graph(inputs, self._plain.memory.twin()))
+        plain = Graph(inputs, self._plain.memory.twin())
+        plain.read.take_over(self._plain.read, changes)
+        twin.__dict__.update(_inputs=inputs, _plain=plain)
         return twin
 
     def __setattr__(self, name: str, value: Any) -> None:

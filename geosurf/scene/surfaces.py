@@ -68,6 +68,22 @@ class InputSurfaces:
         """Return a fault as given: neither extended nor truncated."""
         return self._surface(name, "fault", self.inputs.faults[name], None)
 
+    def take_over(self, before: InputSurfaces, changes: Mapping[str, Any]) -> None:
+        """Take over what another scene has read of the inputs that a change does not name.
+
+        Files are read again, since they may have changed.
+        """
+        named = {*(changes.get("horizons") or ()), *(changes.get("faults") or ())}
+        old, new = before.inputs, self.inputs
+        for name, found in before._fingerprints.items():
+            one = old.horizons.get(name, old.faults.get(name))
+            same = one is not None and one is new.horizons.get(name, new.faults.get(name))
+            if not same or {name, old.halves.whole_of(name)} & named:
+                continue
+            if not isinstance(one, str | Path | Sheet | tuple | list):
+                self._fingerprints[name] = found
+        self.memory.take_over(before.memory, self._fingerprints)
+
     def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """Read and triangulate one input, or take it from memory."""
         # the content is hashed once: an array that the user changes afterwards does not change the
