@@ -25,6 +25,7 @@ certificate/         `certify`: the properties of a model, recomputed from the r
 ===================  ==================================================================
 """
 
-from geosurf.carve.units import carve_units
+from geosurf.carve.cells import find_cells
+from geosurf.carve.units import carve_cells, carve_units
 
-__all__ = ["carve_units"]
+__all__ = ["carve_cells", "carve_units", "find_cells"]

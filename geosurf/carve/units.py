@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -134,6 +134,17 @@ def carve_units(
     {'above Top': 400.0, 'below Top': 600.0}
     """
     expect(patches, Patches, "carve_units takes Patches", "pass the result of rebuild_surfaces")
+    return carve_cells(partial(find_cells, patches), patches, column, contacts, slivers)
+
+
+def carve_cells(
+    find: Callable[[], Cells],
+    patches: Patches,
+    column: Mapping[str, str] | None,
+    contacts: Sequence[FluidContact],
+    slivers: Any,
+) -> Units:
+    """Return the units of `carve_units`; `find` returns the cells, which follow from patches."""
     horizons, own = (_with_role(patches, role) for role in ("horizon", "fault"))
     faults = separators(patches.names, [source.role for source in patches.sources])
     _check_names(patches)
@@ -143,7 +154,7 @@ def carve_units(
     levels = [level_of(patches, contact) for contact in contacts]
 
     # cells of space, each with its side of all horizons and contacts; the column makes zones of it
-    cells = find_cells(patches)
+    cells = find()
     signature = signatures(patches, cells, [*horizons, *levels])
     side, turns = apply_column(signature[: len(horizons)], rules)
     zone = zones_of(patches, cells, side, horizons)

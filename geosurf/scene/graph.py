@@ -31,7 +31,8 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.arrangement import KnownPairs, find_contacts
-from geosurf.carve import carve_units
+from geosurf.carve import carve_cells, find_cells
+from geosurf.carve.cells import Cells
 from geosurf.carve.order import warnings_of_order
 from geosurf.carve.slivers import warnings_of_slivers
 from geosurf.carve.thin import warnings_of_thin_units
@@ -406,7 +407,7 @@ class Graph:
         patches, contacts = self.patches, self.fluids[1]
         units = self.memory.get_or_compute(
             "carve", "the box" if self.aoi is None else "the area", self.units_key,
-            lambda: carve_units(patches, self.column, contacts, self.inputs.slivers),
+            lambda: carve_cells(self._cells, patches, self.column, contacts, self.inputs.slivers),
             lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
         )  # fmt: skip
 
@@ -420,6 +421,11 @@ class Graph:
             *warnings_of_order(units), *warnings_of_thin_units(units), *warnings_of_slivers(units)
         )
         return units
+
+    def _cells(self) -> Cells:
+        """Cells of the patches: names, rules and contacts do not change them."""
+        key = ("cells", self._patches_key)
+        return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches))
 
     @cached_property
     def units_key(self) -> Hashable:

@@ -143,6 +143,16 @@ class Memory:
         keys = [key(surface) for surface in surfaces]
         return KnownPairs(get, lambda key, one: self.store.put(key, one, (), self._used), keys)
 
+    def stored_for(self, owner: object, key: Hashable, run: Callable[[], Result]) -> Result:
+        """Return a part of a step, from memory if it was made of the same object; no step."""
+        known = self._shared(key)
+        if known is not None and known[0][0] is owner:
+            found: Result = known[0][1]
+            return found
+        result = run()
+        self.store.put(key, (owner, result), (), self._used)
+        return result
+
     def hold(self, value: Any) -> str:
         """Return the fingerprint of an input, and hold one that only its identity distinguishes."""
         # an identity means nothing once its object is gone: hold it

@@ -9,7 +9,7 @@ from geosurf import (
     Scene,
 )
 from geosurf.errors import InputError
-from geosurf.scene import memory
+from geosurf.scene import graph, memory
 from tests.scene.small import level, ran, upright
 from tests.strategies import BOX
 
@@ -84,3 +84,15 @@ def test_inputs_are_read_once(scene, monkeypatch):
     monkeypatch.setattr(memory, "fingerprint", lambda *a: taken.append(a) or plain(*a))
     scene.curves, scene.units  # noqa: B018
     assert len(taken) == 4
+
+
+def test_another_rule_keeps_the_cells(scene, monkeypatch):
+    """Cells follow from the patches; rules, slivers and names do not change them."""
+    _ = scene.units
+    monkeypatch.setattr(graph, "find_cells", None)
+    ruled = scene.replace(column={"Base": "base"})
+    assert len(ruled.units) == len(scene.units)
+    assert ran(ruled) == ["the box"]
+    fresh = Scene({"Top": level(3), "Base": level(1)}, {"F1": upright(1)}, BOX)
+    with pytest.raises(TypeError):
+        fresh.units  # noqa: B018
