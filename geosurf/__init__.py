@@ -10,6 +10,7 @@ The pipeline, stage by stage::
     rebuild      surfaces -> patches that share vertices along the curves
     carve        patches -> closed units: zone x fault block x fluid contact
     measure      units and patches -> thickness maps, juxtaposition, cut-offs, throw, dips
+    tetrahedra   units -> one conforming mesh of tetrahedra
     render       anything -> PNG, off-screen
     report       a scene -> one HTML page;  write: anything -> files
     ensemble     many realisations of a scene -> quantiles of volumes, maps of probability
@@ -57,6 +58,7 @@ _HOME = {
     "rebuild_surfaces": "geosurf.rebuild",
     "trim_sheets": "geosurf.rebuild",
     "carve_units": "geosurf.carve",
+    "mesh_units": "geosurf.tetrahedra",
     # nouns
     "FluidContact": "geosurf.model",
     "TriSurface": "geosurf.model",
@@ -74,6 +76,7 @@ _HOME = {
     "FaultCut": "geosurf.model",
     "Unit": "geosurf.model",
     "Units": "geosurf.model",
+    "TetMesh": "geosurf.model",
     "Certificate": "geosurf.model",
     # the whole way
     "Scene": "geosurf.scene",
@@ -122,6 +125,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         CurveIssue as CurveIssue,
         Sheet as Sheet,
         SheetReport as SheetReport,
+        TetMesh as TetMesh,
         ThrowReport as ThrowReport,
         TriSurface as TriSurface,
         TrimProposal as TrimProposal,
@@ -156,6 +160,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         tear_horizon as tear_horizon,
         throw_horizon as throw_horizon,
     )
+    from geosurf.tetrahedra import mesh_units as mesh_units
     from geosurf.triangulate import (
         build_contacts as build_contacts,
         build_walls as build_walls,

@@ -22,6 +22,7 @@ from geosurf.model.network_rows import NetworkDecision, NetworkRow, NetworkTrial
 from geosurf.model.patches import Patches
 from geosurf.model.sheets import FaultCut, LostThrow, Sheet, SheetReport, ThrowReport, TrimProposal
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
+from geosurf.model.tet_mesh import TetMesh
 from geosurf.model.units import Certificate, Check, Unit, Units
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "Remnant",
     "Sheet",
     "SheetReport",
+    "TetMesh",
     "ThrowReport",
     "Touch",
     "TriSurface",

@@ -93,6 +93,20 @@ def polydata(
     return mesh
 
 
+def tet_grid(
+    points: np.ndarray, tetrahedra: np.ndarray, cell_data: Mapping[str, np.ndarray]
+) -> pyvista.UnstructuredGrid:
+    """Tetrahedra of pyvista."""
+    import pyvista
+
+    # Copies: users of pyvista change points in place.
+    cells = {pyvista.CellType.TETRA: np.array(tetrahedra)}
+    grid: pyvista.UnstructuredGrid = pyvista.UnstructuredGrid(cells, np.array(points))
+    for key, value in cell_data.items():
+        grid.cell_data[key] = value
+    return grid
+
+
 def multiblock(blocks: Mapping[str, Any]) -> pyvista.MultiBlock:
     """Named blocks of pyvista."""
     import pyvista

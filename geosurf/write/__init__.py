@@ -16,7 +16,7 @@ from typing import Any
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
-from geosurf.model import Curves, FaultSticks, Patches, TriSurface, Unit, Units
+from geosurf.model import Curves, FaultSticks, Patches, TetMesh, TriSurface, Unit, Units
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
 from geosurf.write._files import Written, commit, commit_set
@@ -46,6 +46,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".csv": ("table", "csv_of_units"),
         ".nc": ("netcdf", "netcdf_of_units"),
     },
+    "TetMesh": dict.fromkeys((".vtu", ".msh", ".inp"), ("mesh", "mesh_of_tets")),
     "FaultSticks": {".pol": ("polylines", "pol_of_sticks")},
     "horizon (DataArray)": {
         ".nc": ("netcdf", "netcdf_of_horizon"),
@@ -72,6 +73,7 @@ KINDS = {
     "Patches": Patches,
     "Unit": Unit,
     "Units": Units,
+    "TetMesh": TetMesh,
     "FaultSticks": FaultSticks,
 }
 
@@ -82,13 +84,14 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
 
     Parameters
     ----------
-    obj : TriSurface, Curves, Patches, Unit, Units, FaultSticks, DataArray or Dataset
+    obj : TriSurface, Curves, Patches, Unit, Units, TetMesh, FaultSticks, DataArray or Dataset
     path : path-like
         The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply``.
         Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
         .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` next to it), ``.csv``, ``.nc``.
-        FaultSticks: ``.pol``. Horizon: ``.nc .irap`` and ``.gri`` (float32). Dataset: ``.nc``;
-        lines, such as fault polygons: ``.pol .csv``, too; regular grids: ``.vti``.
+        TetMesh: ``.vtu .msh .inp``. FaultSticks: ``.pol``. Horizon: ``.nc .irap``
+        and ``.gri`` (float32). Dataset: ``.nc``; lines, such as fault polygons: ``.pol .csv``, too;
+        regular grids: ``.vti``.
     name : str, optional
         Name to store. Default: the object's own, else the file name without suffix.
 

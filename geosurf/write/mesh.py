@@ -11,16 +11,17 @@ import io
 import re
 import tempfile
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from geosurf.errors import OutputError
-from geosurf.model import Patches, TriSurface, Unit
+from geosurf.model import Patches, TetMesh, TriSurface, Unit
 
 SIGNATURE = re.compile(rb"^(# |comment )Created by meshio[^\n]*\n", re.MULTILINE)
+FACES_LOST = "Faces and their surfaces were left out; .msh stores them."
 NAMES_LOST = "The format does not store names."
 TOPOLOGY_LOST = (
     "STL stores three corners for every triangle. Readers merge vertices only where "
@@ -66,6 +67,48 @@ def mesh_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[str]]:
     return data, _noted(suffix, [NAMES_LOST])
 
 
+def mesh_of_tets(mesh: TetMesh, name: str | None, suffix: str) -> tuple[bytes, list[str]]:
+    """Return tetrahedra with the unit of each; Gmsh also has faces and names."""
+    tets, region = mesh.tetrahedra, mesh.region
+    rows = f"Row i of 'unit' is the i-th of {list(mesh.unit_names)}."
+    if suffix == ".vtu":
+        data = _encode(mesh.vertices, tets, suffix, cell_data={"unit": region}, kind="tetra")
+        return data, [f"{NAMES_LOST} {rows}", FACES_LOST]
+    if suffix == ".inp":
+        # labels of Abaqus: letters, numbers and underscores, at most 80 of them
+        sets = {
+            f"U{k + 1}_{re.sub('[^A-Za-z0-9]+', '_', unit)}"[:80]: [np.flatnonzero(region == k)]
+            for k, unit in enumerate(mesh.unit_names)
+        }
+        data = _encode(mesh.vertices, tets, suffix, kind="tetra", cell_sets=sets)
+        return data, [f"Element sets are named {list(sets)}.", FACES_LOST]
+    return _gmsh(mesh), []
+
+
+def _gmsh(mesh: TetMesh) -> bytes:
+    """Return bytes of Gmsh 2.2: units and surfaces are physical groups with their names."""
+    # walls may share one name: surfaces of one name are one group
+    names = list(dict.fromkeys(mesh.surface_names))
+    row = np.array([names.index(name) for name in mesh.surface_names])
+    groups = [mesh.region + 1, row[mesh.surface_of_face] + 1]
+    tags = [group.astype(np.int32) for group in groups]
+
+    # names are in quotes there; a unit and a surface of one name stay apart by a word
+    units = [f"unit {name}" if name in names else name for name in mesh.unit_names]
+    known = {name: (k + 1, 3) for k, name in enumerate(units)}
+    known |= {name: (k + 1, 2) for k, name in enumerate(names)}
+    return _encode(
+        mesh.vertices,
+        mesh.tetrahedra,
+        ".msh",
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        kind="tetra",
+        also=[("triangle", np.array(mesh.faces))],
+        field_data={name.replace('"', "'"): np.array(of) for name, of in known.items()},
+        file_format="gmsh22",
+    )
+
+
 def _noted(suffix: str, notes: list[str]) -> list[str]:
     return [*notes, TOPOLOGY_LOST] if suffix == ".stl" else notes
 
@@ -76,16 +119,27 @@ def _encode(
     suffix: str,
     point_data: Mapping[str, Any] | None = None,
     cell_data: Mapping[str, Any] | None = None,
+    *,
+    kind: str = "triangle",
+    also: Sequence[tuple[str, np.ndarray]] = (),
+    file_format: str | None = None,
+    **named: Any,
 ) -> bytes:
-    """Return the bytes that meshio writes, without its signature."""
+    """Return the bytes that meshio writes, without its signature.
+
+    With cells of other kinds (`also`), cell data are lists: one array for each kind.
+    """
     import meshio
 
     # copies: meshio changes what it is given
     mesh = meshio.Mesh(
         np.array(vertices),
-        [("triangle", np.array(triangles))],
+        [(kind, np.array(triangles)), *also],
         point_data={key: np.array(value) for key, value in (point_data or {}).items()},
-        cell_data={key: [np.array(value)] for key, value in (cell_data or {}).items()},
+        cell_data={
+            key: value if also else [np.array(value)] for key, value in (cell_data or {}).items()
+        },
+        **named,
     )
 
     # meshio writes files only, and prints: to a folder of its own, in silence
@@ -99,7 +153,7 @@ def _encode(
                 np.errstate(all="ignore"),
             ):
                 warnings.simplefilter("ignore")
-                meshio.write(file, mesh)
+                meshio.write(file, mesh, file_format)
         except (meshio.WriteError, SystemExit, ValueError, TypeError, KeyError) as error:
             raise OutputError(
                 f"meshio cannot write {suffix} ({type(error).__name__}: {error}). "

@@ -46,6 +46,7 @@ GIVEN = {
     "Patches",
     "Unit",
     "Units",
+    "TetMesh",
     "Certificate",
     "FaultNetwork",
     "NetworkTrial",

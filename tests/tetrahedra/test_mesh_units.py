@@ -1,0 +1,230 @@
+"""One conforming mesh of all units: laws of meshes, and what is refused by name."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
+from geosurf.model import TetMesh, Units
+from geosurf.tetrahedra.boundary import Boundary, boundary_of, with_parts
+from geosurf.tetrahedra.refine import refined
+from geosurf.tetrahedra.regions import FACES, regions_of
+
+HAS_TETGEN = pytest.mark.skipif(
+    "not __import__('importlib.util').util.find_spec('tetgen')",
+    reason='TetGen (AGPL) is not installed: pip install "geosurf[tet]"',
+)
+
+
+def block(z: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of a unit cube at height z, and six tetrahedra around its diagonal."""
+    x = np.array([[i, j, k + z] for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float)
+    turns = [(1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1)]
+    return x, np.array([[0, a, b, 7] for a, b in turns])
+
+
+def two_cubes() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Two cubes on top of each other: points, tetrahedra, the faces between, and their sides."""
+    (x, low), (up, _) = block(0.0), block(1.0)
+    x = np.concatenate([x, up[4:]])
+    tets = np.concatenate([low, low + 4])
+    faces = tets[:, FACES].reshape(-1, 3)
+    unit = np.repeat([0] * 6 + [1] * 6, 4)
+
+    # one oriented copy of each face that belongs to one cube only, or to both
+    keys = [tuple(sorted(face)) for face in faces.tolist()]
+    rows: dict[tuple[int, ...], list[int]] = {}
+    for row, key in enumerate(keys):
+        rows.setdefault(key, []).append(row)
+    kept = [r for r in rows.values() if len(r) == 1 or unit[r[0]] != unit[r[1]]]
+    sides = [(unit[r[1]] if len(r) == 2 else -1, unit[r[0]]) for r in kept]
+    return x, tets, faces[[r[0] for r in kept]], np.array(sides)
+
+
+def outward(boundary: Boundary, k: int) -> np.ndarray:
+    """Faces of a unit; those with the unit in front are turned over."""
+    front, behind = (boundary.faces[boundary.sides[:, side] == k] for side in (0, 1))
+    return np.concatenate([behind, front[:, ::-1]])
+
+
+def is_closed(faces: np.ndarray) -> bool:
+    """Whether each directed edge has its opposite."""
+    edges = np.concatenate([faces[:, [i, (i + 1) % 3]] for i in range(3)]).tolist()
+    return sorted(edges) == sorted([b, a] for a, b in edges)
+
+
+@pytest.fixture(scope="module")
+def units() -> Units:
+    world = gs.synthetic.tilted_planes(n=9)
+    return gs.Scene(world.horizons, world.faults, world.box).units
+
+
+def test_the_boundary_is_closed_around_every_unit(units: Units) -> None:
+    boundary = boundary_of(units)
+    assert boundary.surface_names == next(iter(units.values())).surface_names
+    for k, unit in enumerate(units.values()):
+        faces = outward(boundary, k)
+        a, b, c = (boundary.x[faces[:, i]] for i in range(3))
+        volume = np.einsum("ij,ij->i", np.cross(a, b), c).sum() / 6.0
+        assert volume == pytest.approx(unit.volume, rel=1e-12)
+        assert is_closed(faces)
+
+
+def test_units_of_tetrahedra_follow_from_faces_however_they_are_turned() -> None:
+    x, tets, faces, sides = two_cubes()
+    expected = [0] * 6 + [1] * 6
+    assert regions_of(tets, faces, sides, len(x)).tolist() == expected
+    turned = np.arange(len(faces)) % 2 == 0
+    faces[turned], sides[turned] = faces[turned][:, ::-1], sides[turned][:, ::-1]
+    assert regions_of(tets, faces, sides, len(x)).tolist() == expected
+
+
+def test_damaged_meshes_are_found() -> None:
+    x, tets, faces, sides = two_cubes()
+    swapped = sides.copy()
+    swapped[3] = swapped[3, ::-1]
+    between = (sides >= 0).all(axis=1)
+    twice = np.concatenate([faces, faces[:1]]), np.concatenate([sides, sides[:1]])
+    damages = [
+        ("not (shared|in the mesh)", (tets[1:], faces, sides)),
+        ("in two units", (tets, faces, swapped)),
+        ("in two units", (tets, faces[~between], sides[~between])),
+        ("occurs twice", (tets, *twice)),
+    ]
+    for words, damaged in damages:
+        with pytest.raises(InvariantError, match=words):
+            regions_of(*damaged, len(x))
+
+
+def test_parts_of_split_faces_are_turned_as_the_face_and_cover_it(units: Units) -> None:
+    boundary = boundary_of(units)
+    n, face = len(boundary.x), boundary.faces[0]
+    x = np.concatenate([boundary.x, boundary.x[face].mean(axis=0)[None]])
+    parts = np.array([[face[1], face[0], n], [face[1], face[2], n], [face[2], face[0], n]])
+    parts = np.concatenate([parts, boundary.faces[1:, ::-1]])
+    parents = np.concatenate([[0, 0, 0], np.arange(1, len(boundary.faces))])
+    found = with_parts(boundary, x, parts, parents)
+    assert np.array_equal(found.faces[3:], boundary.faces[1:])
+    normals = [np.cross(*(x[t[1:]] - x[t[0]])) for t in (face, *found.faces[:3])]
+    assert all(normals[0] @ normal > 0 for normal in normals[1:])
+    with pytest.raises(InvariantError, match="not in the mesh"):
+        with_parts(boundary, x, parts[1:], parents[1:])
+
+
+def test_refined_faces_are_shorter_and_stay_closed(units: Units) -> None:
+    boundary = boundary_of(units)
+    fine = refined(boundary, 90.0)
+    edges = fine.x[fine.faces] - fine.x[np.roll(fine.faces, 1, axis=1)]
+    assert np.sqrt(np.square(edges).sum(axis=2)).max() <= 90.0
+    assert len(np.unique(fine.x, axis=0)) == len(fine.x)
+    for k, unit in enumerate(units.values()):
+        faces = outward(fine, k)
+        a, b, c = (fine.x[faces[:, i]] for i in range(3))
+        volume = np.einsum("ij,ij->i", np.cross(a, b), c).sum() / 6.0
+        assert volume == pytest.approx(unit.volume, rel=1e-12)
+        assert is_closed(faces)
+
+
+def test_bad_input_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match=r"mesh_units takes Units.*pass scene\.units"):
+        gs.mesh_units(3)
+    with pytest.raises(InputError, match="no units to mesh"):
+        gs.mesh_units(Units([], (0, 1, 0, 1, 0, 1)))
+    with pytest.raises(InputError, match="size is '10'; give a length in metres"):
+        gs.mesh_units(units, size="10")
+    with pytest.raises(InputError, match="size is -1 m; give a length above 0"):
+        gs.mesh_units(units, size=-1)
+    with pytest.raises(InputError, match=r"size=0\.1 asks for .* tetrahedra.*Give size=10 or more"):
+        gs.mesh_units(units, size=0.1)
+    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.find_spec", lambda name: None)
+    with pytest.raises(DependencyError, match=r"geosurf\[tet\].*AGPL"):
+        gs.mesh_units(units)
+
+
+def test_what_tetgen_refuses_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refuses:
+        def __init__(self, *args: object) -> None:
+            raise RuntimeError("The input surface mesh contain self-intersections.")
+
+    fake = type(sys)("tetgen")
+    fake.TetGen = Refuses
+    monkeypatch.setitem(sys.modules, "tetgen", fake)
+    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.find_spec", lambda name: fake)
+    with pytest.raises(GeometryError, match=r"TetGen cannot fill .* self-intersections.*check\(\)"):
+        gs.mesh_units(units)
+
+
+def of_cubes() -> TetMesh:
+    """Two cubes as a mesh."""
+    x, tets, faces, sides = two_cubes()
+    surface = (sides < 0).any(axis=1).astype(int)
+    names = ("Top", "wall")
+    region = np.repeat([0, 1], 6)
+    return TetMesh(
+        x, np.array([4e5, 5e6, -2e3]), tets, region, ("below Top", "above Top"),
+        faces, surface, sides, names,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".msh", ".inp"])
+def test_files_hold_the_mesh_and_its_units(tmp_path: Path, suffix: str) -> None:
+    import meshio
+
+    mesh = of_cubes()
+    assert mesh.volumes.values.tolist() == [1.0, 1.0]
+    assert repr(mesh) == "<TetMesh: 12 tetrahedra in 2 units, 12 vertices, 2 m³>"
+    paths = [gs.write(mesh, tmp_path / f"{k}{suffix}")[0] for k in range(2)]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+    again = meshio.read(paths[0])
+    assert np.array_equal(again.points, mesh.vertices)
+    assert np.array_equal(again.cells_dict["tetra"], mesh.tetrahedra)
+    if suffix == ".vtu":
+        assert again.cell_data["unit"][0].tolist() == mesh.region.tolist()
+    elif suffix == ".inp":
+        sets = {name: rows[0].tolist() for name, rows in again.cell_sets.items()}
+        assert sets == {"U1_below_Top": [*range(6)], "U2_above_Top": [*range(6, 12)]}
+    else:
+        tags = again.cell_data_dict["gmsh:physical"]
+        assert tags["tetra"].tolist() == (mesh.region + 1).tolist()
+        assert np.array_equal(again.cells_dict["triangle"], mesh.faces)
+        assert tags["triangle"].tolist() == (mesh.surface_of_face + 1).tolist()
+        assert {name: tuple(of) for name, of in again.field_data.items()} == {
+            "below Top": (1, 3), "above Top": (2, 3), "Top": (1, 2), "wall": (2, 2),
+        }  # fmt: skip
+
+
+@HAS_TETGEN
+@pytest.mark.parametrize("size", [None, 250.0])
+def test_units_are_filled_exactly(units: Units, size: float | None) -> None:
+    mesh = gs.mesh_units(units, size)
+    assert mesh.unit_names == tuple(units)
+    np.testing.assert_allclose(mesh.volumes.values, units.volumes.values, rtol=1e-12)
+    again = gs.mesh_units(units, size)
+    assert np.array_equal(again.local, mesh.local)
+    assert np.array_equal(again.tetrahedra, mesh.tetrahedra)
+    grid = mesh.to_pyvista()
+    assert grid.volume == pytest.approx(units.volume)
+
+    # the middle of each tetrahedron is in its unit, by exact location
+    middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)
+    large = mesh.cell_volumes > 1.0
+    world = gs.synthetic.tilted_planes(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    found = scene.sample(middles[large]).unit.values
+    assert found.tolist() == [mesh.unit_names[k] for k in mesh.region[large]]
+
+
+@HAS_TETGEN
+def test_a_smaller_size_gives_smaller_tetrahedra(units: Units) -> None:
+    coarse, fine = gs.mesh_units(units, 400.0), gs.mesh_units(units, 200.0)
+    assert len(fine.tetrahedra) > 2 * len(coarse.tetrahedra)
+
+    # TetGen leaves some next to faces as they are
+    small = fine.cell_volumes <= 200.0**3 / (6.0 * 2.0**0.5)
+    assert small.mean() > 0.99
