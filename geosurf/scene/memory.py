@@ -134,14 +134,16 @@ class Memory:
             stored = self._shared(key)
             return None if stored is None else stored[0]
 
-        def key(surface: TriSurface) -> Hashable:
+        def put(key: Hashable, one: Any) -> None:
+            self.store.put(key, one, (), self._used, grows=False)
+
+        def key_of(surface: TriSurface) -> Hashable:
             # walls are made anew by each scene, and have a few numbers
             if surface.role != "wall":
                 return self.key_of(surface)
             return surface.name, surface.vertices.tobytes(), surface.triangles.tobytes()
 
-        keys = [key(surface) for surface in surfaces]
-        return KnownPairs(get, lambda key, one: self.store.put(key, one, (), self._used), keys)
+        return KnownPairs(get, put, [key_of(surface) for surface in surfaces])
 
     def stored_for(self, owner: object, key: Hashable, run: Callable[[], Result]) -> Result:
         """Return a part of a step, from memory if it was made of the same object; no step."""

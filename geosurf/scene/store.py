@@ -206,8 +206,13 @@ class Store:
         result: Any,
         warnings: tuple[GeosurfWarning, ...],
         used: dict[Hashable, int],
+        *,
+        grows: bool = True,
     ) -> None:
-        """Keep a result; drop what has not been requested for longest until all fits."""
+        """Keep a result; drop what has not been requested for longest until all fits.
+
+        A result that `grows` may make arrays later, so that it is counted again.
+        """
         with self._lock:
             if key in self._entries:  # another thread was faster
                 # the later result replaces it; both are equal
@@ -221,7 +226,7 @@ class Store:
             self._use(key, entry, used)
 
             # results may make arrays later; count again now and then, at a cost that averages out
-            self._since_count += 1
+            self._since_count += grows
             if self._since_count > len(self._entries) // 2 + 8:
                 self._count_again()
 
