@@ -12,6 +12,7 @@ The pipeline, stage by stage::
     measure      units and patches -> thickness maps, juxtaposition, cut-offs, throw, dips
     tetrahedra   units -> one conforming mesh of tetrahedra
     render       anything -> PNG, off-screen
+    grid         a scene -> a corner-point grid for flow simulators
     report       a scene -> one HTML page;  write: anything -> files
     ensemble     many realisations of a scene -> quantiles of volumes, maps of probability
 
@@ -52,6 +53,8 @@ _HOME = {
     "throw_horizon": "geosurf.sheets",
     "EllipticThrow": "geosurf.sheets",
     "propose_trim": "geosurf.sheets",
+    # grid
+    "build_grid": "geosurf.grid",
     # the engine
     "intersect_triangles": "geosurf.arrangement",
     "intersect_surfaces": "geosurf.intersect",
@@ -66,6 +69,7 @@ _HOME = {
     "FaultSticks": "geosurf.model",
     "FaultNetwork": "geosurf.model",
     "NetworkTrial": "geosurf.model",
+    "CornerPointGrid": "geosurf.model",
     "Curves": "geosurf.model",
     "CurveIssue": "geosurf.model",
     "Patches": "geosurf.model",
@@ -111,10 +115,12 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         split_fault as split_fault,
         truncate_faults as truncate_faults,
     )
+    from geosurf.grid import build_grid as build_grid
     from geosurf.intersect import intersect_surfaces as intersect_surfaces
     from geosurf.model import (
         Certificate as Certificate,
         FluidContact as FluidContact,
+        CornerPointGrid as CornerPointGrid,
         Curves as Curves,
         FaultCut as FaultCut,
         FaultNetwork as FaultNetwork,

@@ -16,6 +16,7 @@ from geosurf.model.faults import (
     TruncatedFaults,
     Truncation,
 )
+from geosurf.model.grids import CornerPointGrid
 from geosurf.model.lattice import Lattice
 from geosurf.model.network import FaultNetwork
 from geosurf.model.network_rows import NetworkDecision, NetworkRow, NetworkTrial
@@ -31,6 +32,7 @@ __all__ = [
     "Certificate",
     "Check",
     "Clipped",
+    "CornerPointGrid",
     "CurveIssue",
     "Curves",
     "ExtendedFault",

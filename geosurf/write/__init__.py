@@ -16,7 +16,16 @@ from typing import Any
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
-from geosurf.model import Curves, FaultSticks, Patches, TetMesh, TriSurface, Unit, Units
+from geosurf.model import (
+    CornerPointGrid,
+    Curves,
+    FaultSticks,
+    Patches,
+    TetMesh,
+    TriSurface,
+    Unit,
+    Units,
+)
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
 from geosurf.write._files import Written, commit, commit_set
@@ -59,9 +68,14 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".pol": ("polylines", "pol_of_lines"),
         ".csv": ("polylines", "csv_of_lines"),
     },
+    "CornerPointGrid": {
+        ".grdecl": ("grdecl", "grdecl_of_grid"),
+        ".inc": ("grdecl", "inc_of_grid"),
+        **dict.fromkeys((".egrid", ".roff"), ("egrid", "binary_of_grid")),
+    },
 }
 # suffixes of formats with a place for a coordinate reference system
-KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm", ".vti")
+KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm", ".vti", ".grdecl")
 # advice for objects that cannot be written
 INSTEAD = {
     "Sheet": " For the horizon cut at its faults, write scene.patches.surface(name).",
@@ -75,6 +89,7 @@ KINDS = {
     "Units": Units,
     "TetMesh": TetMesh,
     "FaultSticks": FaultSticks,
+    "CornerPointGrid": CornerPointGrid,
 }
 
 
@@ -84,7 +99,9 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
 
     Parameters
     ----------
-    obj : TriSurface, Curves, Patches, Unit, Units, TetMesh, FaultSticks, DataArray or Dataset
+    obj : object
+        TriSurface, Curves, Patches, Unit, Units, TetMesh, CornerPointGrid, FaultSticks, DataArray
+        or Dataset.
     path : path-like
         The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply``.
         Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
@@ -92,6 +109,8 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
         TetMesh: ``.vtu .msh .inp``. FaultSticks: ``.pol``. Horizon: ``.nc .irap``
         and ``.gri`` (float32). Dataset: ``.nc``; lines, such as fault polygons: ``.pol .csv``, too;
         regular grids: ``.vti``.
+        CornerPointGrid: ``.grdecl`` (pillars, depths, active cells, faults), ``.inc`` (zones,
+        blocks and regions), ``.egrid`` and ``.roff`` (with xtgeo).
     name : str, optional
         Name to store. Default: the object's own, else the file name without suffix.
 
@@ -157,7 +176,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     title = name or _own_name(obj)
     if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
         title = str(title or path.stem)
-    extra = (suffix,) if module == "mesh" else ()
+    extra = (suffix,) if module in ("mesh", "egrid") else ()
     data, notes = encode(obj, title, *extra)
     return Written(commit(path, data), [*notes, *_lost_crs(obj, suffix)])
 

@@ -1,0 +1,77 @@
+"""Which faults lie between neighbouring columns: rays between the middles of their cells.
+
+A ray along I is a vertical line of a frame whose axes have changed places, so that the exact signs
+of `geosurf.measure.columns` decide whether it meets a fault. A fault parts two columns if the ray
+between them crosses it an odd number of times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.measure.columns import cross_columns
+
+AXES = ((1, 2, 0), (0, 2, 1))  # of a ray along I, along J: the two across it, then along it
+
+
+def faults_between(
+    faults: Sequence[tuple[np.ndarray, np.ndarray]], middle: np.ndarray, inside: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Find the faults between the middles of neighbouring columns.
+
+    Parameters
+    ----------
+    faults : sequence of (ndarray, ndarray)
+        Vertices in lattice coordinates (n, 3) and triangles (m, 3) of each fault.
+    middle : ndarray of float64, shape (n_level, ny, nx)
+        Elevation of the middle of each column at each level [m].
+    inside : ndarray of bool, shape (ny, nx)
+        Columns inside the model.
+
+    Returns
+    -------
+    (ndarray of bool, ndarray of bool)
+        Along I (n_fault, n_level, ny, nx - 1) and along J (n_fault, n_level, ny - 1, nx).
+    """
+    level, ny, nx = middle.shape
+    _, j, i = np.meshgrid(*map(np.arange, (level, ny, nx)), indexing="ij")
+    place = np.stack([i + 0.5, j + 0.5, middle], axis=-1)
+
+    # the ray lies at the mean elevation of both
+    rays_i = place[:, :, :-1].copy()
+    rays_i[..., 2] = 0.5 * (middle[:, :, :-1] + middle[:, :, 1:])
+    rays_j = place[:, :-1].copy()
+    rays_j[..., 2] = 0.5 * (middle[:, :-1] + middle[:, 1:])
+    open_i, open_j = inside[:, :-1] & inside[:, 1:], inside[:-1] & inside[1:]
+    return (
+        np.array([_crossed(x, t, rays_i, open_i, 0) for x, t in faults], dtype=bool).reshape(
+            len(faults), level, ny, nx - 1
+        ),
+        np.array([_crossed(x, t, rays_j, open_j, 1) for x, t in faults], dtype=bool).reshape(
+            len(faults), level, ny - 1, nx
+        ),
+    )
+
+
+def _crossed(
+    x: np.ndarray, triangles: np.ndarray, start: np.ndarray, open_at: np.ndarray, along: int
+) -> np.ndarray:
+    """Whether rays of length 1 along an axis cross a fault an odd number of times."""
+    across = list(AXES[along])
+    low, high = x.min(axis=0), x.max(axis=0)
+    near = open_at & (start >= low - 1.0).all(axis=-1) & (start <= high + 1.0).all(axis=-1)
+    rays = start[near]
+    found = cross_columns(
+        np.ascontiguousarray(x[:, across]), triangles, rays[:, across[:2]].copy(), np.zeros(2)
+    )
+    first = rays[found.foot, along]
+    hit = (found.elevation >= first) & (found.elevation < first + 1.0)
+    out = np.zeros(start.shape[:-1], dtype=bool)
+    out[near] = np.bincount(found.foot[hit], minlength=len(rays)) % 2 == 1
+    return out
+
+
+__all__ = ["faults_between"]

@@ -1,0 +1,103 @@
+"""GRDECL: corner-point grids as text, the include files of ECLIPSE, OPM Flow and others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from geosurf.model.grids import AXES, CornerPointGrid
+
+PER_LINE = 8
+AT_ONCE = 80_000  # numbers in one piece of text
+MOST_NAME = 8  # characters of a fault name that simulators read
+
+
+def grdecl_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[str]]:
+    """Return the GRID section: SPECGRID, COORD, ZCORN, ACTNUM and FAULTS; depths grow downwards."""
+    nz, ny, nx = grid.shape
+    coord = grid.coord.copy()
+    coord[..., [2, 5]] *= -1.0
+    words = [
+        _head(grid, name),
+        "MAPUNITS\n 'METRES' /\n\nMAPAXES\n 0 1 0 0 1 0 /\n\nGRIDUNIT\n 'METRES' /\n\n",
+        f"SPECGRID\n {nx} {ny} {nz} 1 F /\n\n",
+        *_keyword("COORD", _decimals(coord.ravel())),
+        *_keyword("ZCORN", _decimals(-grid.zcorn.ravel())),
+        *_keyword("ACTNUM", _repeats(grid.actnum.ravel().astype(np.int64))),
+        *_faults(grid),
+    ]
+    notes = ["Coordinates were rounded to 0.001 m; elevations are written as depths."]
+    if grid.crs is not None:
+        words.insert(1, f"-- CRS: {' '.join(grid.crs.split())[:110]}\n\n")
+    long = [one for one in grid.fault_names if len(one) > MOST_NAME]
+    if long:
+        notes.append(f"Fault names have more than {MOST_NAME} characters: {', '.join(long)}.")
+    return "".join(words).encode(), notes
+
+
+def inc_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[str]]:
+    """Return the arrays ZONE, BLOCK and FIPNUM, which count from 1; 0 in cells without."""
+    regions = [f"{zone}, {block}" for zone, block in grid.region_names]
+    words = [_head(grid, name)]
+    for key, names, values in (
+        ("ZONE", grid.zone_names, grid.zone),
+        ("BLOCK", grid.block_names, grid.block),
+        ("FIPNUM", regions, grid.region),
+    ):
+        words += [f"-- {key} {k + 1}: {one}\n" for k, one in enumerate(names)]
+        words += _keyword(key, _repeats(values.ravel() + 1))
+    return "".join(words).encode(), []
+
+
+def _head(grid: CornerPointGrid, name: str | None) -> str:
+    """What the file is, as comments."""
+    title = f" {name}" if name else ""
+    return (
+        f"-- Corner-point grid{title}: {' x '.join(map(str, grid.shape[::-1]))} cells, in metres\n"
+        f"-- zones: {', '.join(grid.zone_names)}\n\n"
+    )
+
+
+def _keyword(key: str, lines: Iterator[str]) -> Iterator[str]:
+    yield f"{key}\n"
+    yield from lines
+    yield "/\n\n"
+
+
+def _decimals(values: np.ndarray) -> Iterator[str]:
+    """Numbers with three decimals, some on a line."""
+    line = " %.3f" * PER_LINE + "\n"
+    for part in (values[k : k + AT_ONCE] for k in range(0, len(values), AT_ONCE)):
+        whole = len(part) // PER_LINE
+        yield (line * whole) % tuple(part[: whole * PER_LINE].tolist())
+        rest = part[whole * PER_LINE :].tolist()
+        if rest:
+            yield (" %.3f" * len(rest) + "\n") % tuple(rest)
+
+
+def _repeats(values: np.ndarray) -> Iterator[str]:
+    """Whole numbers; ``5*1`` stands for five ones."""
+    first = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
+    count = np.diff(np.append(first, len(values))).tolist()
+    words = [
+        f"{n}*{value}" if n > 1 else str(value)
+        for n, value in zip(count, values[first].tolist(), strict=True)
+    ]
+    for k in range(0, len(words), PER_LINE):
+        yield " " + " ".join(words[k : k + PER_LINE]) + "\n"
+
+
+def _faults(grid: CornerPointGrid) -> Iterator[str]:
+    """FAULTS: name, I, J and K from and to, and the face."""
+    faces = grid.faces
+    if not len(faces):
+        return
+    yield "FAULTS\n"
+    columns = (faces.fault, faces.axis, faces.column + 1, faces.layers)
+    for fault, axis, (i, j), (k, end) in zip(*(c.tolist() for c in columns), strict=True):
+        yield f" '{grid.fault_names[fault]}' {i} {i} {j} {j} {k + 1} {end} '{AXES[axis]}' /\n"
+    yield "/\n"
+
+
+__all__ = ["grdecl_of_grid", "inc_of_grid"]

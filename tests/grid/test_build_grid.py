@@ -1,0 +1,156 @@
+"""A grid adds up to the units, none of its cells is inside out, and planes are exact."""
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.grid.corners import limited
+
+SIZE = 4000.0
+BOX = (0, SIZE, 0, SIZE, -2200, -1800)
+
+
+def plane(z0: float, east: float = 0.0, north: float = 0.0):
+    import xarray as xr
+
+    x = np.linspace(0.0, SIZE, 41)
+    z = z0 + east * x[None, :] + north * x[:, None]
+    return xr.DataArray(
+        z, coords={"northing": x, "easting": x}, dims=("northing", "easting"),
+        attrs={"positive": "up", "units": "m"},
+    )  # fmt: skip
+
+
+def fault(at: float, dip: float = 90.0):
+    """A fault along strike 0 that dips east, through an easting at elevation -2000."""
+    run = 500.0 / np.tan(np.radians(dip)) if dip < 90 else 0.0
+    x = [[at - run, -10, -1500], [at - run, SIZE + 10, -1500]]
+    x += [[at + run, -10, -2500], [at + run, SIZE + 10, -2500]]
+    return gs.TriSurface("F1", "fault", x, [[0, 2, 1], [1, 2, 3]])
+
+
+def faulted(at: float, dip: float = 90.0, throw: float = 40.0):
+    """Two flat horizons, 60 m apart, that a fault throws down to the east."""
+    horizons = {}
+    for name, z in (("Top", -1970.0), ("Base", -2030.0)):
+        surface = fault(at, dip)
+        horizons[name] = gs.throw_horizon(plane(z), [surface], {"F1": throw}, name=name).surface
+    return gs.Scene(horizons, {"F1": fault(at, dip)}, (100, 3900, 100, 3900, -2200, -1800))
+
+
+@pytest.fixture(scope="module")
+def planes():
+    world = gs.synthetic.tilted_planes()
+    return gs.Scene(world.horizons, world.faults, world.box)
+
+
+def test_flat_layers_without_a_fault_are_exact():
+    scene = gs.Scene(
+        {"Top": plane(-1970, 0.01), "Base": plane(-2030, -0.01, 0.005)},
+        box=BOX,
+    )
+    grid = gs.build_grid(scene, cell=(130, 70), layers={"Top/Base": 7})
+    table = grid.table
+    np.testing.assert_allclose(table.volume, table.exact, rtol=1e-9)
+    x = grid.corners_of_layer(0)[:, :, 0]
+    np.testing.assert_allclose(x[..., 2], -1970 + 0.01 * x[..., 0], atol=1e-8)
+    assert grid.actnum.all()
+    assert not grid.inside_out.any()
+    assert len(grid.faces) == 0
+
+
+def test_volumes_of_zones_follow_the_units(planes):
+    grid = gs.build_grid(planes, cell=(100, 100), layers={"Top/Base": 3, "below Base": 2})
+    table = grid.table.groupby("zone").sum()
+    np.testing.assert_allclose(table.volume, table.exact, rtol=1e-3)
+    assert not grid.inside_out.any()
+    total = sum(u.volume for u in planes.units.values() if u.zone != "above Top")
+    assert float(grid.table.exact.sum()) == pytest.approx(total, rel=1e-12)
+
+
+def test_layers_fill_each_column_without_gaps(planes):
+    grid = gs.build_grid(planes, cell=200, layers=4)
+    z = grid.zcorn
+    np.testing.assert_array_equal(z[1:-1:2], z[2::2])
+    assert (np.diff(z, axis=0) <= 0).all()
+    assert z.shape == (8, 2 * grid.shape[1], 2 * grid.shape[2])
+
+
+def test_a_vertical_fault_between_columns_is_exact():
+    scene = faulted(2000.0)
+    grid = gs.build_grid(scene, cell=100, layers={"Top/Base": 3, "below Base": 1})
+    assert len(grid.region_names) >= 3
+    np.testing.assert_allclose(grid.table.volume, grid.table.exact, rtol=1e-9)
+
+    # nodes are split there by the throw, and nowhere else
+    top = grid.levels[0]
+    jump = np.abs(top[:, :-1, :, 1] - top[:, 1:, :, 0])
+    np.testing.assert_allclose(jump[:, 18], 40.0, atol=1e-6)
+    np.testing.assert_allclose(np.delete(jump, 18, axis=1), 0.0, atol=1e-6)
+    assert set(grid.faces.column[:, 0].tolist()) == {18}
+    assert len(grid.faces) == grid.shape[1]
+
+
+@pytest.mark.parametrize("parallel", ["top", "base"])
+def test_layers_of_one_thickness_pinch_out_at_the_other_side(parallel):
+    scene = gs.Scene({"Top": plane(-1970), "Base": plane(-2030, 0.01)}, box=BOX)
+    layers = {"Top/Base": {"thickness": 5.0, "parallel": parallel}}
+    grid = gs.build_grid(scene, cell=(200, 400), layers=layers)
+    assert grid.shape[0] == 12
+    thick = -np.diff(grid.levels, axis=0)
+    ends = thick[0] if parallel == "top" else thick[-1]
+    np.testing.assert_allclose(ends, 5.0)
+    assert not grid.actnum.all()
+    np.testing.assert_allclose(grid.volumes[~grid.actnum], 0.0, atol=1e-6)
+    np.testing.assert_allclose(grid.table.volume, grid.table.exact, rtol=1e-9)
+
+
+def test_limited_thickness_is_not_negative_and_has_the_same_mean():
+    corners = np.random.default_rng(1).normal(1.0, 2.0, (500, 2, 2))
+    corners = corners[corners.mean(axis=(1, 2)) >= 0]
+    found = limited(corners)
+    assert (found >= 0).all()
+    np.testing.assert_allclose(found.mean(axis=(1, 2)), corners.mean(axis=(1, 2)), atol=1e-12)
+
+
+def test_grdecl_has_all_corners_and_the_same_bytes_twice(planes, tmp_path):
+    grid = gs.build_grid(planes, cell=400, layers=2)
+    path = tmp_path / "model.grdecl"
+    gs.write(grid, path)
+    gs.write(gs.build_grid(planes, cell=400, layers=2), tmp_path / "again.grdecl")
+    text = path.read_text()
+    assert text.replace("model", "again") == (tmp_path / "again.grdecl").read_text()
+    words = text.split("ZCORN\n")[1].split("/")[0].split()
+    np.testing.assert_allclose(-np.array(words, float), grid.zcorn.ravel(), atol=6e-4)
+    assert text.count("'F1'") == len(grid.faces) > 0
+    inc = gs.write(grid, tmp_path / "model.inc")[0].read_text()
+    found = []
+    for word in inc.split("FIPNUM\n")[1].split("/")[0].split():
+        n, _, value = word.rpartition("*")
+        found += [int(value)] * int(n or 1)
+    np.testing.assert_array_equal(found, grid.region.ravel() + 1)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"cell": (0, 10)}, "size of a cell"),
+        ({"cell": "big"}, "size of a cell"),
+        ({"cell": 1e-3}, "larger cells"),
+        ({"layers": {"Top/Bse": 3}}, "Top/Base"),
+        ({"layers": {"above Top": 1, "below Base": 1}}, "leaves out 'Top/Base'"),
+        ({"layers": 2.5}, "number of layers"),
+        ({"layers": {}}, "empty"),
+        ({"layers": {"Top/Base": {"thickness": 1e-9, "parallel": "top"}}}, "limit"),
+        ({"angle": "north"}, "degrees"),
+        ({"min_thickness": -1}, "min_thickness"),
+    ],
+)
+def test_arguments_that_cannot_be_used_are_refused(planes, change, words):
+    with pytest.raises(gs.errors.InputError, match=words):
+        gs.build_grid(planes, **change)
+
+
+def test_only_scenes_are_gridded():
+    with pytest.raises(gs.errors.InputError, match="takes a Scene"):
+        gs.build_grid([])
