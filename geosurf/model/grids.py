@@ -210,7 +210,9 @@ class CornerPointGrid(Noun):
         try:
             import xtgeo
         except ImportError as error:
-            raise DependencyError("xtgeo is not installed. Run: pip install xtgeo") from error
+            raise DependencyError(
+                "xtgeo is not installed. Install the extra: pip install 'geosurf[grid]'"
+            ) from error
         nz, ny, nx = self.shape
 
         # xtgeo has one place for each node, and there the cells south-west, south-east, north-west

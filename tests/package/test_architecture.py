@@ -193,7 +193,7 @@ def test_import_geosurf_loads_nothing_heavy() -> None:
     "stage",
     [
         *("read", "triangulate", "arrangement", "intersect", "rebuild", "carve", "measure"),
-        *("report", "write", "synthetic"),
+        *("grid", "report", "write", "synthetic"),
     ],
 )
 def test_importing_a_stage_does_not_load_vtk(stage: str) -> None:
@@ -207,7 +207,7 @@ def test_every_import_is_declared(path: Path) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {"geosurf", *sys.stdlib_module_names}
     extras = project["optional-dependencies"]
-    used = (line for name in ("ensemble", "io", "notebook", "tet") for line in extras[name])
+    used = (line for name in ("ensemble", "grid", "io", "notebook", "tet") for line in extras[name])
     for line in [*project["dependencies"], *used]:
         declared.add(re.split(r"[^\w-]", line)[0].replace("-", "_"))
     # come with a declared package, and are part of what it offers
