@@ -1,7 +1,8 @@
 """Files -> xarray horizons, fault surfaces, points, polygons.
 
-The suffix picks the reader, or `format=` does; each reader is imported when it
-is first needed. Every result is in metres, elevation positive up.
+The content of a file picks the reader, or `format=` does; where the content is open, as in
+tables of numbers, the suffix does. Each reader is imported when it is first needed. Every result
+is in metres, elevation positive up.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import name_of, path_of
 from geosurf.read._common import otherwise
+from geosurf.read._detect import detect, detect_foreign
 from geosurf.read._guard import opened
 from geosurf.read.tops import read_tops
 
@@ -49,6 +51,12 @@ GRID_FORMATS = {
     "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
     "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
     "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
+    "cps3": ("cps3", "read_cps3", (".cps3", ".cps")),
+    "surfer": ("surfer", "read_surfer", (".grd",)),
+    "storm": ("storm", "read_storm", (".storm",)),
+    "esri": ("esri", "read_esri", (".asc",)),
+    "gxf": ("gxf", "read_gxf", (".gxf",)),
+    "earthvision": ("earthvision", "read_earthvision", (".evgrid",)),
 }
 HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
 FAULT_FORMATS = {
@@ -75,9 +83,9 @@ def read_horizon(
     Parameters
     ----------
     path : path-like
-        ``.gri`` and ``.irap`` (IRAP classic or binary, recognised by content),
-        ``.nc`` (CF NetCDF), ``.zmap`` (ZMAP+); ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle
-        meshes.
+        Recognised by content, whatever the suffix: IRAP classic and binary, CF NetCDF, ZMAP+,
+        CPS-3, Surfer 6 and 7, STORM, ESRI text, GXF, EarthVision; GOCAD TSurf, ``.vtp``. Other
+        triangle meshes by their suffix.
     name : str, optional
         Name of the horizon; for a TSurf file with several surfaces: which one. Default: the file
         name without suffix; for meshes the name in the file, if it has one.
@@ -88,8 +96,9 @@ def read_horizon(
         Unit of the values, if the file does not state it: ``"m"``, ``"ft"`` ...
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
-    format : {"irap", "netcdf", "zmap", "tsurf", "vtp", "mesh"}, optional
-        Overrides the suffix.
+    format : {"irap", "netcdf", "zmap", "cps3", "surfer", "storm", "esri", "gxf", \
+            "earthvision", "tsurf", "vtp", "mesh"}, optional
+        Overrides content and suffix.
     variable : str, optional
         Which variable of a NetCDF file, where there are several.
 
@@ -403,16 +412,20 @@ def read_polygons(
     return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
 
 
-def _who_reads(suffix: str) -> str:
-    """A sentence on the functions that know a suffix, or nothing."""
-    known: dict[str, Mapping[str, tuple[str, str, tuple[str, ...]]]] = {
+def _known() -> dict[str, Mapping[str, tuple[str, str, tuple[str, ...]]]]:
+    """Formats by the function that reads them."""
+    return {
         "read_horizon": HORIZON_FORMATS,
         "read_fault": FAULT_FORMATS,
         "read_points": POINT_FORMATS,
         "read_polygons": POLYGON_FORMATS,
     }
+
+
+def _who_reads(suffix: str) -> str:
+    """A sentence on the functions that know a suffix, or nothing."""
     found = [
-        name for name, formats in known.items() if any(suffix in s for *_, s in formats.values())
+        name for name, formats in _known().items() if any(suffix in s for *_, s in formats.values())
     ]
     if not found:
         return ""
@@ -434,9 +447,18 @@ def _reader(
             f"{', '.join(formats)}.{did_you_mean(format, formats)}"
         )
 
-    # format= goes before the suffix
+    # format= goes before the content, and the content before the suffix
     suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}
-    key = format or suffix_of.get(path.suffix.lower())
+    by_suffix = suffix_of.get(path.suffix.lower())
+    # what has no known suffix and is not there gets the list of suffixes as an answer
+    key = format or (_by_content(path, formats, caller) if by_suffix or path.exists() else None)
+    key = key or by_suffix
+    foreign = detect_foreign(path) if key is None and path.exists() else None
+    if foreign is not None:
+        raise FormatError(
+            f"{path}: this is a file of the kind {foreign}, which {caller} does not read. Export "
+            "it in a format of docs/formats.md, or set format=."
+        )
     if key is None:
         raise FormatError(
             f"{path}: {caller} does not read files with the suffix {path.suffix!r}; it reads "
@@ -448,3 +470,25 @@ def _reader(
         pass
     module, function, _ = formats[key]
     return path, key, getattr(import_module(f"geosurf.read.{module}"), function)
+
+
+def _by_content(
+    path: Path, formats: Mapping[str, tuple[str, str, tuple[str, ...]]], caller: str
+) -> str | None:
+    """Return the format that the content shows, if it is open None."""
+    found = detect(path)
+    if found in formats:
+        return found
+    # recognised, but another function reads it, or none does
+    readers = [name for name, known in _known().items() if found in known]
+    if found == "model3d":
+        raise FormatError(
+            f"{path}: this is a GOCAD Model3d, a sealed model of many surfaces. Read it with "
+            "geosurf.read.model3d.read_model3d."
+        )
+    if readers and found is not None:
+        raise FormatError(
+            f"{path}: this is a file of the format {found!r}, which {caller} does not read. Read "
+            f"it with {' or '.join(readers)}."
+        )
+    return None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 from geosurf.conventions import elevation_sign, first_given, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.read._guard import read_bytes
+from geosurf.read._noted import noted
 
 BLOCK = 1 << 20  # characters that are taken apart at a time
 WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff", b"\x00\x00\xfe\xff")  # UTF-16 and UTF-32
@@ -101,6 +103,32 @@ def numbers(words: Sequence[str]) -> np.ndarray | None:
     return values
 
 
+def plain_numbers(text: str) -> np.ndarray | None:
+    """Return all words of a text as finite float64, or None where `numbers` has to look.
+
+    Half the time of `numbers`: each word is rounded as Python does, but without an object for it.
+
+    Examples
+    --------
+    >>> plain_numbers("1 -2.5e3"), plain_numbers("1-2"), plain_numbers("1,5")
+    (array([ 1.0e+00, -2.5e+03]), None, None)
+    """
+    data = text.encode()
+    if data.translate(None, b"0123456789+-.eE \t\n"):
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # older numpy warns where newer ones raise
+            values: np.ndarray = np.fromstring(text, dtype=np.float64, sep=" ")
+    except (ValueError, DeprecationWarning):
+        return None
+
+    # numpy takes '1-2' for two numbers: there have to be as many values as words
+    blank = np.frombuffer(data, dtype=np.uint8) <= ord(" ")
+    begins = np.count_nonzero(blank[:-1] & ~blank[1:]) + int(len(blank) > 0 and not blank[0])
+    return values if len(values) == begins and np.isfinite(values).all() else None
+
+
 def is_number(word: str) -> bool:
     """Return whether a word of a file is a plain number, or infinite, or not-a-number.
 
@@ -163,7 +191,8 @@ def number_text(text: str, path: Path, first: int, what: str) -> np.ndarray:
     parts = [np.empty(0)]
     for line, piece in line_blocks(text):
         # in bulk; only a piece with a wrong word is looked at line by line
-        values = numbers(piece.split())
+        values = plain_numbers(piece)
+        values = numbers(piece.split()) if values is None else values
         if values is None:
             for i, row in enumerate(piece.split("\n"), start=first + line - 1):
                 for word in row.split():
@@ -203,7 +232,9 @@ def agreed_sign(stated: str | None, requested: str | None, what: str) -> float:
             f"positive={requested!r}. "
             "Leave the argument out, or correct the file."
         )
-    return elevation_sign(stated if stated is not None else requested, what)
+    sign = elevation_sign(stated if stated is not None else requested, what)
+    noted("sign", f"positive {stated}, stated by the file" if stated else "open: give positive=")
+    return sign
 
 
 def agreed_scale(
@@ -226,4 +257,6 @@ def agreed_scale(
                 "given. Leave the argument out, or correct the file."
             )
         return metres_per_unit(stated, what)
+    found = f"{stated}, stated by the file" if stated else f"open: {default} unless length_unit="
+    noted("unit of z", found)
     return metres_per_unit(first_given(stated, requested, default), what)

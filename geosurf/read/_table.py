@@ -29,7 +29,7 @@ from geosurf.read._columns import (
     numbered_places,
     three_words,
 )
-from geosurf.read._common import COMMA, line_blocks, read_text
+from geosurf.read._common import COMMA, line_blocks, plain_numbers, read_text
 
 ROWS = 50_000  # of csv that are taken apart at a time
 
@@ -76,8 +76,14 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
         # three words on each line that is not empty, counted over the bytes of the whole piece
-        count, words = _words_per_line(piece), piece.split()
-        whole = len(words) == 3 * np.count_nonzero(count) == count.sum() and count.max() == 3
+        count = _words_per_line(piece)
+        whole = 3 * np.count_nonzero(count) == count.sum() and count.max() == 3
+        values = plain_numbers(piece) if whole and draft.decimal == "." else None
+        if values is not None:
+            draft.take_values(values, first + np.flatnonzero(count))
+            return
+        words = piece.split()
+        whole = whole and len(words) == count.sum()
         if whole and (draft.points or draft.header or not _is_header(draft, [words[:3]])):
             draft.take(words, first + np.flatnonzero(count))
             return

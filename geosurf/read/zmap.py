@@ -23,6 +23,7 @@ from geosurf.read._common import (
     line_blocks,
     number,
     numbers,
+    plain_numbers,
     read_text,
 )
 from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
@@ -111,6 +112,13 @@ def _values(path: Path, text: str, first: int, nulls: set[str]) -> tuple[np.ndar
     """All values, NaN where undefined, and whether one of the others has a decimal point."""
     parts, has_point = [np.empty(0)], False
     for line, piece in line_blocks(text):
+        # all are numbers: undefined ones are known by their value, at the end
+        plain = plain_numbers(piece)
+        if plain is not None:
+            parts.append(plain)
+            has_point = has_point or "." in piece
+            continue
+
         # words that mean no value are taken out, and the others become numbers at once
         words = piece.split()
 

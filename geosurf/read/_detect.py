@@ -1,0 +1,111 @@
+"""Which format a file has, by its first bytes; suffixes are only a hint where content is open.
+
+Signatures exclude each other, so their order does not matter. A table of numbers has no signature:
+what it holds follows from the function that reads it.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+from geosurf.read._guard import opened
+
+HEAD = 8192  # bytes that decide
+
+
+def _text(pattern: str) -> Callable[[bytes], bool]:
+    """A test of the first words of a text, after a byte order mark and blank lines."""
+    found = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*(?:" + pattern.encode() + rb")", re.IGNORECASE)
+    return lambda head: found.match(head) is not None
+
+
+def _comments(*words: bytes) -> Callable[[bytes], bool]:
+    """A test of comments that begin with # and hold all of some words."""
+    return lambda head: (
+        head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"#")
+        and all(re.search(rb"^#\s*" + word, head, re.M | re.I) for word in words)
+    )
+
+
+def _is_irap(head: bytes) -> bool:
+    """A text that begins with -996, or a Fortran record of 32 bytes that does."""
+    binary = head[:8] == struct.pack(">ii", 32, -996)
+    return binary or head.lstrip().startswith(b"-996")
+
+
+# name of the format -> test of the first bytes; names of formats as in `geosurf.read`
+SIGNATURES: dict[str, Callable[[bytes], bool]] = {
+    "irap": _is_irap,
+    "zmap": _text(r"(?:![^\n]*\n\s*)*@[^\n]*\bGRID\b"),
+    "cps3": _text(r"(?:![^\n]*\n\s*)*FS(?:ASCI|ATTR|LIMI|NROW|XINC)\b"),
+    "surfer": lambda head: head[:4] in (b"DSAA", b"DSBB", b"DSRB"),
+    "storm": _text(r"STORMGRID_(?:BINARY|ASCII)\b"),
+    "esri": _text(r"(?:ncols|nrows)[ \t]+\d+[ \t]*\r?\n\s*(?:ncols|nrows|[xy]ll)"),
+    "gxf": _comments(rb"POINTS\b", rb"ROWS\b"),
+    "earthvision": _comments(rb"Grid_size:", rb"Grid_space:"),
+    "netcdf": lambda head: head.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n")),
+    "tsurf": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+TSurf\b"),
+    "model3d": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Model3d\b"),
+    "vtp": lambda head: b"<VTKFile" in head and re.search(rb"type=.PolyData.", head) is not None,
+    "petrel_tops": _text(r"#\s*Petrel well tops\b"),
+}
+# what else is recognised, to name it in errors: geosurf does not read these
+FOREIGN: dict[str, Callable[[bytes], bool]] = {
+    "GeoTIFF": lambda head: head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+    "GeoJSON": lambda head: head.lstrip()[:1] == b"{" and b'"coordinates"' in head,
+    "glTF": lambda head: head.startswith(b"glTF"),
+    "LAS": _text(r"~V"),
+    "shapefile": lambda head: head.startswith(b"\x00\x00\x27\x0a"),
+    "GOCAD PLine": _text(r"GOCAD[ \t]+PLine\b"),
+    "GOCAD VSet": _text(r"GOCAD[ \t]+VSet\b"),
+    "GOCAD SGrid": _text(r"GOCAD[ \t]+SGrid\b"),
+    "ZIP archive": lambda head: head.startswith(b"PK\x03\x04"),
+    "gzip": lambda head: head.startswith(b"\x1f\x8b"),
+}
+
+
+def detect(path: Path) -> str | None:
+    """
+    Return the name of the format that the content of a file has, or None where it is open.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Returns
+    -------
+    str or None
+        A key of `SIGNATURES`.
+
+    Raises
+    ------
+    InputError
+        If it is not a regular file that can be opened.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.txt"
+    >>> _ = file.write_text("FSASCI 0 1 COMPUTED 0 1.0E30 0")
+    >>> detect(file)
+    'cps3'
+    """
+    return _first(head_of(path), SIGNATURES)
+
+
+def detect_foreign(path: Path) -> str | None:
+    """Return what a file is that geosurf does not read, in words, or None."""
+    return _first(head_of(path), FOREIGN)
+
+
+def head_of(path: Path) -> bytes:
+    """Return the first bytes of a regular file."""
+    with opened(path) as (file, _):
+        return file.read(HEAD)
+
+
+def _first(head: bytes, tests: dict[str, Callable[[bytes], bool]]) -> str | None:
+    return next((key for key, fits in tests.items() if fits(head)), None)
