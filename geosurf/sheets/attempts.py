@@ -26,7 +26,7 @@ from geosurf.sheets.report.describe import fault_cuts
 from geosurf.sheets.report.propose_trim import shows_smear, trims_of
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
-FORCED = 1  # other trims with which a sheet may be closed at a loss
+FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them
 WIDER = 0.5  # cells: measured trims count where they are wider than those given by this much
 
 
@@ -93,7 +93,11 @@ def torn_sheet(
             return best
         if other.bad and not other.closed.built.is_hopeless:
             others.append(other)
-    for other in sorted(others, key=lambda one: len(one.closed.built.cut.holes))[:FORCED]:
+    fewest_holes = sorted(others, key=lambda one: len(one.closed.built.cut.holes))
+    for tried, other in enumerate(fewest_holes):
+        # one more may lose less; all others are tried only for a sheet that would be refused
+        if tried >= FORCED and not best.bad:
+            break
         forced = Torn.of(close_at_any_cost(other.closed))
         best = min(best, forced, key=lambda one: one.loss)
     if best.bad:
