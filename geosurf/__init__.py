@@ -34,6 +34,8 @@ _HOME = {
     "read_points": "geosurf.read",
     "read_polygons": "geosurf.read",
     "read_tops": "geosurf.read",
+    "info": "geosurf.read",
+    "FileInfo": "geosurf.read",
     # triangulate
     "triangulate_horizon": "geosurf.triangulate",
     "triangulate_fault": "geosurf.triangulate",
@@ -139,6 +141,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         Units as Units,
     )
     from geosurf.read import (
+        FileInfo as FileInfo,
+        info as info,
         read_fault as read_fault,
         read_horizon as read_horizon,
         read_points as read_points,

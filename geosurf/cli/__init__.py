@@ -9,6 +9,7 @@ codes.
 `scenario_commands`   ``run``, ``check``, ``render``, ``report``
 `new_command`         ``new``
 `curves_command`      ``curves``
+`info_command`        ``info``
 `install_commands`    ``doctor``, ``warmup``
 `stress_command`      ``stress``
 `results`             progress and verdict, printed by several commands

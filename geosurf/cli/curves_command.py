@@ -41,16 +41,18 @@ def curves_command(options: argparse.Namespace) -> int:
 
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
-    """Read one surface: a horizon or a fault, by its suffix; in NetCDF, by its dimensions."""
+    """Read one surface: a horizon or a fault, by content, else by suffix; NetCDF by dimensions."""
     from geosurf.read import FAULT_FORMATS, GRID_FORMATS, otherwise, read_fault, read_nodes
+    from geosurf.read._detect import detect
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
-    # the suffix decides, not the content: a file without a known one is refused before it is opened
+    # the content decides where it can; a file that neither content nor suffix shows is refused
     suffix = path.suffix.lower()
     formats = (*GRID_FORMATS.values(), *FAULT_FORMATS.values())
     known = {word for _, _, suffixes in formats for word in suffixes}
-    if suffix not in known:
+    found = detect(path) if path.is_file() else None
+    if suffix not in known and found not in {*GRID_FORMATS, *FAULT_FORMATS}:
         missing = "" if path.exists() else " and the file does not exist"
         raise FormatError(
             f"{path}: the suffix {path.suffix!r} is not that of a surface file{missing}. "
@@ -59,12 +61,13 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
         )
 
     # NetCDF holds grids and faults; its dimensions decide
-    gridded = any(suffix in suffixes for _, _, suffixes in GRID_FORMATS.values())
-    if suffix in GRID_FORMATS["netcdf"][2]:
+    by_suffix = any(suffix in suffixes for _, _, suffixes in GRID_FORMATS.values())
+    gridded = found in GRID_FORMATS if found else by_suffix
+    if found == "netcdf" or (found is None and suffix in GRID_FORMATS["netcdf"][2]):
         gridded = not holds_fault(path)
     if gridded:
         return triangulate_horizon(read_nodes(path, **otherwise(words)), name=path.stem)
 
     # some files hold triangles, others sticks or grids, which become triangles here
-    found = read_fault(path, **otherwise(words))
-    return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)
+    fault = read_fault(path, **otherwise(words))
+    return fault if hasattr(fault, "triangles") else triangulate_fault(fault, name=path.stem)

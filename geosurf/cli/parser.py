@@ -9,6 +9,7 @@ from typing import Any
 import geosurf
 from geosurf.cli.curves_command import curves_command
 from geosurf.cli.ensemble_command import ensemble_command
+from geosurf.cli.info_command import info_command
 from geosurf.cli.install_commands import doctor_command, warmup_command
 from geosurf.cli.new_command import VARIANTS, new_command
 from geosurf.cli.scenario_commands import (
@@ -61,6 +62,9 @@ def build_parser() -> argparse.ArgumentParser:
     _add_new(add)
     _add_scenario_commands(add)
     _add_curves(add)
+    info = add("info", info_command, "show what files hold and how geosurf reads them")
+    info.add_argument("files", metavar="FILE", nargs="+", help="files of any format")
+    info.add_argument("--json", action="store_true", help="print a list of objects in JSON")
     add("doctor", doctor_command, "check the installation")
     add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)")
     _add_tests(add)

@@ -7,18 +7,25 @@ is in metres, elevation positive up.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from importlib import import_module
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import is_word
 from geosurf.errors import FormatError, InputError
-from geosurf.model.expected import name_of, path_of
+from geosurf.model.expected import name_of
 from geosurf.read._common import otherwise
-from geosurf.read._detect import detect, detect_foreign
-from geosurf.read._guard import opened
+from geosurf.read.file_info import FileInfo, info
+from geosurf.read.registry import (
+    FAULT_FORMATS,
+    GRID_FORMATS,
+    HORIZON_FORMATS,
+    MESH_FORMATS,
+    POINT_FORMATS,
+    POLYGON_FORMATS,
+    reader_of,
+)
 from geosurf.read.tops import read_tops
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -28,6 +35,14 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.model import FaultSticks, TriSurface
 
 __all__ = [
+    "FAULT_FORMATS",
+    "GRID_FORMATS",
+    "HORIZON_FORMATS",
+    "MESH_FORMATS",
+    "POINT_FORMATS",
+    "POLYGON_FORMATS",
+    "FileInfo",
+    "info",
     "otherwise",
     "read_fault",
     "read_horizon",
@@ -36,36 +51,6 @@ __all__ = [
     "read_tops",
     "read_tsurf",
 ]
-
-# format -> (module, function, suffixes)
-MESH_FORMATS = {
-    "tsurf": ("gocad", "read_gocad", (".ts",)),
-    "vtp": ("vtp", "read_vtp", (".vtp",)),
-    "mesh": (
-        "mesh",
-        "read_mesh",
-        (".vtu", ".vtk", ".obj", ".stl", ".ply", ".off", ".msh", ".inp", ".xdmf"),
-    ),
-}
-GRID_FORMATS = {
-    "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
-    "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
-    "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
-    "cps3": ("cps3", "read_cps3", (".cps3", ".cps")),
-    "surfer": ("surfer", "read_surfer", (".grd",)),
-    "storm": ("storm", "read_storm", (".storm",)),
-    "esri": ("esri", "read_esri", (".asc",)),
-    "gxf": ("gxf", "read_gxf", (".gxf",)),
-    "earthvision": ("earthvision", "read_earthvision", (".evgrid",)),
-}
-HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
-FAULT_FORMATS = {
-    "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
-    "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
-    **MESH_FORMATS,
-}
-POINT_FORMATS = {"xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat"))}
-POLYGON_FORMATS = {"polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt"))}
 
 
 def read_horizon(
@@ -167,7 +152,7 @@ def read_nodes(
     GridNodes, xarray.DataArray or TriSurface
         The first for IRAP and ZMAP+, which are read without importing xarray; the last for meshes.
     """
-    path, key, read = _reader(path, HORIZON_FORMATS, format, "read_horizon")
+    path, key, read = reader_of(path, HORIZON_FORMATS, format, "read_horizon")
 
     # only NetCDF holds several variables; elsewhere the argument would have no effect
     extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}
@@ -243,7 +228,7 @@ def read_fault(
     >>> read_fault(file, positive="down")
     <FaultSticks 'F1': 1 sticks, 2 points>
     """
-    path, key, read = _reader(path, FAULT_FORMATS, format, "read_fault")
+    path, key, read = reader_of(path, FAULT_FORMATS, format, "read_fault")
     if name is not None:
         name = name_of(name, "fault")
     if key in ("sticks", "netcdf"):
@@ -356,7 +341,7 @@ def read_points(
     >>> read_points(file, positive="down", columns=(3, 4, 5)).easting.values
     array([777574.2])
     """
-    path, _, read = _reader(path, POINT_FORMATS, format, "read_points")
+    path, _, read = reader_of(path, POINT_FORMATS, format, "read_points")
     return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
 
 
@@ -408,87 +393,5 @@ def read_polygons(
     >>> read_polygons(file)[0].shape
     (3, 3)
     """
-    path, _, read = _reader(path, POLYGON_FORMATS, format, "read_polygons")
+    path, _, read = reader_of(path, POLYGON_FORMATS, format, "read_polygons")
     return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
-
-
-def _known() -> dict[str, Mapping[str, tuple[str, str, tuple[str, ...]]]]:
-    """Formats by the function that reads them."""
-    return {
-        "read_horizon": HORIZON_FORMATS,
-        "read_fault": FAULT_FORMATS,
-        "read_points": POINT_FORMATS,
-        "read_polygons": POLYGON_FORMATS,
-    }
-
-
-def _who_reads(suffix: str) -> str:
-    """A sentence on the functions that know a suffix, or nothing."""
-    found = [
-        name for name, formats in _known().items() if any(suffix in s for *_, s in formats.values())
-    ]
-    if not found:
-        return ""
-    torn = "; pass the points to tear_horizon" if "read_points" in found else ""
-    return f" Read such a file with {', '.join(found)}{torn}."
-
-
-def _reader(
-    path: str | PathLike[str],
-    formats: Mapping[str, tuple[str, str, tuple[str, ...]]],
-    format: str | None,  # noqa: A002
-    caller: str,
-) -> tuple[Path, str, Any]:
-    """Return the path, the name of its format, and the function that reads it."""
-    path = path_of(path, caller)
-    if format is not None and not is_word(format, formats):
-        raise FormatError(
-            f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
-            f"{', '.join(formats)}.{did_you_mean(format, formats)}"
-        )
-
-    # format= goes before the content, and the content before the suffix
-    suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}
-    by_suffix = suffix_of.get(path.suffix.lower())
-    # what has no known suffix and is not there gets the list of suffixes as an answer
-    key = format or (_by_content(path, formats, caller) if by_suffix or path.exists() else None)
-    key = key or by_suffix
-    foreign = detect_foreign(path) if key is None and path.exists() else None
-    if foreign is not None:
-        raise FormatError(
-            f"{path}: this is a file of the kind {foreign}, which {caller} does not read. Export "
-            "it in a format of docs/formats.md, or set format=."
-        )
-    if key is None:
-        raise FormatError(
-            f"{path}: {caller} does not read files with the suffix {path.suffix!r}; it reads "
-            f"{', '.join(suffix_of)}.{did_you_mean(path.suffix.lower(), suffix_of)}"
-            f"{_who_reads(path.suffix.lower())} "
-            f"Or set format= to one of {', '.join(formats)}."
-        )
-    with opened(path):  # before anything is asked of it: it is there, and a regular file
-        pass
-    module, function, _ = formats[key]
-    return path, key, getattr(import_module(f"geosurf.read.{module}"), function)
-
-
-def _by_content(
-    path: Path, formats: Mapping[str, tuple[str, str, tuple[str, ...]]], caller: str
-) -> str | None:
-    """Return the format that the content shows, if it is open None."""
-    found = detect(path)
-    if found in formats:
-        return found
-    # recognised, but another function reads it, or none does
-    readers = [name for name, known in _known().items() if found in known]
-    if found == "model3d":
-        raise FormatError(
-            f"{path}: this is a GOCAD Model3d, a sealed model of many surfaces. Read it with "
-            "geosurf.read.model3d.read_model3d."
-        )
-    if readers and found is not None:
-        raise FormatError(
-            f"{path}: this is a file of the format {found!r}, which {caller} does not read. Read "
-            f"it with {' or '.join(readers)}."
-        )
-    return None

@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
 from geosurf.read._common import is_number, number, numbers
+from geosurf.read._noted import noted
 
 # spellings of the three columns, lower case
 USUAL = {
@@ -87,6 +88,10 @@ class Draft:
                 f"{self.path}: the file has no points{below}, expected x y z on each line. "
                 "Export the file again."
             )
+        at = ", ".join(str(k + 1) for k in self.places or (0, 1, 2))
+        by = "by the header" if self.header else "by columns=" if self.columns else "the only ones"
+        noted("columns", f"easting, northing, z are columns {at} ({by})")
+        noted("decimal sign", self.decimal)
         return Table(np.concatenate(self.points), np.concatenate(self.lines), labels)
 
 

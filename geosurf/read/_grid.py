@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import FormatError
+from geosurf.read._noted import noted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -180,6 +181,9 @@ def nodes_from_grid(
     -------
     GridNodes
     """
+    noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
+    noted("nodes", f"{header.ncol} columns x {header.nrow} rows")
+    noted("steps", f"{header.xinc:g} x {header.yinc:g} m")
     header, elevation = header.upright(elevation)
     attrs: dict[str, Any] = {"units": "m", "positive": "up", "long_name": name, "source": source}
     column = np.arange(header.ncol, dtype=np.float64)

@@ -82,5 +82,4 @@ def finished(
 ) -> GridNodes:
     """Nodes of values (nrow, ncol), rows from the origin on; their order and rotation are noted."""
     noted("order of values", order)
-    noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
     return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)

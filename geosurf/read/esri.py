@@ -95,7 +95,7 @@ def read_esri(
 
     i, null = found.get("nodata_value", (0, NULL))
     noted("null", null)
-    noted("nodes", "centres of cells")
+    noted("kind", "nodes are the centres of cells")
     values = text_values(text[start:], path, len(found) + 1, header)
     values[values == number(null, path, i, "NODATA_value")] = np.nan
     grid = values.reshape(nrow, ncol)[::-1]

@@ -27,6 +27,7 @@ from geosurf.read._common import (
 )
 from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
 from geosurf.read._guard import read_bytes
+from geosurf.read._noted import noted
 
 UNDEFINED_CLASSIC = 9999900.0
 UNDEFINED_BINARY = 9.9e29  # 1e30 as float32, and all above
@@ -80,7 +81,11 @@ def read_irap(
 
     # Both kinds share suffixes, so the first bytes decide.
     head = read_bytes(path)[:64].lstrip()
-    header, values = _read_classic(path) if head.startswith(b"-996") else _read_binary(path)
+    classic = head.startswith(b"-996")
+    header, values = _read_classic(path) if classic else _read_binary(path)
+    noted("kind", "IRAP classic (text)" if classic else "IRAP binary (float32)")
+    noted("null", f"{UNDEFINED_CLASSIC:g}" if classic else "1e30")
+    noted("order of values", "rows from the origin, each along the rotation")
     return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)
 
 

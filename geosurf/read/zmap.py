@@ -27,6 +27,7 @@ from geosurf.read._common import (
     read_text,
 )
 from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
+from geosurf.read._noted import noted
 
 PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
 
@@ -103,6 +104,8 @@ def read_zmap(
             f"{path}, line {lines[1][0]}: the header announces {decimals} decimals, but no "
             "value has a decimal point. Export the file with decimal points."
         )
+    noted("null", " or ".join(sorted(nulls)) or "none stated")
+    noted("order of values", "columns from the west, each from the north")
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
     return nodes_from_grid(header, scale * grid + 0.0, name=name, source=path.name)

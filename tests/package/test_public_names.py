@@ -55,6 +55,7 @@ GIVEN = {
     "ThrowReport",
     "TrimProposal",
     "FaultCut",
+    "FileInfo",
 }
 
 

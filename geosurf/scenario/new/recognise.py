@@ -1,6 +1,6 @@
 """One file -> what it holds: a horizon, a fault, something else, or nothing that a scenario takes.
 
-The suffix picks the readers that a run will use; the content decides between them.
+The content picks the readers that a run will use; where it is open, the suffix does.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from geosurf.read import (
     read_tsurf,
 )
 from geosurf.read._common import is_number, read_text
+from geosurf.read._detect import detect
 from geosurf.read.netcdf import holds_fault
 from geosurf.scenario.new.found import OUT, Found
 from geosurf.scenario.new.shape import mean_dip, plane_dip, thinned
@@ -73,24 +74,32 @@ def name_from(path: Path) -> str:
 
 def _by_suffix(path: Path) -> list[Found]:
     suffix = path.suffix.lower()
+    shown = detect(path) if path.is_file() else None
 
     def among(formats: Any) -> bool:
+        """Whether the content, or else the suffix, is that of one of some formats."""
+        if shown is not None:
+            return shown in formats
         return any(suffix in suffixes for *_, suffixes in formats.values())
 
     # From formats with one meaning to those whose content decides.
-    if suffix == ".ml":
+    if suffix == ".ml" or shown == "model3d":
         return [Found(path, "model", "sealed model", "GOCAD Model3d")]
     # Parametric grids of faults are NetCDF files as well; their dimensions tell.
-    if suffix in GRID_FORMATS["netcdf"][2] and holds_fault(path):
+    if among({"netcdf": GRID_FORMATS["netcdf"]}) and holds_fault(path):
         return [_surface(path, read_fault, "parametric grid", "fault", "has fault dimensions")]
     if among(GRID_FORMATS):
         return [_grid(path)]
-    if suffix in MESH_FORMATS["tsurf"][2]:
+    if among({"tsurf": MESH_FORMATS["tsurf"]}):
         return _tsurfs(path)
     if among(MESH_FORMATS):
         return [_mesh(path, path.stem, lambda words: read_horizon(path, **words))]
-    if among(POINT_FORMATS) or among(POLYGON_FORMATS):
-        return [_table(path, among(POINT_FORMATS), among(POLYGON_FORMATS))]
+    points, lines = (
+        any(suffix in suffixes for *_, suffixes in formats.values())
+        for formats in (POINT_FORMATS, POLYGON_FORMATS)
+    )
+    if points or lines:
+        return [_table(path, points, lines)]
     # Reading raises the usual message about a missing file.
     if not path.exists():
         read_text(path)  # the reason why it cannot be opened

@@ -1,0 +1,223 @@
+"""What a file holds and how geosurf reads it: format, columns, signs, units, and first doubts."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import GeosurfError
+from geosurf.model.expected import path_of
+from geosurf.read._common import otherwise
+from geosurf.read._detect import detect, head_of
+from geosurf.read._guard import opened
+from geosurf.read._noted import collected
+from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, TITLES
+
+END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
+WELL = re.compile(rb"\b(?:well|wellname|uwi|wellbore|borehole)\b", re.I)
+LABEL = re.compile(rb"\b(?:poly_id|stick_id)\b", re.I)
+# values that programs write for "undefined"; as elevations they would be rare
+NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
+ASSUMED: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
+
+
+@dataclass(frozen=True)
+class FileInfo:
+    """
+    How geosurf reads one file.
+
+    Attributes
+    ----------
+    path : str
+    size : int
+        Bytes.
+    format : str
+        Name of the format, as in ``format=``; ``"unknown"`` where geosurf reads it with nothing.
+    read_with : str
+        The function that reads the file.
+    notes : dict of str to str
+        What the reader found: columns, decimal sign, null value, order of values, rotation, sign
+        and unit of z.
+    count : int
+        Nodes, vertices or points with a value.
+    extent : dict of str to list of float
+        Lowest and highest easting, northing and z [m]; z is elevation if the file states its
+        direction, else as the file has it.
+    doubts : list of str
+        What the file does not state, and what looks wrong, a sentence each.
+    """
+
+    path: str
+    size: int
+    format: str
+    read_with: str = ""
+    notes: dict[str, str] = field(default_factory=dict)
+    count: int = 0
+    extent: dict[str, list[float]] = field(default_factory=dict)
+    doubts: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        title = TITLES.get(self.format, self.format)
+        lines = [f"{self.path}: {title}, {self.size} bytes"]
+        rows = {"format": self.format, "read with": self.read_with} | self.notes
+        if self.count:
+            rows["points"] = str(self.count)
+        rows |= {key: f"{low:.2f} to {high:.2f} m" for key, (low, high) in self.extent.items()}
+        lines += [f"  {key:<15} {value}" for key, value in rows.items() if value]
+        return "\n".join(lines + [f"  doubt: {doubt}" for doubt in self.doubts])
+
+
+def info(path: str | PathLike[str]) -> FileInfo:
+    r"""
+    Report what a file holds and how geosurf reads it.
+
+    Parameters
+    ----------
+    path : path-like
+        A file of any format, under any suffix.
+
+    Returns
+    -------
+    FileInfo
+        `print` shows it as text.
+
+    Raises
+    ------
+    InputError
+        If it is not a regular file that can be opened.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.dat"
+    >>> head = "-996 2 10 10\n500 510 0 10\n2 0 500 0\n0 0 0 0 0 0 0\n"
+    >>> _ = file.write_text(head + "1600 1610\n1605 9999900.0\n")
+    >>> found = info(file)
+    >>> found.format, found.count, found.notes["rotation"]
+    ('irap', 3, '0 degrees counter-clockwise from east')
+    >>> found.doubts[0]
+    'The file does not state depth or elevation: give positive="down" or positive="up".'
+    """
+    path = path_of(path, "info")
+    with opened(path) as (_, size):
+        pass
+    key, function = _kind(path)
+    points = np.empty((0, 3))
+    doubts: list[str] = []
+    with collected() as notes:
+        try:
+            points = _points(path, key, function)
+        except GeosurfError as error:
+            # the reader's own sentence says what is wrong, or which argument it needs
+            doubts.append(str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, "))
+
+    found = points[np.isfinite(points).all(axis=1)]
+    doubts += _open_questions(key, notes) + _strange_values(points, found)
+    extent = {}
+    if len(found):
+        low, high = found.min(axis=0).tolist(), found.max(axis=0).tolist()
+        names = ("easting", "northing", "z")
+        extent = {name: [low[k], high[k]] for k, name in enumerate(names)}
+    return FileInfo(str(path), size, key, function, dict(notes), len(found), extent, doubts)
+
+
+def _kind(path: Path) -> tuple[str, str]:
+    """Format of a file, and the function that reads it; tables by their header and end marks."""
+    key, suffix = detect(path), path.suffix.lower()
+    if key is None:
+        key = next((k for k, (*_, names) in MESH_FORMATS.items() if suffix in names), None)
+    if key in GRID_FORMATS:
+        return key, "read_horizon"
+    if key in MESH_FORMATS:
+        return key, "read_horizon or read_fault"
+    if key == "model3d":
+        return key, "geosurf.read.model3d.read_model3d"
+    if key == "petrel_tops":
+        return key, "read_tops"
+
+    # tables of numbers have no signature: names of columns and end marks decide
+    head = head_of(path)
+    first = head.lstrip().split(b"\n", 1)[0]
+    if b"\0" in head:
+        return "unknown", ""
+    if WELL.search(first):
+        return "tops", "read_tops"
+    if suffix == ".pol" or LABEL.search(first) or END_MARK.search(head):
+        return "polygons", "read_polygons or read_fault"
+    return "xyz", "read_points"
+
+
+def _points(path: Path, key: str, function: str) -> np.ndarray:
+    """Points (n, 3) of a file with z as elevation in metres, if it states nothing else."""
+    from geosurf import read
+
+    data: Any
+    if key == "netcdf":
+        from geosurf.read.netcdf import holds_fault
+
+        data = (read.read_fault if holds_fault(path) else read.read_horizon)(path, **ASSUMED)
+    elif key == "tsurf":
+        data = read.read_tsurf(path, **ASSUMED)
+    elif key == "model3d":
+        from geosurf.read.model3d import read_model3d
+
+        data = list(read_model3d(path, **ASSUMED).values())
+    elif key in GRID_FORMATS or key in MESH_FORMATS:
+        data = read.read_horizon(path, **ASSUMED)
+    elif function:
+        reader = getattr(read, function.split()[0])
+        data = reader(path, **ASSUMED)
+    else:
+        # the sentence of the reader names kinds of files that geosurf does not read
+        data = read.read_horizon(path, **ASSUMED)
+    return np.concatenate([_array(one) for one in (data if isinstance(data, list) else [data])])
+
+
+def _array(data: Any) -> np.ndarray:
+    """Points (n, 3) of what a reader returns."""
+    if isinstance(data, np.ndarray):
+        return data
+    if hasattr(data, "vertices"):
+        return np.asarray(data.vertices, dtype=np.float64)
+    z = data.elevation if hasattr(data, "data_vars") else data
+    x, y = data.easting.values, data.northing.values
+    if x.ndim == 1 and z.ndim == 2:
+        x, y = np.meshgrid(x, y)
+    return np.column_stack([np.ravel(v) for v in (x, y, z.values)]).astype(np.float64)
+
+
+def _open_questions(key: str, notes: dict[str, str]) -> list[str]:
+    """What the file does not state."""
+    if notes.get("sign", "").startswith("open"):
+        if key in MESH_FORMATS or key == "model3d":
+            notes["sign"] = "open: elevation unless positive="
+            return ['The file does not state depth or elevation: give positive="down" for depth.']
+        return [
+            'The file does not state depth or elevation: give positive="down" or positive="up".'
+        ]
+    return []
+
+
+def _strange_values(points: np.ndarray, found: np.ndarray) -> list[str]:
+    """What looks wrong: null values that were read as elevations, few values, no relief."""
+    if len(points) == 0:
+        return []
+    if len(found) == 0:
+        return ["All values are undefined."]
+    doubts = []
+    for null in NULLS:
+        # a reader that takes depth turns the sign
+        count = int(np.count_nonzero(found[:, 2] == null))
+        if count:
+            doubts.append(f"{count} values are {null:g}, which many programs write for undefined.")
+    if len(found) * 2 < len(points):
+        share = 100 * (1 - len(found) / len(points))
+        doubts.append(f"{share:.0f} % of the nodes are undefined.")
+    if np.abs(found[:, :2]).max() <= 360.0 and np.ptp(found[:, :2], axis=0).max() > 0:
+        doubts.append("Easting and northing are below 360: they may be degrees, not metres.")
+    return doubts

@@ -1,0 +1,151 @@
+"""The registry of formats: which module reads each, and which one a file gets.
+
+`format=` goes before the content, and the content before the suffix (`_detect`). Each reader is
+imported when it is first needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from geosurf.conventions import did_you_mean, is_word
+from geosurf.errors import FormatError
+from geosurf.model.expected import path_of
+from geosurf.read._detect import detect, detect_foreign
+from geosurf.read._guard import opened
+
+# format -> (module, function, suffixes)
+MESH_FORMATS = {
+    "tsurf": ("gocad", "read_gocad", (".ts",)),
+    "vtp": ("vtp", "read_vtp", (".vtp",)),
+    "mesh": (
+        "mesh",
+        "read_mesh",
+        (".vtu", ".vtk", ".obj", ".stl", ".ply", ".off", ".msh", ".inp", ".xdmf"),
+    ),
+}
+GRID_FORMATS = {
+    "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
+    "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
+    "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
+    "cps3": ("cps3", "read_cps3", (".cps3", ".cps")),
+    "surfer": ("surfer", "read_surfer", (".grd",)),
+    "storm": ("storm", "read_storm", (".storm",)),
+    "esri": ("esri", "read_esri", (".asc",)),
+    "gxf": ("gxf", "read_gxf", (".gxf",)),
+    "earthvision": ("earthvision", "read_earthvision", (".evgrid",)),
+}
+HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
+FAULT_FORMATS = {
+    "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
+    "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
+    **MESH_FORMATS,
+}
+POINT_FORMATS = {"xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat"))}
+POLYGON_FORMATS = {"polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt"))}
+# what people call the formats; the table of docs/formats.md is tested against it
+TITLES = {
+    "irap": "IRAP classic and binary",
+    "zmap": "ZMAP+",
+    "netcdf": "NetCDF",
+    "cps3": "CPS-3",
+    "surfer": "Surfer 6 and 7",
+    "storm": "STORM",
+    "esri": "ESRI text",
+    "gxf": "GXF",
+    "earthvision": "EarthVision grid",
+    "tsurf": "GOCAD TSurf",
+    "model3d": "GOCAD Model3d",
+    "vtp": "VTK XML",
+    "mesh": "other meshes",
+    "sticks": "fault sticks",
+    "polygons": "polygons",
+    "xyz": "points",
+    "petrel_tops": "well tops",
+    "tops": "well tops",
+}
+
+
+def known_formats() -> dict[str, Mapping[str, tuple[str, str, tuple[str, ...]]]]:
+    """Formats by the function that reads them."""
+    return {
+        "read_horizon": HORIZON_FORMATS,
+        "read_fault": FAULT_FORMATS,
+        "read_points": POINT_FORMATS,
+        "read_polygons": POLYGON_FORMATS,
+    }
+
+
+def _who_reads(suffix: str) -> str:
+    """A sentence on the functions that know a suffix, or nothing."""
+    known = known_formats().items()
+    found = [name for name, formats in known if any(suffix in s for *_, s in formats.values())]
+    if not found:
+        return ""
+    torn = "; pass the points to tear_horizon" if "read_points" in found else ""
+    return f" Read such a file with {', '.join(found)}{torn}."
+
+
+def reader_of(
+    path: str | PathLike[str],
+    formats: Mapping[str, tuple[str, str, tuple[str, ...]]],
+    format: str | None,  # noqa: A002
+    caller: str,
+) -> tuple[Path, str, Any]:
+    """Return the path, the name of its format, and the function that reads it."""
+    path = path_of(path, caller)
+    if format is not None and not is_word(format, formats):
+        raise FormatError(
+            f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
+            f"{', '.join(formats)}.{did_you_mean(format, formats)}"
+        )
+
+    # format= goes before the content, and the content before the suffix
+    suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}
+    by_suffix = suffix_of.get(path.suffix.lower())
+    # what has no known suffix and is not there gets the list of suffixes as an answer
+    key = format or (_by_content(path, formats, caller) if by_suffix or path.exists() else None)
+    key = key or by_suffix
+    foreign = detect_foreign(path) if key is None and path.exists() else None
+    if foreign is not None:
+        raise FormatError(
+            f"{path}: this is a file of the kind {foreign}, which {caller} does not read. Export "
+            "it in a format of docs/formats.md, or set format=."
+        )
+    if key is None:
+        raise FormatError(
+            f"{path}: {caller} does not read files with the suffix {path.suffix!r}; it reads "
+            f"{', '.join(suffix_of)}.{did_you_mean(path.suffix.lower(), suffix_of)}"
+            f"{_who_reads(path.suffix.lower())} "
+            f"Or set format= to one of {', '.join(formats)}."
+        )
+    with opened(path):  # before anything is asked of it: it is there, and a regular file
+        pass
+    module, function, _ = formats[key]
+    return path, key, getattr(import_module(f"geosurf.read.{module}"), function)
+
+
+def _by_content(
+    path: Path, formats: Mapping[str, tuple[str, str, tuple[str, ...]]], caller: str
+) -> str | None:
+    """Return the format that the content shows, if it is open None."""
+    found = detect(path)
+    if found in formats:
+        return found
+    # recognised, but another function reads it, or none does
+    readers = [name for name, known in known_formats().items() if found in known]
+    if found == "model3d":
+        raise FormatError(
+            f"{path}: this is a GOCAD Model3d, a sealed model of many surfaces. Read it with "
+            "geosurf.read.model3d.read_model3d."
+        )
+    if readers and found is not None:
+        raise FormatError(
+            f"{path}: this is a file of the format {found!r}, which {caller} does not read. Read "
+            f"it with {' or '.join(readers)}."
+        )
+    return None
