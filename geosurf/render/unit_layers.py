@@ -11,6 +11,7 @@ from geosurf.errors import InputError
 from geosurf.model import Unit, Units
 from geosurf.render import palette
 from geosurf.render.layers import LABEL_ROOM, Content, Entry, Layer
+from geosurf.render.thin_units import Shell, shells_to_draw
 
 CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger angle are drawn
 
@@ -27,10 +28,12 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
     """
     shades = _shades(list(units.without_slivers))
     content = Content()
-    for unit, shift in zip(units.values(), explosion(units, explode), strict=True):
+    drawn = zip(units.values(), shells_to_draw(units), explosion(units, explode), strict=True)
+    for unit, shell_of_unit, shift in drawn:
         colour = shades.get(unit.name, palette.FAINT)
-        shell = Layer(unit.vertices, unit.triangles, colour=colour, sharp=True)
-        rims = Layer(unit.vertices, lines=outline(unit), colour=palette.INK, width=0.9)
+        points = shell_of_unit.points
+        shell = Layer(points, shell_of_unit.triangles, colour=colour, sharp=True)
+        rims = Layer(points, lines=outline(shell_of_unit), colour=palette.INK, width=0.9)
         entries: tuple[Entry, ...] = ()
         if unit.name in shades:
             label, detail = _words_of(unit)
@@ -85,8 +88,7 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     zones = sorted({unit.zone_index for unit in units.values()})
     centres: dict[str, list[np.ndarray]] = {}
     for unit in units.values():
-        low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
-        centres.setdefault(unit.block, []).append((low + high)[:2] / 2.0)
+        centres.setdefault(unit.block, []).append(np.array(unit.middle[:2]))
     shifts = []
     for unit in units.values():
         # blocks sideways, away from the centre; zones up and down, the middle one stays
@@ -96,10 +98,10 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     return shifts
 
 
-def outline(unit: Unit) -> np.ndarray:
+def outline(shell: Shell) -> np.ndarray:
     """Return the edges (n_edge, 2) of a shell at sharp creases or between two surfaces."""
-    faces = unit.triangles
-    p = unit.local[faces]
+    faces = shell.triangles
+    p = shell.points[faces]
 
     # unit normals of triangles; of one without area, zero
     normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
@@ -115,7 +117,7 @@ def outline(unit: Unit) -> np.ndarray:
     one, two = face_of_edge[twins], face_of_edge[twins + 1]
 
     # an edge is drawn between two surfaces, or where the shell turns by a crease
-    turns = unit.surface_of_triangle[one] != unit.surface_of_triangle[two]
+    turns = shell.surface[one] != shell.surface[two]
     flat = size[one, 0] * size[two, 0] == 0.0
     sharp = ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
     shown: np.ndarray = edges[twins[turns | sharp]]

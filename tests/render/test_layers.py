@@ -10,6 +10,7 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.render import layers, palette, surface_layers, unit_layers
 from geosurf.render.furniture import shortened
 from geosurf.render.search import show_search, voxel_edges
+from geosurf.render.thin_units import Shell
 
 
 def big_surface(n_row, n_col, rotated=False):
@@ -83,7 +84,8 @@ def test_long_names_of_units_differ_in_the_legend():
 
 def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
     unit = units["Top/Base, F1-"]
-    edges = unit_layers.outline(unit)
+    shell = Shell(unit.vertices, unit.triangles, unit.surface_of_triangle)
+    edges = unit_layers.outline(shell)
     assert (np.bincount(edges.ravel())[np.unique(edges)] >= 2).all()
     n_rim = 2 * 4 * 11 + 4  # two rims of 4 x 11 edges, and four corners
     assert len(edges) == n_rim
