@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.arrangement.broad import fit_voxels
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.large_triangles import large_triangle_pairs
@@ -17,6 +18,7 @@ from geosurf.kernels.search.separation import undecided_pairs
 from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
 
 WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
+_MANY = 20_000  # narrow triangles, from which wide ones are followed in a second thread
 FEW = 16  # triangles of which all pairs cost less than a search: the walls of a box have two each
 
 
@@ -101,13 +103,23 @@ def _near_pairs(
     pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
     given = (x, triangles, n_first, graph, boxes, grid.shape, offsets, filled, first)
 
-    # As many pairs as there is room for, and a second call if there were more.
-    n = undecided_pairs(*given, pairs)
-    if n > len(pairs):
-        pairs = np.empty((n, 2), dtype=np.int64)
-        undecided_pairs(*given, pairs)
-    more = large_triangle_pairs(
-        x, triangles, boxes, wide, grid.bounds, grid.size, grid.shape, offsets, filled
-    )
-    pairs = np.concatenate([pairs[:n], more[more[:, 0] < n_first]])
+    def of_narrow() -> np.ndarray:
+        """As many pairs as there is room for, and a second call if there were more."""
+        found = pairs
+        n = undecided_pairs(*given, found)
+        if n > len(found):
+            found = np.empty((n, 2), dtype=np.int64)
+            undecided_pairs(*given, found)
+        return found[:n]
+
+    def of_wide() -> np.ndarray:
+        """Pairs with wide triangles."""
+        found: np.ndarray = large_triangle_pairs(
+            x, triangles, boxes, wide, grid.bounds, grid.size, grid.shape, offsets, filled
+        )
+        return found[found[:, 0] < n_first]
+
+    worth = len(wide) > 0 and len(narrow) > _MANY
+    parts = map_threads(lambda part: part(), [(of_narrow,), (of_wide,)], worth=worth)
+    pairs = np.concatenate(parts)
     return pairs[np.lexsort(pairs.T[::-1])]

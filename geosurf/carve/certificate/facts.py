@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
+from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.tree import Tree, apart, candidate_pairs, separated_by_tops, tree_of_list
 from geosurf.carve.certificate.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
 from geosurf.carve.certificate.partition import Matched, rows_on
@@ -36,6 +37,7 @@ from geosurf.model import Lattice, Patches, Units
 from geosurf.model.pieces import Pieces, Strips
 
 EPS = 2.0**-53
+_MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
 
 
 def sides_of(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray] | None:
@@ -117,14 +119,10 @@ class Facts:
         if not len(pieces.triangles):
             return None  # surfaces that nothing touches: there is no model to speak of
         level = _level(patches, pieces)
-        lattices = []
-        for i, strips in enumerate(pieces.strips):
-            if strips is not None:
-                found = _read(pieces, i, strips, level)
-                if found is None:
-                    return None
-                lattices.append(found)
-        return _listed(patches, pieces, lattices, level)
+        rows = [(pieces, i, of, level) for i, of in enumerate(pieces.strips) if of is not None]
+        found = map_threads(_read, rows, worth=pieces.first_run[-1] > _MANY_RUNS)
+        lattices = [one for one in found if one is not None]
+        return _listed(patches, pieces, lattices, level) if len(lattices) == len(rows) else None
 
     def counts(self, sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, int, bool]:
         """Vertices, edges and open edges of each unit (n_unit, 3); vertices of all shells; whether
@@ -254,7 +252,9 @@ class Facts:
         """
         trees = [_tree_of_lattice(one, self.patches.origin) for one in self.lattices]
         hit: list[list[np.ndarray]] = [[] for _ in self.lattices]
-        for i, j in _near(trees, [one.surface for one in self.lattices], len(trees)):
+
+        def between(i: int, j: int) -> np.ndarray:
+            """Pairs of triangles in runs of two lattices whose boxes meet."""
             one, two = self.lattices[i], self.lattices[j]
             sources = self.patches.sources[one.surface], self.patches.sources[two.surface]
             both = (trees[i], trees[j])
@@ -262,7 +262,10 @@ class Facts:
                 pairs = pairs_of_one_map((one.lattice, two.lattice), both)[0]
             else:
                 pairs = candidate_pairs(*both)[0]
-            pairs = pairs[(one.label[pairs[:, 0]] >= 0) & (two.label[pairs[:, 1]] >= 0)]
+            return pairs[(one.label[pairs[:, 0]] >= 0) & (two.label[pairs[:, 1]] >= 0)]
+
+        near = _near(trees, [one.surface for one in self.lattices], len(trees))
+        for (i, j), pairs in zip(near, map_threads(between, near), strict=True):
             hit[i].append(pairs[:, 0])
             hit[j].append(pairs[:, 1])
 
@@ -273,10 +276,10 @@ class Facts:
             lists.append(tree_of_list(pieces.x, pieces.triangles[pieces.surface == i]))
             surfaces.append(i)
         of = [*(one.surface for one in self.lattices), *surfaces]
-        for i, j in _near([*trees, *lists], of, len(trees)):
-            if j >= len(trees):
-                keys = candidate_pairs(trees[i], lists[j - len(trees)])[0][:, 0]
-                hit[i].append(keys)
+        near = [pair for pair in _near([*trees, *lists], of, len(trees)) if pair[1] >= len(trees)]
+        searches = [(trees[i], lists[j - len(trees)]) for i, j in near]
+        for (i, _), found in zip(near, map_threads(candidate_pairs, searches), strict=True):
+            hit[i].append(found[0][:, 0])
         corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
         for one, found in zip(self.lattices, hit, strict=True):
             some = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found]))
