@@ -69,8 +69,8 @@ def read_horizon(
     ----------
     path : path-like
         Recognised by content, whatever the suffix: IRAP classic and binary, CF NetCDF, ZMAP+,
-        CPS-3, Surfer 6 and 7, STORM, ESRI text, GXF, EarthVision; GOCAD TSurf, ``.vtp``. Other
-        triangle meshes by their suffix.
+        CPS-3, Surfer 6 and 7, STORM, ESRI text, GXF, EarthVision, IJXYZ; GOCAD TSurf,
+        ``.vtp``. Other triangle meshes by their suffix.
     name : str, optional
         Name of the horizon; for a TSurf file with several surfaces: which one. Default: the file
         name without suffix; for meshes the name in the file, if it has one.
@@ -82,7 +82,7 @@ def read_horizon(
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
     format : {"irap", "netcdf", "zmap", "cps3", "surfer", "storm", "esri", "gxf", \
-            "earthvision", "tsurf", "vtp", "mesh"}, optional
+            "earthvision", "ijxyz", "tsurf", "vtp", "mesh"}, optional
         Overrides content and suffix.
     variable : str, optional
         Which variable of a NetCDF file, where there are several.

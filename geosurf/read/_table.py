@@ -76,7 +76,7 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
         # three words on each line that is not empty, counted over the bytes of the whole piece
-        count = _words_per_line(piece)
+        count = words_per_line(piece)
         whole = 3 * np.count_nonzero(count) == count.sum() and count.max() == 3
         values = plain_numbers(piece) if whole and draft.decimal == "." else None
         if values is not None:
@@ -105,7 +105,7 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     draft.take(found, lines)
 
 
-def _words_per_line(piece: str) -> np.ndarray:
+def words_per_line(piece: str) -> np.ndarray:
     """How many words each line has, counted where one begins; of ASCII, others count wrongly."""
     # A word begins where a byte is not blank and the one before is; line ends cut the count.
     codes = np.frombuffer(piece.encode("utf-8"), dtype=np.uint8)

@@ -16,6 +16,7 @@ from geosurf.read._common import otherwise
 from geosurf.read._detect import detect, head_of
 from geosurf.read._guard import opened
 from geosurf.read._noted import collected
+from geosurf.read.ijxyz import looks_like_ijxyz
 from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, TITLES
 
 END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
@@ -149,7 +150,7 @@ def _kind(path: Path) -> tuple[str, str]:
         return "tops", "read_tops"
     if suffix == ".pol" or LABEL.search(first) or END_MARK.search(head):
         return "polygons", "read_polygons or read_fault"
-    return "xyz", "read_points"
+    return ("ijxyz", "read_horizon") if looks_like_ijxyz(head) else ("xyz", "read_points")
 
 
 def _points(path: Path, key: str, function: str) -> np.ndarray:
@@ -168,7 +169,8 @@ def _points(path: Path, key: str, function: str) -> np.ndarray:
 
         data = list(read_model3d(path, **ASSUMED).values())
     elif key in GRID_FORMATS or key in MESH_FORMATS:
-        data = read.read_horizon(path, **ASSUMED)
+        form = key if key == "ijxyz" else None  # other suffixes keep their own words
+        data = read.read_horizon(path, format=form, **ASSUMED)
     elif function:
         reader = getattr(read, function.split()[0])
         data = reader(path, **ASSUMED)

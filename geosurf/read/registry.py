@@ -15,8 +15,9 @@ from typing import Any
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import FormatError
 from geosurf.model.expected import path_of
-from geosurf.read._detect import detect, detect_foreign
+from geosurf.read._detect import detect, detect_foreign, head_of
 from geosurf.read._guard import opened
+from geosurf.read.ijxyz import looks_like_ijxyz
 
 # format -> (module, function, suffixes)
 MESH_FORMATS = {
@@ -38,6 +39,7 @@ GRID_FORMATS = {
     "esri": ("esri", "read_esri", (".asc",)),
     "gxf": ("gxf", "read_gxf", (".gxf",)),
     "earthvision": ("earthvision", "read_earthvision", (".evgrid",)),
+    "ijxyz": ("ijxyz", "read_ijxyz", (".ijxyz",)),
 }
 HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
 FAULT_FORMATS = {
@@ -58,6 +60,7 @@ TITLES = {
     "esri": "ESRI text",
     "gxf": "GXF",
     "earthvision": "EarthVision grid",
+    "ijxyz": "seismic grid (IJXYZ)",
     "tsurf": "GOCAD TSurf",
     "model3d": "GOCAD Model3d",
     "vtp": "VTK XML",
@@ -110,6 +113,9 @@ def reader_of(
     # what has no known suffix and is not there gets the list of suffixes as an answer
     key = format or (_by_content(path, formats, caller) if by_suffix or path.exists() else None)
     key = key or by_suffix
+    # five columns could be anything to other functions; the reader of grids proves that they fit
+    if key is None and "ijxyz" in formats and path.exists() and looks_like_ijxyz(head_of(path)):
+        key = "ijxyz"
     foreign = detect_foreign(path) if key is None and path.exists() else None
     if foreign is not None:
         raise FormatError(

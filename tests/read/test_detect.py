@@ -175,3 +175,53 @@ def test_law_numbers_in_bulk_are_those_of_python(values):
 def test_what_is_no_plain_number_is_left_to_the_slow_way(text):
     assert plain_numbers(text) is None
     assert numbers(text.split()) is None
+
+
+def seismic(turn):
+    """Inline, crossline, x, y, z of 5 x 4 nodes; one is absent; shuffled."""
+    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    rows = []
+    for i, j in itertools.product(range(5), range(4)):
+        x, y = 25 * i * cos - 12.5 * j * sin, 25 * i * sin + 12.5 * j * cos
+        if (i, j) != (2, 1):
+            place = np.round((461000 + x, 5932000 + y), 2)
+            rows.append((100 + 2 * i, 900 + 3 * j, *place, 10 * i + j))
+    return [rows[k] for k in np.random.default_rng(1).permutation(len(rows))]
+
+
+@pytest.mark.parametrize(
+    "line", ["{} {} {} {} {}", "INLINE : {} XLINE : {} {} {} {}", "{}\t{}\t{}\t{}\t{}"]
+)
+@pytest.mark.parametrize("turn", [0, 30, 200])
+def test_seismic_grids_keep_every_node(tmp_path, line, turn):
+    rows = seismic(turn)
+    text = "# made by\nI J X Y Z\n" + "\n".join(line.format(*map(float, row)) for row in rows)
+    for name in ("top", "top.dat"):
+        top = gs.read_horizon(
+            written(tmp_path, text.replace(".0 9", " 9") + "\n", name), positive="up"
+        )
+        x, y = top.easting.values, top.northing.values
+        if turn == 0:
+            assert top.dims == ("northing", "easting")
+            x, y = np.meshgrid(x, y)
+        present = np.isfinite(top.values)
+        found = set(zip(x[present], y[present], top.values[present], strict=True))
+        assert found == {tuple(map(float, row[2:])) for row in rows}
+        assert top.shape == (4, 5)
+        assert gs.Lattice(x, y, top.values).right_handed
+    assert gs.info(tmp_path / "top.dat").format == "ijxyz"
+
+
+def test_five_columns_that_are_no_seismic_grid_are_refused(tmp_path):
+    rows = [list(map(float, row)) for row in seismic(30)]
+    rows[7][2] += 3.0
+    for change, message in (
+        (rows, r"m from the place that its two line numbers give.*columns=\(3, 4, 5\)"),
+        (seismic(30) + seismic(30)[:2], "2 nodes occur more than once.*tear_horizon"),
+        ([row for row in seismic(30) if row[0] == 100], "all nodes lie on one line"),
+    ):
+        text = "".join(" ".join(map(str, map(float, row))) + "\n" for row in change)
+        with pytest.raises(FormatError, match=message):
+            gs.read_horizon(written(tmp_path, text, "top.dat"), positive="up")
+    with pytest.raises(FormatError, match=r"give their columns|Give their columns"):
+        gs.read_points(tmp_path / "top.dat", positive="up")
