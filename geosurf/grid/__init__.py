@@ -6,13 +6,20 @@ from collections.abc import Mapping
 from typing import Any
 
 from geosurf.conventions import is_number
-from geosurf.errors import InputError
-from geosurf.grid.build import GriddedModel, assemble, columns_of, model_of
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.grid.build import (
+    GriddedModel,
+    assemble,
+    columns_of,
+    model_of,
+    pillars_along_faults,
+)
 from geosurf.grid.lattice import lattice_over
 from geosurf.grid.layers import layers_of
 from geosurf.grid.pillars import vertical_pillars
 from geosurf.model.grids import CornerPointGrid
 from geosurf.model.protocols import missing_members
+from geosurf.warning import warn
 
 __all__ = ["build_grid"]
 
@@ -23,6 +30,7 @@ def build_grid(
     layers: int | Mapping[str, Any] = 10,
     *,
     angle: float | None = None,
+    min_dip: float | None = 15.0,
     min_thickness: float = 0.01,
 ) -> CornerPointGrid:
     """
@@ -41,6 +49,9 @@ def build_grid(
     angle : float, optional
         Direction of I, degrees counter-clockwise from east. Default: along the sides of the
         smallest rectangle around the area.
+    min_dip : float or None
+        Pillars follow faults that dip at least this [degrees]; None: all pillars are vertical.
+        Elsewhere faults are stair-steps, and a warning names them.
     min_thickness : float
         Cells with a mean thickness up to this are not active [m].
 
@@ -73,6 +84,8 @@ def build_grid(
         raise InputError(
             f"build_grid takes a Scene, not {type(scene).__name__}: it has no {needed!r}."
         )
+    if min_dip is not None and not (is_number(min_dip) and 0 < min_dip < 90):
+        raise InputError(f"min_dip is {min_dip!r}. Give degrees between 0 and 90, or None.")
     if not (is_number(min_thickness) and min_thickness >= 0):
         raise InputError(f"min_thickness is {min_thickness!r}. Give metres, 0 or more.")
 
@@ -84,5 +97,23 @@ def build_grid(
     lattice = lattice_over(scene.units.box, scene.aoi, cell, angle)
     model = model_of(scene, lattice, list(chosen))
 
-    pillars = vertical_pillars(lattice.shape, 0.0)
-    return assemble(columns_of(model, pillars), pillars, chosen, float(min_thickness))
+    steps: dict[str, tuple[int, int]] = {}
+    pillars = vertical_pillars(lattice.shape)
+    if min_dip is not None:
+        pillars, steps = pillars_along_faults(model, float(min_dip))
+    grid = assemble(columns_of(model, pillars), pillars, chosen, float(min_thickness), steps)
+    for name, (step, n) in steps.items():
+        if step:
+            warn(warning_of_steps(name, step, n, lattice.cell))
+    return grid
+
+
+def warning_of_steps(fault: str, step: int, n: int, cell: Any) -> GeosurfWarning:
+    """Return the warning of a fault that pillars do not follow everywhere."""
+    return GeosurfWarning(
+        "stair-step",
+        fault,
+        f"{step} of {n} pillars next to fault {fault!r} do not follow it, and it is a stair-step "
+        f"there: blocks end up to half a cell ({0.5 * float(max(cell)):.0f} m) from it.",
+        "Choose smaller cells, or a smaller min_dip= where it dips too gently.",
+    )

@@ -13,12 +13,16 @@ from geosurf.errors import InputError, InvariantError
 from geosurf.grid import corners as at_corners
 from geosurf.grid.barriers import faults_between
 from geosurf.grid.cells import PER_COLUMN, faces_of, lengths_in, regions_of_cells
+from geosurf.grid.follow import follow_faults
 from geosurf.grid.lattice import ArealLattice, inside_outline
 from geosurf.grid.layers import Layers
 from geosurf.grid.lines import Pieces, Shell, pieces_along
-from geosurf.grid.pillars import Pillars
+from geosurf.grid.pillars import Pillars, vertical_pillars
+from geosurf.grid.refine import refined
 from geosurf.model import TriSurface, Units
 from geosurf.model.grids import CornerPointGrid
+
+SMOOTH = 5  # columns over which the middle of the grid is averaged
 
 
 class GriddedModel(Protocol):
@@ -82,6 +86,11 @@ class Model:
         ny, nx = self.lattice.shape
         i, j = np.meshgrid(np.arange(nx) + 0.5, np.arange(ny) + 0.5)
         return inside_outline(np.stack([i, j], axis=-1), self.outline)
+
+    @cached_property
+    def fine_faults(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Faults with triangles no longer than a cell, so that they bend with the pillars."""
+        return [refined(*one, self.lattice.shape) for one in self.faults.values()]
 
     @property
     def middle(self) -> np.ndarray:
@@ -192,8 +201,41 @@ def columns_of(model: Model, pillars: Pillars) -> Columns:
     feet[:, :, 4] = np.stack(np.meshgrid(np.arange(nx) + 0.5, np.arange(ny) + 0.5), axis=-1)
     pieces = pieces_along(shells, feet.reshape(-1, 2), model.middle)
     thick, top = lengths_in(pieces, ny * nx * PER_COLUMN, model.zones)
-    faults = [(pillars.straighten(x), t) for x, t in model.faults.values()]
+    faults = [(pillars.straighten(x), t) for x, t in model.fine_faults]
     return Columns(model, pieces, thick, top, faults, shells)
+
+
+def around_nodes(values: np.ndarray) -> list[np.ndarray]:
+    """Values (ny, nx) of the four columns around each node, each (ny + 1, nx + 1)."""
+    wide = np.pad(values, 1, mode="edge")
+    return [wide[:-1, :-1], wide[1:, :-1], wide[:-1, 1:], wide[1:, 1:]]
+
+
+def pillars_along_faults(
+    model: Model, min_dip: float
+) -> tuple[Pillars, dict[str, tuple[int, int]]]:
+    """Return pillars that follow the faults, and by fault how many of them step."""
+    from scipy.ndimage import uniform_filter
+
+    ny, nx = model.lattice.shape
+    columns = columns_of(model, vertical_pillars((ny, nx)))
+    mean = columns.filled.mean(axis=(2, 3))
+    total = mean[..., 1:].sum(axis=-1)
+    top, base = mean[..., 0], mean[..., 0] - total
+
+    # smooth over several columns: where it jumps by the throw, a fault lies between two pairs
+    middle = uniform_filter(0.5 * (top + base), SMOOTH, mode="nearest")
+    faults = list(model.faults.values())
+    between = faults_between(faults, middle[None], columns.used)
+
+    # at a node the mean of the columns around it
+    level = np.mean(around_nodes(middle), axis=0)
+    above = np.max(around_nodes(top), axis=0) - level
+    reach = np.maximum(above, level - np.min(around_nodes(base), axis=0)) + 1.0
+    pillars, counts = follow_faults(faults, between, level, reach, model.lattice.cell, min_dip)
+    return pillars, {
+        name: (step, n) for name, (step, n) in zip(model.faults, counts.tolist(), strict=True) if n
+    }
 
 
 def corners_of(columns: Columns, between: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -229,7 +271,11 @@ def _on_horizons(
 
 
 def assemble(
-    columns: Columns, pillars: Pillars, layers: dict[str, Layers], min_thickness: float
+    columns: Columns,
+    pillars: Pillars,
+    layers: dict[str, Layers],
+    min_thickness: float,
+    stair_steps: dict[str, tuple[int, int]],
 ) -> CornerPointGrid:
     """Make the cells of a grid."""
     model = columns.model
@@ -263,7 +309,8 @@ def assemble(
         levels=stack, actnum=actnum, zone=np.where(actnum, zone, -1), block=block_of[region],
         region=region, zone_names=tuple(names), block_names=tuple(blocks),
         region_names=tuple(model.regions), fault_names=tuple(model.faults),
-        faces=faces_of(between, np.array(first), actnum), exact=model.exact, stair_steps={},
+        faces=faces_of(between, np.array(first), actnum), exact=model.exact,
+        stair_steps=stair_steps,
     )  # fmt: skip
     return checked(grid)
 
@@ -285,9 +332,10 @@ def checked(grid: CornerPointGrid) -> CornerPointGrid:
         k, j, i = bad[0].tolist()
         raise InvariantError(
             f"{len(bad)} cells of the grid are inside out, the first at I {i + 1}, J {j + 1}, "
-            f"K {k + 1}. Report it with the surfaces; until then use vertical pillars: min_dip=90."
+            f"K {k + 1}. "
+            "Report it with the surfaces. Until then take vertical pillars, min_dip=None."
         )
     return grid
 
 
-__all__ = ["GriddedModel", "assemble", "columns_of", "model_of"]
+__all__ = ["GriddedModel", "assemble", "columns_of", "model_of", "pillars_along_faults"]

@@ -8,6 +8,7 @@ import numpy as np
 
 ROUNDS = 40
 CLOSE = 1e-9  # of a cell: rounds end here
+CORNERS = ((0, 0), (0, 1), (1, 0), (1, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +21,16 @@ class Pillars:
         From the node of the lattice, at `level` [cells].
     slope : ndarray of float64, shape (ny + 1, nx + 1, 2)
         Change per metre upwards [cells / m].
-    level : float
-        Elevation [m].
+    level : ndarray of float64, shape (ny + 1, nx + 1)
+        Elevation of the middle of the grid [m].
+    reach : ndarray of float64, shape (ny + 1, nx + 1)
+        Height above and below `level` over which pillars must not cross [m].
     """
 
     shift: np.ndarray
     slope: np.ndarray
-    level: float
+    level: np.ndarray
+    reach: np.ndarray
 
     @property
     def vertical(self) -> bool:
@@ -35,44 +39,76 @@ class Pillars:
 
     def at(self, z: float) -> np.ndarray:
         """Places of all pillars at an elevation, (ny + 1, nx + 1, 2)."""
-        ny, nx = self.shift.shape[:2]
+        ny, nx = self.level.shape
         node = np.stack(np.meshgrid(np.arange(nx), np.arange(ny)), axis=-1)
-        return node + self.shift + self.slope * (z - self.level)
+        return node + self.shift + self.slope * (z - self.level)[..., None]
+
+    def least_area(self) -> np.ndarray:
+        """Smallest area at the corners of each cell, at any elevation within reach, (ny, nx).
+
+        Of the parallelogram of the two sides at a corner, in cells: not positive where a cell is
+        not convex. Along straight pillars it is a quadratic function of elevation.
+        """
+        cuts = [(slice(m, m - 1 or None), slice(k, k - 1 or None)) for m, k in CORNERS]
+        low = np.min([(self.level - self.reach)[cut] for cut in cuts], axis=0)
+        high = np.max([(self.level + self.reach)[cut] for cut in cuts], axis=0)
+        ends = []
+        for z in (low, 0.5 * (low + high), high):
+            x = []
+            for (m, k), cut in zip(CORNERS, cuts, strict=True):
+                dz = (z - self.level[cut])[..., None]
+                node = np.stack(np.meshgrid(np.arange(z.shape[1]), np.arange(z.shape[0])), -1)
+                x.append(node + [k, m] + self.shift[cut] + self.slope[cut] * dz)
+            ends.append(
+                np.stack(
+                    [_turn(x, corner) for corner in ((0, 1, 2), (1, 3, 0), (3, 2, 1), (2, 0, 3))]
+                )
+            )
+
+        # a parabola through three values: its least value on the way
+        a, b, c = ends
+        curve, rise = a + c - 2.0 * b, c - a
+        with np.errstate(invalid="ignore", divide="ignore"):
+            at = -0.5 * rise / curve
+            bottom = np.where((curve > 0) & (np.abs(at) < 1), b - rise * rise / (8 * curve), np.inf)
+        found: np.ndarray = np.minimum(np.minimum(a, c), np.minimum(b, bottom)).min(axis=0)
+        return found
 
     def straighten(self, x: np.ndarray) -> np.ndarray:
         """Coordinates (n, 3) in which pillars are vertical, at whole numbers.
 
         Between pillars, places are bilinear at each elevation; the inverse is found by Newton's
-        method. Outside the lattice and far from moved pillars nothing changes.
+        method. Beyond reach of `level` pillars count as vertical: no cell of the grid is there.
         """
         if self.vertical:
             return x
         out = x.copy()
         rows = np.arange(len(x))
         for _ in range(ROUNDS):
-            off, jacobian = self._offset(out[rows], x[rows, 2])
+            off, (a, b, c, d) = self._offset(out[rows], x[rows, 2])
             gap = out[rows, :2] + off - x[rows, :2]
-            a, b, c, d = jacobian
             det = a * d - b * c
             det = np.where(np.abs(det) > 0.05, det, 1.0)
             step = np.stack([d * gap[:, 0] - b * gap[:, 1], a * gap[:, 1] - c * gap[:, 0]], 1)
-            step /= det[:, None]
-            out[rows, :2] -= np.clip(step, -0.5, 0.5)
-            rows = rows[np.abs(gap).max(axis=1) > CLOSE]
+            out[rows, :2] -= np.clip(step / det[:, None], -0.5, 0.5)
+            rows = rows[np.abs(gap).max(axis=1, initial=0.0) > CLOSE]
             if not len(rows):
                 break
         return out
 
     def _offset(self, at: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """Offset at places (n, 2), and the Jacobian of place plus offset."""
-        ny, nx = np.array(self.shift.shape[:2]) - 1
+        ny, nx = self.level.shape[0] - 1, self.level.shape[1] - 1
         u, v = np.clip(at[:, 0], 0.0, nx), np.clip(at[:, 1], 0.0, ny)
         i, j = np.minimum(u.astype(np.int64), nx - 1), np.minimum(v.astype(np.int64), ny - 1)
-        a, b, dz = (u - i)[:, None], (v - j)[:, None], (z - self.level)[:, None]
-        p, q, r, s = (
-            self.shift[j + m, i + k] + self.slope[j + m, i + k] * dz
-            for m, k in ((0, 0), (0, 1), (1, 0), (1, 1))
-        )
+        a, b = (u - i)[:, None], (v - j)[:, None]
+        corners = []
+        for m, k in CORNERS:
+            at_node = (j + m, i + k)
+            most = 2.5 * self.reach[at_node]
+            dz = np.clip(z - self.level[at_node], -most, most)
+            corners.append(self.shift[at_node] + self.slope[at_node] * dz[:, None])
+        p, q, r, s = corners
         off = (1 - a) * ((1 - b) * p + b * r) + a * ((1 - b) * q + b * s)
         du, dv = (1 - b) * (q - p) + b * (s - r), (1 - a) * (r - p) + a * (s - q)
 
@@ -82,10 +118,18 @@ class Pillars:
         return off, (1.0 + du[:, 0], dv[:, 0], du[:, 1], 1.0 + dv[:, 1])
 
 
-def vertical_pillars(shape: tuple[int, int], level: float) -> Pillars:
+def _turn(x: list[np.ndarray], corner: tuple[int, int, int]) -> np.ndarray:
+    """Area of the parallelogram at a corner, of its next and last corner counter-clockwise."""
+    at, ahead, back = (x[k] for k in corner)
+    u, v = ahead - at, back - at
+    found: np.ndarray = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return found
+
+
+def vertical_pillars(shape: tuple[int, int]) -> Pillars:
     """Return pillars on the nodes of a lattice of rows and columns."""
     zero = np.zeros((shape[0] + 1, shape[1] + 1, 2))
-    return Pillars(zero, zero, level)
+    return Pillars(zero, zero, zero[..., 0], zero[..., 0])
 
 
 __all__ = ["Pillars", "vertical_pillars"]

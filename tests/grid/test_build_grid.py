@@ -91,6 +91,31 @@ def test_a_vertical_fault_between_columns_is_exact():
     assert len(grid.faces) == grid.shape[1]
 
 
+@pytest.mark.parametrize(("at", "dip"), [(1967.0, 60.0), (2030.0, 35.0), (2041.0, 90.0)])
+def test_pillars_follow_a_straight_fault(at, dip):
+    scene = faulted(at, dip)
+    grid = gs.build_grid(scene, cell=100, layers={"Top/Base": 3})
+    np.testing.assert_allclose(grid.table.volume, grid.table.exact, rtol=2e-3)
+    stepped = gs.build_grid(scene, cell=100, layers={"Top/Base": 3}, min_dip=None)
+    worst = [float(abs(g.table.volume / g.table.exact - 1).max()) for g in (grid, stepped)]
+    assert worst[0] < 0.5 * worst[1]
+    assert grid.stair_steps == {"F1": (0, grid.shape[1] + 1)}
+
+    # the pillars that follow lie on the fault, all along
+    run = at + (-2000.0 - grid.coord[..., [2, 5]]) / np.tan(np.radians(dip))
+    off = np.abs(grid.coord[..., [0, 3]] - run).max(axis=-1)
+    np.testing.assert_allclose(off.min(axis=1), 0.0, atol=1e-6)
+
+
+def test_gentle_faults_are_stair_steps_and_a_warning_names_them():
+    with pytest.warns(gs.GeosurfWarning, match="39 of 39 pillars next to fault 'F1'") as found:
+        grid = gs.build_grid(faulted(2030.0, 35.0), cell=100, layers={"Top/Base": 2}, min_dip=45)
+    assert found[0].message.kind == "stair-step"
+    assert not grid.inside_out.any()
+    coord = grid.coord
+    np.testing.assert_array_equal(coord[..., :2], coord[..., 3:5])
+
+
 @pytest.mark.parametrize("parallel", ["top", "base"])
 def test_layers_of_one_thickness_pinch_out_at_the_other_side(parallel):
     scene = gs.Scene({"Top": plane(-1970), "Base": plane(-2030, 0.01)}, box=BOX)
@@ -144,6 +169,7 @@ def test_grdecl_has_all_corners_and_the_same_bytes_twice(planes, tmp_path):
         ({"layers": {"Top/Base": {"thickness": 1e-9, "parallel": "top"}}}, "limit"),
         ({"angle": "north"}, "degrees"),
         ({"min_thickness": -1}, "min_thickness"),
+        ({"min_dip": 95}, "min_dip"),
     ],
 )
 def test_arguments_that_cannot_be_used_are_refused(planes, change, words):

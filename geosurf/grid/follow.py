@@ -1,0 +1,211 @@
+"""Pillars that follow the faults: moved onto them at the middle of the grid, and tilted along them.
+
+A fault parts columns along a stair of edges. The nodes of that stair move to the nearest place on
+the fault and tilt down its dip. All others follow smoothly, and less with distance. Where pillars
+would cross, those next to it give way until no cell is folded: the fault is a stair-step there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.grid.barriers import AXES
+from geosurf.grid.pillars import Pillars
+from geosurf.measure.columns import cross_columns
+
+RANGE = 4.0  # cells over which a moved pillar moves others
+LEAST_AREA = 0.05  # of a cell, at each of its corners
+GIVE_WAY = 0.75  # factor for pillars next to a folded cell
+ROUNDS = 25
+FOLLOWS = 0.5  # pillars that give way more than this are a stair-step
+FARTHEST = 1.2  # cells that a node moves at the middle of the grid
+
+Faults = Sequence[tuple[np.ndarray, np.ndarray]]
+
+
+def follow_faults(
+    faults: Faults,
+    between: tuple[np.ndarray, np.ndarray],
+    level: np.ndarray,
+    reach: np.ndarray,
+    cell: np.ndarray,
+    min_dip: float,
+) -> tuple[Pillars, np.ndarray]:
+    """
+    Return pillars along faults.
+
+    Parameters
+    ----------
+    faults : sequence of (ndarray, ndarray)
+        Vertices in lattice coordinates and triangles.
+    between : (ndarray of bool, ndarray of bool)
+        Faults between columns at the middle of the grid, with one level; see `faults_between`.
+    level : ndarray of float64, shape (ny + 1, nx + 1)
+        Elevation of the middle of the grid [m].
+    reach : ndarray of float64, shape (ny + 1, nx + 1)
+        Half its height [m].
+    cell : ndarray of float64, shape (2,)
+        Size of a cell [m].
+    min_dip : float
+        Pillars follow faults that dip at least this [degrees].
+
+    Returns
+    -------
+    (Pillars, ndarray of int64)
+        And the number of pillars that step, and of all, by fault (n_fault, 2).
+    """
+    ny, nx = level.shape[0] - 1, level.shape[1] - 1
+    shift, slope = np.zeros((ny + 1, nx + 1, 2)), np.zeros((ny + 1, nx + 1, 2))
+    owner = np.full((ny + 1, nx + 1), -1)
+    nodes = [_stair(between, f) for f in range(len(faults))]
+    nearest = np.full(level.shape, np.inf)
+    for f, (x, triangles) in enumerate(faults):
+        j, i = np.nonzero(nodes[f])
+        good, moves, tilts = _onto(x, triangles, j, i, level, (ny, nx), cell, min_dip)
+
+        # a node at two faults follows the nearer one
+        size = np.hypot(*moves.T)
+        good &= size < nearest[j, i]
+        j, i = j[good], i[good]
+        shift[j, i], slope[j, i], owner[j, i] = moves[good], tilts[good], f
+        nearest[j, i] = size[good]
+
+    # spread smoothly; those next to folded cells give way
+    share = np.ones(level.shape)
+    fixed = owner >= 0
+    spread = _Spread(fixed)
+    pillars = Pillars(np.zeros_like(shift), np.zeros_like(slope), level, reach)
+    for _ in range(ROUNDS):
+        if not fixed.any():
+            break
+        tried = Pillars(
+            spread(shift * share[..., None]), spread(slope * share[..., None]), level, reach
+        )
+        folded = np.pad(tried.least_area() < LEAST_AREA, 1)
+        if not folded.any():
+            pillars = tried
+            break
+        near = folded[:-1, :-1] | folded[:-1, 1:] | folded[1:, :-1] | folded[1:, 1:]
+        share[_wider(near) & fixed] *= GIVE_WAY
+    else:
+        share[:] = 0.0
+    counts = np.zeros((len(faults), 2), dtype=np.int64)
+    for f in range(len(faults)):
+        counts[f, 1] = nodes[f].sum()
+        counts[f, 0] = (nodes[f] & ((owner < 0) | (share < FOLLOWS))).sum()
+    return pillars, counts
+
+
+def _stair(between: tuple[np.ndarray, np.ndarray], fault: int) -> np.ndarray:
+    """Nodes at edges between columns that a fault parts, (ny + 1, nx + 1)."""
+    along_i, along_j = between[0][fault, 0], between[1][fault, 0]
+    ny, nx = along_i.shape[0], along_j.shape[1]
+    found = np.zeros((ny + 1, nx + 1), dtype=bool)
+    found[:-1, 1:-1] |= along_i
+    found[1:, 1:-1] |= along_i
+    found[1:-1, :-1] |= along_j
+    found[1:-1, 1:] |= along_j
+    return found
+
+
+def _onto(
+    x: np.ndarray, triangles: np.ndarray, j: np.ndarray, i: np.ndarray, level: np.ndarray,
+    shape: tuple[int, int], cell: np.ndarray, min_dip: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Which nodes can follow a fault, how far they move, and how they tilt."""
+    place = np.stack([i, j, level[j, i]], axis=1).astype(np.float64)
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    distance, normal = np.full((len(j), 2), np.inf), np.zeros((len(j), 3))
+    for along, axes in enumerate(AXES):
+        across = list(axes)
+        found = cross_columns(
+            np.ascontiguousarray(x[:, across]), triangles, place[:, across[:2]].copy(), np.zeros(2)
+        )
+        gap = found.elevation - place[found.foot, along]
+
+        # the nearest crossing of each node comes last, and is that which stays
+        order = np.argsort(-np.abs(gap), kind="stable")
+        foot = found.foot[order]
+        distance[foot, along] = gap[order]
+        nearest = np.zeros((len(j), 3))
+        nearest[foot] = normals[found.triangle[order]]
+        nearest *= np.where(nearest[:, along] < 0, -1.0, 1.0)[:, None]
+        weight = 1.0 / np.maximum(np.abs(distance[:, along]), 0.01)
+        turned = (nearest * normal).sum(axis=1) < 0
+        normal += np.where(turned[:, None], -nearest, nearest) * weight[:, None]
+
+    # nearest place on the straight trace through both crossings; on the rim along the rim
+    rim_i, rim_j = (i == 0) | (i == shape[1]), (j == 0) | (j == shape[0])
+    distance[rim_i, 0], distance[rim_j, 1] = np.inf, np.inf
+    normal[rim_i, 0], normal[rim_j, 1] = 0.0, 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        back = np.clip(1.0 / distance, -1e9, 1e9)
+        move = back / (back**2).sum(axis=1)[:, None]
+        flat = (normal[:, :2] ** 2).sum(axis=1)
+        tilt = -normal[:, 2:] * normal[:, :2] / flat[:, None]
+        steep = np.hypot(*(tilt * cell).T) <= 1.0 / np.tan(np.radians(min_dip))
+    good = np.isfinite(distance).any(axis=1) & (flat > 0) & steep
+    good &= np.isfinite(move).all(axis=1) & (np.hypot(*move.T) <= FARTHEST)
+    return good, move, tilt
+
+
+def _wider(nodes: np.ndarray) -> np.ndarray:
+    """Nodes, and those around them."""
+    room = np.pad(nodes, 1)
+    n, m = nodes.shape
+    parts = [room[a : a + n, b : b + m] for a in range(3) for b in range(3)]
+    found: np.ndarray = np.logical_or.reduce(parts)
+    return found
+
+
+class _Spread:
+    """Values at some nodes, spread to all others: each is nearly the mean of its neighbours."""
+
+    def __init__(self, fixed: np.ndarray) -> None:
+        self.fixed = fixed
+        self._solve = [self._factor(fixed, along) for along in range(2)] if fixed.any() else []
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """Return values at all nodes (ny + 1, nx + 1, 2); across the rim none moves."""
+        out = np.zeros_like(values)
+        for along, (free, solve) in enumerate(self._solve):
+            known = np.where(self.fixed, values[..., along], 0.0)
+            out[..., along] = known
+            room = np.pad(known, 1)
+            load = room[:-2, 1:-1] + room[2:, 1:-1] + room[1:-1, :-2] + room[1:-1, 2:]
+            out[free, along] = solve(load[free])
+        return out
+
+    @staticmethod
+    def _factor(fixed: np.ndarray, along: int):  # type: ignore[no-untyped-def]
+        from scipy.sparse import coo_array
+        from scipy.sparse.linalg import splu
+
+        free = ~fixed
+        if along == 0:
+            free[:, [0, -1]] = False
+        else:
+            free[[0, -1]] = False
+        number = np.full(fixed.shape, -1)
+        number[free] = np.arange(free.sum())
+
+        # five-point differences; the remainder on the diagonal makes values decay over RANGE
+        count = np.full(fixed.shape, 4.0)
+        count[[0, -1]] -= 1.0
+        count[:, [0, -1]] -= 1.0
+        rows, cols = [], []
+        for a, b in ((number[:-1], number[1:]), (number[:, :-1], number[:, 1:])):
+            both = (a >= 0) & (b >= 0)
+            rows += [a[both], b[both]]
+            cols += [b[both], a[both]]
+        n = int(free.sum())
+        row, col = np.concatenate([*rows, np.arange(n)]), np.concatenate([*cols, np.arange(n)])
+        values = np.concatenate([np.full(len(row) - n, -1.0), count[free] + 1.0 / RANGE**2])
+        matrix = coo_array((values, (row, col)), shape=(n, n)).tocsc()
+        return free, splu(matrix).solve
+
+
+__all__ = ["follow_faults"]
