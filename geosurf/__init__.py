@@ -93,6 +93,7 @@ _HOME = {
     "render_thickness": "geosurf.render",
     "render_allan": "geosurf.render",
     "render_section": "geosurf.render",
+    "render_grid_section": "geosurf.render",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
     # what geosurf assumed
@@ -155,6 +156,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     )
     from geosurf.render import (
         render_allan as render_allan,
+        render_grid_section as render_grid_section,
         render_place as render_place,
         render_scene as render_scene,
         render_section as render_section,

@@ -6,6 +6,7 @@ map.py            `render_map`: a horizon with contours and intersection lines
 isochores.py      `render_thickness`: a thickness map of one zone
 allan.py          `render_allan`: the zones juxtaposed across a fault (Allan 1989)
 section.py        `render_section`: a vertical section
+grid_section.py   `render_grid_section`: cells of a simulation grid
 profile.py        `render_throw`: throw along a fault
 column.py         the stratigraphic column
 wells.py          well tops on maps and sections
@@ -38,6 +39,7 @@ the same bytes.
 
 from geosurf.render.allan import render_allan
 from geosurf.render.backend import doctor
+from geosurf.render.grid_section import render_grid_section
 from geosurf.render.isochores import render_thickness
 from geosurf.render.map import render_map
 from geosurf.render.models import render_scene, render_surfaces, render_units
@@ -51,6 +53,7 @@ __all__ = [
     "VIEWS",
     "doctor",
     "render_allan",
+    "render_grid_section",
     "render_map",
     "render_place",
     "render_scene",
