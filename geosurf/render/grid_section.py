@@ -126,7 +126,9 @@ def _figure(
     )
     colours = np.array([palette.stratum(k) for k in range(len(names))])
     axes.add_collection(
-        PolyCollection(rings, facecolors=colours[kinds], edgecolors=palette.INK, linewidths=0.25)
+        PolyCollection(
+            list(rings), facecolors=colours[kinds], edgecolors=palette.INK, linewidths=0.25
+        )
     )
     legend = tuple(Entry(names[k], palette.stratum(k)) for k in np.unique(kinds).tolist())
     furniture.draw_legend(sheet, legend, 640.0)
