@@ -19,6 +19,7 @@ from geosurf.cli.scenario_commands import (
     render_command,
     report_command,
     run_command,
+    validate_command,
 )
 from geosurf.cli.stress_command import stress_command
 
@@ -74,6 +75,11 @@ def build_parser() -> argparse.ArgumentParser:
 def _add_scenario_commands(add: Callable[..., Any]) -> None:
     """Add the commands that take a scenario."""
     run = add("run", run_command, "build the model of a scenario: volumes, pictures and a report")
+    validate = add(
+        "validate", validate_command, "list all mistakes of a scenario; nothing is built"
+    )
+    validate.add_argument("--json", action="store_true", help="print JSON")
+    validate.epilog = "example: geosurf validate field/scenario.toml"
     check = add(
         "check",
         check_command,
@@ -84,7 +90,7 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
     ensemble = add(
         "ensemble", ensemble_command, "compute P90, P50 and P10 of the volumes of a scenario"
     )
-    for command in (run, check, render, report, ensemble):
+    for command in (run, validate, check, render, report, ensemble):
         command.add_argument(
             "scenario", help="scenario file (TOML); its keys are in docs/scenario.md"
         )

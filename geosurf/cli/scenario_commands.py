@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
 from dataclasses import replace
@@ -60,6 +61,30 @@ def _merging(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     if not options.merge_slivers:
         return scenario
     return replace(scenario, slivers=replace(scenario.slivers, merge=True))
+
+
+def validate_command(options: argparse.Namespace) -> int:
+    """Print all mistakes of a scenario; nothing is read or built."""
+    from geosurf.conventions import counted
+    from geosurf.scenario import read_scenario
+    from geosurf.scenario.mistakes import find_mistakes
+
+    mistakes = find_mistakes(options.scenario)
+    if options.json:
+        rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]
+        print(json.dumps({"scenario": options.scenario, "mistakes": rows}, indent=2))
+        return 2 if mistakes else 0
+    for one in mistakes:
+        where = "" if one.line is None else f", line {one.line}"
+        print(f"{options.scenario}{where}: {one.sentence}")
+    if mistakes:
+        print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
+        return 2
+    scenario = read_scenario(options.scenario)
+    n_horizon, n_fault = len(scenario.horizons), len(scenario.faults)
+    print(f"No mistakes: {counted(n_horizon, 'horizon')}, {counted(n_fault, 'fault')}.")
+    print(f"Next: geosurf run {options.scenario} -o out")
+    return 0
 
 
 def check_command(options: argparse.Namespace) -> int:

@@ -19,6 +19,8 @@ output.py         the output folder: new results whole, or the old ones
 pictures.py       the pictures that a scenario asks for
 failure.py        a picture of the place where a model cannot be built
 step_log.py       one line per step
+mistakes.py       all mistakes at once, with their lines
+toml_lines.py     lines of the keys of a TOML text
 page.py           docs/scenario.md, from the keys
 ================  =============================================================
 """

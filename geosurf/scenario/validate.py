@@ -56,9 +56,14 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     ...     str(error).partition("; ")[0].removeprefix(f"{file}: ")
     "unknown key 'northing' in box"
     """
-    # two passes: each value by itself (`read_table`), then values against each other
     path = path_of(path, "a scenario")
-    scenario: Scenario = read_table(Scenario, KeyPath(path), _load(path), path=path)
+    return checked_scenario(path, parsed(path, text_of(path)))
+
+
+def checked_scenario(path: Path, data: Mapping[str, Any]) -> Scenario:
+    """Return the scenario that a file holds, or raise a `ScenarioError` at its first mistake."""
+    # two passes: each value by itself (`read_table`), then values against each other
+    scenario: Scenario = read_table(Scenario, KeyPath(path), data, path=path)
     try:
         # Before names are checked: other tables may refer to halves.
         scenario = with_halves(scenario)
@@ -69,18 +74,14 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     return scenario
 
 
-def _load(path: Path) -> dict[str, Any]:
+def text_of(path: Path) -> str:
+    """Return the text of a scenario, with line feeds at the ends of lines."""
     try:
         with opened(path) as (file, _):
             # utf-8-sig: Windows editors write a byte order mark; TOML knows two line ends, old
             # files a third
             text = file.read().decode("utf-8-sig")
-        return tomllib.loads(text.replace("\r\n", "\n").replace("\r", "\n"))
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(
-            f"{path}: not a valid TOML file: {error}. Correct that line; text must be between "
-            "quotes."
-        ) from error
+        return text.replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise ScenarioError(
             f"{path}: byte {error.start} is not UTF-8 text. Give a scenario (TOML), saved as UTF-8."
@@ -90,6 +91,17 @@ def _load(path: Path) -> dict[str, Any]:
         raise ScenarioError(f"{path}: cannot be read ({reason}). Check the path.") from error
     except InputError as error:  # no file, or a pipe, a folder, a device
         raise ScenarioError(str(error)) from error
+
+
+def parsed(path: Path, text: str) -> dict[str, Any]:
+    """Return what the text of a scenario holds."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(
+            f"{path}: not a valid TOML file: {error}. Correct that line; text must be between "
+            "quotes."
+        ) from error
 
 
 def _check_names(scenario: Scenario) -> None:
@@ -313,9 +325,12 @@ def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
 
 
 __all__ = [
+    "checked_scenario",
     "faults_reaching",
     "filling_of",
     "horizon_rules_of",
     "is_torn_as_picked",
+    "parsed",
     "read_scenario",
+    "text_of",
 ]

@@ -1,0 +1,150 @@
+"""All mistakes of a scenario at once, each with its line."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import pytest
+
+from geosurf.cli import main
+from geosurf.errors import ScenarioError
+from geosurf.scenario import read_scenario
+from geosurf.scenario.mistakes import find_mistakes
+from geosurf.scenario.toml_lines import lines_of_keys
+
+RIGHT = """title = "A"
+[[horizons]]
+name = "Top"
+file = "scenario.toml"
+positive = "down"
+[[horizons]]
+name = "Base"
+file = "scenario.toml"
+positive = "down"
+[[faults]]
+name = "F1"
+file = "scenario.toml"
+extend = ["strike"]
+[box]
+easting_m = [0, 6000]
+northing_m = [0, 5000]
+elevation_m = [-3000, 0]
+[[contacts]]
+name = "OWC"
+elevation_m = -1700
+zones = ["Top/Base"]
+block = "F1+"
+[tear]
+horizons = ["Top"]
+trim_cells = 2.0
+[output]
+size_px = [1280, 800]
+views = ["top"]
+"""
+# a line of the file above, what stands there instead, and a part of the message
+MISTAKES = [
+    (1, 'titel = "A"', "unknown key 'titel'"),
+    (3, "name = 3", "horizons[number 1].name is 3"),
+    (4, 'file = "none.gri"', "is not there"),
+    (5, 'positive = "downward"', "Did you mean 'down'?"),
+    (8, 'fille = "scenario.toml"', "unknown key 'fille' in horizons['Base']"),
+    (13, 'extend = "yes"', "faults['F1'].extend is 'yes'"),
+    (15, "easting_m = [6000, 0]", "the lower one first"),
+    (16, "northing = [0, 5000]", "unknown key 'northing' in box"),
+    (20, 'elevation_m = "deep"', "contacts['OWC'].elevation_m is 'deep'"),
+    (21, 'zones = ["Top/Bsae"]', "unknown zone 'Top/Bsae'"),
+    (22, 'block = "F9+"', "unknown block 'F9+'"),
+    (24, 'horizons = ["Topp"]', "tear.horizons: unknown horizon 'Topp'"),
+    (25, "trim_cells = -1", "tear.trim_cells is -1"),
+    (27, "size_px = [10]", "output.size_px is [10]"),
+    (28, 'view = ["top"]', "unknown key 'view' in output"),
+]
+
+
+def wrong(tmp_path, mistakes):
+    """A scenario with some mistakes."""
+    lines = RIGHT.splitlines()
+    for row, line, _ in mistakes:
+        lines[row - 1] = line
+    path = tmp_path / "scenario.toml"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def found_in(path):
+    return [(one.line, one.sentence) for one in find_mistakes(path)]
+
+
+def test_a_right_scenario_has_none(tmp_path, capsys):
+    path = wrong(tmp_path, [])
+    assert find_mistakes(path) == []
+    assert main(["validate", str(path)]) == 0
+    assert "No mistakes: 2 horizons, 1 fault." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("mistake", MISTAKES, ids=[line for _, line, _ in MISTAKES])
+def test_each_mistake_has_its_line(tmp_path, mistake):
+    """It is the one at which reading stops, and nothing that follows from it is listed."""
+    row, _, words = mistake
+    path = wrong(tmp_path, [mistake])
+    ((line, sentence), *rest) = sorted(found_in(path), key=lambda one: one[0] != row)
+    assert line == row
+    assert words in sentence
+    assert not rest or row == 3  # a horizon without a name is unknown elsewhere
+    with pytest.raises(ScenarioError, match=r"scenario.toml: "):
+        read_scenario(path)
+
+
+def test_all_are_found_at_once(tmp_path, capsys):
+    path = wrong(tmp_path, MISTAKES)
+    found = found_in(path)
+    for row, _, words in MISTAKES:
+        if row not in (3, 21):  # names of zones follow from those of horizons
+            assert any(line == row and words in sentence for line, sentence in found), row
+    assert [line for line, _ in found] == sorted(line for line, _ in found)
+    assert main(["validate", str(path), "--json"]) == 2
+    listed = json.loads(capsys.readouterr().out)
+    assert [(row["line"], row["mistake"]) for row in listed["mistakes"]] == found
+
+
+def test_no_mistake_hides_another(tmp_path):
+    for pair in itertools.combinations(MISTAKES, 2):
+        found = found_in(wrong(tmp_path, pair))
+        for row, _, words in pair:
+            # names of zones follow from those of horizons
+            hidden = words.startswith("unknown zone") and pair[0][0] == 3
+            there = any(line == row and words in said for line, said in found)
+            assert hidden or there, (row, found)
+
+
+def test_a_file_that_is_not_toml_has_one_mistake(tmp_path):
+    path = tmp_path / "scenario.toml"
+    path.write_text('title = "A"\nname = Top\n')
+    ((line, sentence),) = found_in(path)
+    assert line == 2
+    assert sentence.startswith("not a valid TOML file")
+
+
+def test_lines_of_keys_in_all_kinds_of_tables():
+    text = '''a.b = 1 # c = 2
+"x y" = """
+d = 3
+"""
+[t.u]
+v = [
+  {w = 1},
+  {w = [1, 2]},
+]
+[[s]]
+[s.i]
+k = 1
+[[s]]
+k = 2024-01-01 10:00:00
+'''
+    found = lines_of_keys(text)
+    assert found["a", "b"] == 1
+    assert found["x y",] == 2
+    assert "d" not in {key[0] for key in found}
+    assert found["t", "u", "v", 1, "w"] == 8
+    assert (found["s", 0], found["s", 0, "i", "k"], found["s", 1, "k"]) == (10, 12, 14)
