@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.measure.columns import cross_columns
+from geosurf.model.grids import GAUSS
 
 AXES = ((1, 2, 0), (0, 2, 1))  # of a ray along I, along J: the two across it, then along it
 
@@ -56,10 +57,48 @@ def faults_between(
     )
 
 
-def _crossed(
-    x: np.ndarray, triangles: np.ndarray, start: np.ndarray, open_at: np.ndarray, along: int
+def own_side(
+    faults: Sequence[tuple[np.ndarray, np.ndarray]], middle: np.ndarray, inside: np.ndarray
 ) -> np.ndarray:
-    """Whether rays of length 1 along an axis cross a fault an odd number of times."""
+    """
+    Return which Gauss points of a column lie on the side of its middle of all faults.
+
+    Parameters
+    ----------
+    faults : sequence of (ndarray, ndarray)
+    middle : ndarray of float64, shape (ny, nx)
+        Elevation [m].
+    inside : ndarray of bool, shape (ny, nx)
+
+    Returns
+    -------
+    ndarray of bool, shape (ny, nx, 2, 2)
+        Last axes along J and I.
+    """
+    ny, nx = middle.shape
+    j, i = np.meshgrid(np.arange(ny), np.arange(nx), indexing="ij")
+    half = 0.5 - GAUSS[0]
+    same = np.ones((ny, nx, 2, 2), dtype=bool)
+    for x, triangles in faults:
+        for b in range(2):
+            # from the middle along J, then along I: one crossing after the other
+            start = np.stack([i + 0.5, j + (GAUSS[0], 0.5)[b], middle], axis=-1)
+            first = _crossed(x, triangles, start, inside, 1, half)
+            for a in range(2):
+                start = np.stack([i + (GAUSS[0], 0.5)[a], j + GAUSS[b], middle], axis=-1)
+                same[:, :, b, a] &= first == _crossed(x, triangles, start, inside, 0, half)
+    return same
+
+
+def _crossed(
+    x: np.ndarray,
+    triangles: np.ndarray,
+    start: np.ndarray,
+    open_at: np.ndarray,
+    along: int,
+    length: float = 1.0,
+) -> np.ndarray:
+    """Whether rays along an axis cross a fault an odd number of times."""
     across = list(AXES[along])
     low, high = x.min(axis=0), x.max(axis=0)
     near = open_at & (start >= low - 1.0).all(axis=-1) & (start <= high + 1.0).all(axis=-1)
@@ -68,7 +107,7 @@ def _crossed(
         np.ascontiguousarray(x[:, across]), triangles, rays[:, across[:2]].copy(), np.zeros(2)
     )
     first = rays[found.foot, along]
-    hit = (found.elevation >= first) & (found.elevation < first + 1.0)
+    hit = (found.elevation >= first) & (found.elevation < first + length)
     out = np.zeros(start.shape[:-1], dtype=bool)
     out[near] = np.bincount(found.foot[hit], minlength=len(rays)) % 2 == 1
     return out

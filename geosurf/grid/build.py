@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.errors import InputError, InvariantError
 from geosurf.grid import corners as at_corners
-from geosurf.grid.barriers import faults_between
+from geosurf.grid.barriers import faults_between, own_side
 from geosurf.grid.cells import PER_COLUMN, faces_of, lengths_in, regions_of_cells
 from geosurf.grid.follow import follow_faults
 from geosurf.grid.lattice import ArealLattice, inside_outline
@@ -240,7 +240,10 @@ def pillars_along_faults(
 
 def corners_of(columns: Columns, between: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Top and thicknesses at the corners of all columns, (ny, nx, 2, 2, 1 + n_zone)."""
-    found = at_corners.to_corners(np.moveaxis(columns.filled, -1, 2))
+    samples = columns.filled.copy()
+    same = own_side(columns.faults, columns.middles.mean(axis=0), columns.used)
+    samples[..., :1] = at_corners.filled(samples[..., :1], same)
+    found = at_corners.to_corners(np.moveaxis(samples, -1, 2))
     found[:, :, 1:] = at_corners.limited(found[:, :, 1:])
     found = np.moveaxis(found, 2, -1)
 
