@@ -49,6 +49,8 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "netcdf": lambda head: head.startswith((b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n")),
     "tsurf": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+TSurf\b"),
     "model3d": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Model3d\b"),
+    "pline": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+PLine\b"),
+    "vset": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+VSet\b"),
     "vtp": lambda head: b"<VTKFile" in head and re.search(rb"type=.PolyData.", head) is not None,
     "petrel_tops": _text(r"#\s*Petrel well tops\b"),
 }
@@ -59,8 +61,6 @@ FOREIGN: dict[str, Callable[[bytes], bool]] = {
     "glTF": lambda head: head.startswith(b"glTF"),
     "LAS": _text(r"~V"),
     "shapefile": lambda head: head.startswith(b"\x00\x00\x27\x0a"),
-    "GOCAD PLine": _text(r"GOCAD[ \t]+PLine\b"),
-    "GOCAD VSet": _text(r"GOCAD[ \t]+VSet\b"),
     "GOCAD SGrid": _text(r"GOCAD[ \t]+SGrid\b"),
     "ZIP archive": lambda head: head.startswith(b"PK\x03\x04"),
     "gzip": lambda head: head.startswith(b"\x1f\x8b"),

@@ -138,8 +138,13 @@ def _kind(path: Path) -> tuple[str, str]:
         return key, "read_horizon or read_fault"
     if key == "model3d":
         return key, "geosurf.read.model3d.read_model3d"
-    if key == "petrel_tops":
-        return key, "read_tops"
+    other = {
+        "petrel_tops": "read_tops",
+        "pline": "read_polygons or read_fault",
+        "vset": "read_points",
+    }
+    if key in other:
+        return key, other[key]
 
     # tables of numbers have no signature: names of columns and end marks decide
     head = head_of(path)
@@ -196,7 +201,7 @@ def _array(data: Any) -> np.ndarray:
 def _open_questions(key: str, notes: dict[str, str]) -> list[str]:
     """What the file does not state."""
     if notes.get("sign", "").startswith("open"):
-        if key in MESH_FORMATS or key == "model3d":
+        if key in MESH_FORMATS or key in ("model3d", "pline", "vset"):
             notes["sign"] = "open: elevation unless positive="
             return ['The file does not state depth or elevation: give positive="down" for depth.']
         return [

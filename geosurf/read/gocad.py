@@ -39,7 +39,7 @@ Line = tuple[int, list[str]]
 
 
 @dataclass
-class _Draft:
+class Draft:
     """One TSurf while its lines go by."""
 
     path: Path
@@ -169,24 +169,11 @@ def read_tsurf(
     """
     path = Path(path)
     text = read_text(path, final_line_end=False)
-    # A file may hold several objects; each starts with GOCAD and ends with END.
-    lines = _numbered_lines(text)
     surfaces = []
-    for i, line in lines:
-        words = line.split()
-        if not words or words[0].startswith("#"):
-            continue
-        if words[0].upper() != "GOCAD":
-            raise FormatError(
-                f"{path}, line {i}: found {line[:40]!r}, expected 'GOCAD TSurf 1'. This is not "
-                "a GOCAD file, or the object before this line ended too early."
-            )
-
-        kind = words[1].lower() if len(words) > 1 else ""
-        draft = _Draft(path, len(text), i)
-        body = _body(path, lines, i)
+    for i, kind, body in bodies(path, text):
+        draft = Draft(path, len(text), i)
         if kind == "tsurf":
-            _fill(draft, body)
+            fill(draft, body)
             surfaces.append(_finish(draft, positive, length_unit))
         else:
             for _ in body:  # another kind of object: pass over it
@@ -197,6 +184,22 @@ def read_tsurf(
             "surface as TSurf."
         )
     return surfaces
+
+
+def bodies(path: Path, text: str) -> Iterator[tuple[int, str, Iterator[Line]]]:
+    """Yield first line, kind in lower case and lines of each object; those have to be used up."""
+    # A file may hold several objects; each starts with GOCAD and ends with END.
+    lines = _numbered_lines(text)
+    for i, line in lines:
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        if words[0].upper() != "GOCAD":
+            raise FormatError(
+                f"{path}, line {i}: found {line[:40]!r}, expected 'GOCAD TSurf 1'. This is not "
+                "a GOCAD file, or the object before this line ended too early."
+            )
+        yield i, words[1].lower() if len(words) > 1 else "", _body(path, lines, i)
 
 
 def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[Line]:
@@ -238,7 +241,7 @@ def _numbered_lines(text: str) -> Iterator[tuple[int, str]]:
         yield from enumerate(piece.split("\n")[: -1 if piece.endswith("\n") else None], first)
 
 
-def _fill(draft: _Draft, body: Iterator[Line]) -> None:
+def fill(draft: Draft, body: Iterator[Line]) -> None:
     """Sort the lines of one TSurf into the draft."""
     block = ""  # HEADER, PROPERTY_CLASS_HEADER: lines between braces
     key = ""
@@ -270,7 +273,7 @@ def _fill(draft: _Draft, body: Iterator[Line]) -> None:
     draft.flush()
 
 
-def _vertex_line(draft: _Draft, i: int, key: str, words: list[str]) -> None:
+def _vertex_line(draft: Draft, i: int, key: str, words: list[str]) -> None:
     """``VRTX id x y z`` or ``PVRTX id x y z value ...``, then perhaps words."""
     # how many values a PVRTX has follows from the header
     n_value = sum(draft.header.property_sizes(draft.path, draft.line)) if key == "PVRTX" else 0
@@ -293,7 +296,7 @@ def _vertex_line(draft: _Draft, i: int, key: str, words: list[str]) -> None:
         draft.flush()
 
 
-def _alias_line(draft: _Draft, i: int, words: list[str]) -> None:
+def _alias_line(draft: Draft, i: int, words: list[str]) -> None:
     """``ATOM id other``: another name of vertex `other`, so of one and the same vertex."""
     if len(words) < 3:
         raise FormatError(
@@ -302,10 +305,10 @@ def _alias_line(draft: _Draft, i: int, words: list[str]) -> None:
         )
 
     # no vertex is made: two ids lead to one row
-    _new_id(draft, i, words[1], _row(draft, i, words[2]))
+    _new_id(draft, i, words[1], row_of(draft, i, words[2]))
 
 
-def _triangle_line(draft: _Draft, i: int, words: list[str]) -> None:
+def _triangle_line(draft: Draft, i: int, words: list[str]) -> None:
     """``TRGL id id id``."""
     if len(words) < 4:
         raise FormatError(
@@ -318,10 +321,10 @@ def _triangle_line(draft: _Draft, i: int, words: list[str]) -> None:
     try:
         draft.corners.extend((rows[words[1]], rows[words[2]], rows[words[3]]))
     except KeyError:  # unknown, or written in another way
-        draft.corners.extend([_row(draft, i, word) for word in words[1:4]])
+        draft.corners.extend([row_of(draft, i, word) for word in words[1:4]])
 
 
-def _key(draft: _Draft, i: int, word: str) -> str:
+def _key(draft: Draft, i: int, word: str) -> str:
     """Return an id as it is written shortest: 7 for 007."""
     # the usual spelling needs no conversion; 007 and +7 are brought to it
     if word.isascii() and word.isdecimal() and word[0] != "0":
@@ -329,7 +332,7 @@ def _key(draft: _Draft, i: int, word: str) -> str:
     return str(integer(word, draft.path, i, "id of a vertex"))
 
 
-def _new_id(draft: _Draft, i: int, word: str, row: int) -> None:
+def _new_id(draft: Draft, i: int, word: str, row: int) -> None:
     key = _key(draft, i, word)
     if key in draft.row_of_id:
         raise FormatError(
@@ -339,7 +342,8 @@ def _new_id(draft: _Draft, i: int, word: str, row: int) -> None:
     draft.row_of_id[key] = row
 
 
-def _row(draft: _Draft, i: int, word: str) -> int:
+def row_of(draft: Draft, i: int, word: str) -> int:
+    """Return the row of the vertex that an id names."""
     key = _key(draft, i, word)
     row = draft.row_of_id.get(key)
     if row is None:
@@ -350,7 +354,7 @@ def _row(draft: _Draft, i: int, word: str) -> int:
     return row
 
 
-def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> TriSurface:
+def _finish(draft: Draft, positive: str | None, length_unit: str | None) -> TriSurface:
     """Turn a draft into a surface in metres, elevation up."""
     path, header = draft.path, draft.header
     name = header.name or path.stem
@@ -371,7 +375,7 @@ def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> Tri
     return surface
 
 
-def _vertex_data(draft: _Draft) -> dict[str, np.ndarray]:
+def _vertex_data(draft: Draft) -> dict[str, np.ndarray]:
     """Property arrays, (n_vertex,) or (n_vertex, size); NaN for no data."""
     header = draft.header
 

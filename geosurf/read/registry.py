@@ -45,10 +45,17 @@ HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
 FAULT_FORMATS = {
     "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
     "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
+    "pline": ("gocad_lines", "read_pline_sticks", (".pl",)),
     **MESH_FORMATS,
 }
-POINT_FORMATS = {"xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat"))}
-POLYGON_FORMATS = {"polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt"))}
+POINT_FORMATS = {
+    "xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat")),
+    "vset": ("gocad_lines", "read_vset", (".vs",)),
+}
+POLYGON_FORMATS = {
+    "polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt")),
+    "pline": ("gocad_lines", "read_pline", (".pl",)),
+}
 # what people call the formats; the table of docs/formats.md is tested against it
 TITLES = {
     "irap": "IRAP classic and binary",
@@ -63,6 +70,8 @@ TITLES = {
     "ijxyz": "seismic grid (IJXYZ)",
     "tsurf": "GOCAD TSurf",
     "model3d": "GOCAD Model3d",
+    "pline": "GOCAD PLine",
+    "vset": "GOCAD VSet",
     "vtp": "VTK XML",
     "mesh": "other meshes",
     "sticks": "fault sticks",

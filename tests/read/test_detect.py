@@ -154,7 +154,7 @@ def test_a_file_of_another_kind_names_the_function_that_reads_it(tmp_path):
     path = written(tmp_path, FILES["irap"], "top.poi")
     with pytest.raises(FormatError, match=r"is a file of the format 'irap'.*with read_horizon"):
         gs.read_points(path, positive="up")
-    for content in ("GOCAD Model3d 1\n", "GOCAD PLine 1\n", b"glTF\2\0\0\0"):
+    for content in ("GOCAD Model3d 1\n", "GOCAD SGrid 1\n", b"glTF\2\0\0\0"):
         with pytest.raises(
             FormatError, match=r"this is a (GOCAD Model3d|file of the kind G|file of the kind gl)"
         ):

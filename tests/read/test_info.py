@@ -15,7 +15,14 @@ from geosurf.read.registry import GRID_FORMATS, TITLES
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "formats.md"
 # suffix of a file, or its folder -> format by content; None: texts that are no data
-EXPECTED = {".gri": "irap", ".zmap": "zmap", ".ts": "tsurf", ".ml": "model3d", ".poi": "xyz"}
+EXPECTED = {
+    ".gri": "irap",
+    ".zmap": "zmap",
+    ".ts": "tsurf",
+    ".ml": "model3d",
+    ".poi": "xyz",
+    ".vs": "vset",
+}
 STATED = ("The file does not state", "Easting and northing are below 360")
 
 

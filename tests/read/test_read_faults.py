@@ -119,8 +119,10 @@ def test_tsurf_headers_that_cannot_be_used(tmp_path):
     with pytest.raises(FormatError, match=r"surface 'F1', which begins on line 1, has no TRGL"):
         gs.read_fault(tsurf(tmp_path, "TFACE\nVRTX 1 0 0 0\nEND\n"))
     (tmp_path / "p.ts").write_text("GOCAD VSet 1\nVRTX 1 0 0 0\nEND\n")
-    with pytest.raises(FormatError, match=r"has no TSurf object .*'GOCAD TSurf 1'"):
+    with pytest.raises(FormatError, match=r"format 'vset'.* Read it with read_points"):
         gs.read_fault(tmp_path / "p.ts")
+    with pytest.raises(FormatError, match=r"has no TSurf object .*'GOCAD TSurf 1'"):
+        read_tsurf(tmp_path / "p.ts")
 
 
 def test_several_surfaces_in_one_file(tmp_path):
