@@ -81,8 +81,9 @@ def read_horizon(
         Unit of the values, if the file does not state it: ``"m"``, ``"ft"`` ...
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
-    format : {"irap", "netcdf", "zmap", "cps3", "surfer", "storm", "esri", "gxf", \
-            "earthvision", "ijxyz", "tsurf", "vtp", "mesh"}, optional
+    format : str, optional
+        ``"irap"``, ``"netcdf"``, ``"zmap"``, ``"cps3"``, ``"surfer"``, ``"storm"``, ``"esri"``,
+        ``"gxf"``, ``"earthvision"``, ``"ijxyz"``, ``"tsurf"``, ``"vtp"`` or ``"mesh"``.
         Overrides content and suffix.
     variable : str, optional
         Which variable of a NetCDF file, where there are several.
