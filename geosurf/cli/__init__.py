@@ -14,6 +14,7 @@ codes.
 `stress_command`      ``stress``
 `results`             progress and verdict, printed by several commands
 `console`             output in any encoding, warnings
+`without_dask`        a faster start of the process of a command
 `exit_codes`          errors and signals become exit codes
 ===================== ============================================
 """
@@ -24,8 +25,10 @@ import sys
 from collections.abc import Sequence
 
 from geosurf.cli.console import encodable_output, printed_warnings
+from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.exit_codes import ExitCode
 from geosurf.cli.parser import build_parser
+from geosurf.cli.without_dask import skip_dask
 
 __all__ = ["build_parser", "main"]
 
@@ -51,6 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     # outermost: the parser's own messages quote arguments in any script
     with encodable_output():
         options = build_parser().parse_args(argv)
+        if argv is None and options.run is not ensemble_command:
+            skip_dask()
         exit_code = ExitCode(options.debug)
         with exit_code, printed_warnings():
             exit_code.code = options.run(options)

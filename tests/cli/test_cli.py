@@ -503,3 +503,16 @@ def test_a_signal_that_is_ignored_stays_ignored():
             assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize("process", [True, False])
+def test_only_the_process_of_a_command_leaves_out_dask(process: bool) -> None:
+    """xarray loads Dask for any array, where it is installed; a library never hides it."""
+    pytest.importorskip("dask")
+    code = (
+        "import sys; from geosurf.cli import main; sys.argv = ['geosurf', 'check', 'missing.toml']; "
+        f"main({'' if process else 'sys.argv[1:]'}); import xarray; xarray.DataArray([1.0]); "
+        "print(sys.modules.get('dask') is not None)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == str(not process)
