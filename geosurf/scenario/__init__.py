@@ -4,6 +4,7 @@
 keys.py           every key: type, unit, default, meaning
 output_keys.py    of these: [search] and [output]
 sliver_keys.py    of these: [slivers]
+grid_keys.py      of these: [grid]
 ensemble_keys.py  of these: [ensemble] and [[uncertain]]
 tear_keys.py      of these: [tear] and [[throws]]
 declare.py        how a key is declared
@@ -16,6 +17,7 @@ sealed.py         of these: a sealed model of another program
 region_units.py   which unit a region of such a model is
 execute.py        a run: all of it, stage by stage
 output.py         the output folder: new results whole, or the old ones
+grid.py           the simulation grid that a scenario asks for
 pictures.py       the pictures that a scenario asks for
 failure.py        a picture of the place where a model cannot be built
 step_log.py       one line per step

@@ -16,6 +16,7 @@ from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
 from geosurf.scenario.failure import pictured
+from geosurf.scenario.grid import draw_grid, in_words, write_grid
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import choice_of_pictures
@@ -155,10 +156,17 @@ def run(
         _write_files(scene, scenario, folder)
         log.step("write", ", ".join(scenario.output.formats), "")
 
+        grid, stepped = None, list[str]()
+        if scenario.grid is not None:
+            grid, stepped = write_grid(scene, scenario.grid, folder)
+            log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
+
         # pictures may warn, and the certificate lists warnings: it is written after them
         drawn = _draw(scene, scenario, folder, log, cache) if pictures else {}
+        if grid is not None and pictures:
+            drawn |= draw_grid(grid, folder / "pictures")
         _write_certificate(scene, scenario, certificate, folder)
-        notes = model_notes(scene)
+        notes = [*model_notes(scene), *stepped]
 
         # last, with the pictures that could be drawn
         report_scene(

@@ -22,6 +22,7 @@ from geosurf.scenario import values
 from geosurf.scenario.area_keys import AreaOfInterest, BoxRanges
 from geosurf.scenario.declare import key
 from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput
+from geosurf.scenario.grid_keys import GridInput
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
 from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.scenario.tear_keys import TearSettings, ThrowInput
@@ -244,6 +245,7 @@ class Scenario:
         From the top down.
     tops : TopsInput or None
     slivers : SliversInput
+    grid : GridInput or None
     aoi : AreaOfInterest or None
     box : BoxRanges or None
     ensemble : EnsembleSettings or None
@@ -309,6 +311,7 @@ class Scenario:
     slivers: SliversInput = key(
         "Units that are too small to count.", values.table(SliversInput), default=SliversInput()
     )
+    grid: GridInput | None = key("A simulation grid.", values.table(GridInput), default=None)
     aoi: AreaOfInterest | None = key(
         "A polygon that the model fills.", values.table(AreaOfInterest), default=None
     )
@@ -335,6 +338,7 @@ __all__ = [
     "ContactInput",
     "EnsembleSettings",
     "FaultInput",
+    "GridInput",
     "HorizonInput",
     "ModelInput",
     "OutputSettings",

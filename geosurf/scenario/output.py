@@ -22,7 +22,10 @@ from geosurf.files.locks import Lock
 from geosurf.model.expected import path_of
 
 FOLDERS = ("units", "pictures", "report")
-FILES = ("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc", "certificate.txt")
+FILES = (
+    *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
+    *("certificate.txt", "grid.grdecl", "grid.inc"),
+)
 # what runs write, as patterns of paths relative to the output folder
 OURS = Names(
     tuple(
@@ -33,6 +36,7 @@ OURS = Names(
             r"curves\.(vtp|pl)",
             r"volumes\.(csv|nc)",
             r"certificate\.txt",
+            r"grid\.(grdecl|inc)",
             r"failure\.png",
             r"report/index\.html",
             r"pictures/(view_[a-z]+|units_exploded|search)\.png",

@@ -112,6 +112,18 @@ def compartments(_: KeyPath, value: Any) -> bool | dict[str, Any] | None:
     return value if isinstance(value, bool | dict) else None
 
 
+@check(
+    'a whole number above 0, or a table of zones such as `{"Top/Base" = 10}` or '
+    '`{"Top/Base" = {thickness = 2.5, parallel = "top"}}`'
+)
+def layers(_: KeyPath, value: Any) -> int | dict[str, Any] | None:
+    """Layers of a simulation grid; the grid checks the names of zones."""
+    if isinstance(value, dict):
+        return dict(value) if value else None
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return value if whole and value > 0 else None
+
+
 def above_zero_or_none(value: Any) -> float | None:
     """A finite number above zero, else None."""
     return float(value) if is_number(value) and value > 0 else None
