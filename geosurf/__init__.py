@@ -40,6 +40,7 @@ _HOME = {
     "triangulate_horizon": "geosurf.triangulate",
     "triangulate_fault": "geosurf.triangulate",
     "triangulate_sticks": "geosurf.triangulate",
+    "reproject": "geosurf.triangulate",
     "fault_from_polygons": "geosurf.triangulate",
     "build_walls": "geosurf.triangulate",
     "build_contacts": "geosurf.triangulate",
@@ -178,6 +179,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         build_walls as build_walls,
         triangulate_fault as triangulate_fault,
         triangulate_horizon as triangulate_horizon,
+        reproject as reproject,
         triangulate_sticks as triangulate_sticks,
         fault_from_polygons as fault_from_polygons,
     )

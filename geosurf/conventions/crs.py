@@ -1,9 +1,9 @@
 """Coordinate reference systems: read the declaration of an input, and compare two.
 
-Coordinates are never converted. An array declares its system in ``attrs["crs"]``, in the variable
-that its CF attribute ``grid_mapping`` names, or in a coordinate ``spatial_ref`` or ``crs``, as
-rioxarray writes it. geosurf does not guess whether an EPSG code and a name mean the
-same system; it warns.
+Nothing is converted here; `geosurf.reproject` does that. An array declares its system in
+``attrs["crs"]``, in the variable that its CF attribute ``grid_mapping`` names, or in a coordinate
+``spatial_ref`` or ``crs``, as rioxarray writes it. geosurf does not guess whether an EPSG code and
+a name mean the same system; it warns.
 """
 
 from __future__ import annotations
@@ -103,8 +103,8 @@ def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> N
         # Only a proven difference is refused; None means that they cannot be compared.
         if crs is not None and are_same(crs, known) is False:
             raise InputError(
-                f"{name!r} is in {label(crs)}, but {other!r} is in {label(known)}. geosurf "
-                "does not convert coordinates. Convert one of them, or correct attrs['crs'] if "
+                f"{name!r} is in {label(crs)}, but {other!r} is in {label(known)}. Convert one of "
+                f"them, as in gs.reproject({name}, {label(known)!r}), or correct attrs['crs'] if "
                 "both are in the same system."
             )
 

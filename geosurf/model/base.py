@@ -48,7 +48,8 @@ class Noun:
 def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:
     """Return what was made of some surfaces, in the reference system that one of them declares."""
     # Systems that differ were refused before; the first one that is declared stands for all.
-    crs = next((source.crs for source in sources if source.crs is not None), None)
+    found = (getattr(source, "crs", None) for source in sources)
+    crs = next((one for one in found if one is not None), None)
     if crs is not None:
         object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
     return made
@@ -69,6 +70,7 @@ def polydata(
     lines: tuple[np.ndarray, ...] | None = None,
     point_data: Mapping[str, np.ndarray] | None = None,
     cell_data: Mapping[str, np.ndarray] | None = None,
+    crs: str | None = None,
 ) -> pyvista.PolyData:
     """A pyvista mesh; pyvista is imported here and nowhere else outside render."""
     import pyvista
@@ -90,6 +92,8 @@ def polydata(
         mesh.point_data[key] = value
     for key, value in (cell_data or {}).items():
         mesh.cell_data[key] = value
+    if crs is not None:
+        mesh.field_data["crs"] = [crs]
     return mesh
 
 

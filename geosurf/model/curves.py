@@ -218,7 +218,7 @@ class Curves(Noun):
         """
         # Rows of `names`, since cell data are numbers.
         labels = {"surfaces": self.surfaces_of_curve}
-        return polydata(self.points, lines=self.curves, cell_data=labels)
+        return polydata(self.points, lines=self.curves, cell_data=labels, crs=self.crs)
 
 
 @dataclass(frozen=True, eq=False)

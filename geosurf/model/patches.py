@@ -230,7 +230,7 @@ class Patches(Noun):
             "parent": self.parent_of_triangle,
             "patch": self.patch_of_triangle,
         }
-        return polydata(self.vertices, triangles=self.triangles, cell_data=labels)
+        return polydata(self.vertices, self.triangles, cell_data=labels, crs=self.crs)
 
 
 def _row_keys(corners: np.ndarray, n: int) -> np.ndarray:

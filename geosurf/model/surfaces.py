@@ -241,7 +241,7 @@ class TriSurface(Noun):
         pyvista.PolyData
             World coordinates [m], float64; `vertex_data` as point data.
         """
-        return polydata(self.vertices, triangles=self.triangles, point_data=self.vertex_data)
+        return polydata(self.vertices, self.triangles, point_data=self.vertex_data, crs=self.crs)
 
     def __repr__(self) -> str:
         size = f"{self.n_vertex} vertices, {self.n_triangle} triangles"

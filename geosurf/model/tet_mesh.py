@@ -90,7 +90,10 @@ class TetMesh(Noun):
 
     def to_pyvista(self) -> pyvista.UnstructuredGrid:
         """Return the mesh as `pyvista.UnstructuredGrid` with cell data ``unit``, the region."""
-        return tet_grid(self.vertices, self.tetrahedra, {"unit": self.region})
+        grid = tet_grid(self.vertices, self.tetrahedra, {"unit": self.region})
+        if self.crs is not None:
+            grid.field_data["crs"] = [self.crs]
+        return grid
 
     def __repr__(self) -> str:
         total = math.fsum(self.cell_volumes.tolist())

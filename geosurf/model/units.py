@@ -118,7 +118,7 @@ class Unit(Noun):
     def to_pyvista(self) -> pyvista.PolyData:
         """Return the shell as `pyvista.PolyData` with the surface row as cell data."""
         labels = {"surface": self.surface_of_triangle}
-        return polydata(self.vertices, triangles=self.triangles, cell_data=labels)
+        return polydata(self.vertices, self.triangles, cell_data=labels, crs=self.crs)
 
     def __repr__(self) -> str:
         return f"<Unit {self.name!r}: {volume_text(self.volume)}, {len(self.triangles)} triangles>"
@@ -451,7 +451,7 @@ class Units(Noun, Mapping[str, Unit]):
         import xarray as xr
 
         volumes = [u.volume for u in self._units.values()]
-        attrs = {"units": "m3", "long_name": "bulk volume"}
+        attrs = {"units": "m3", "long_name": "bulk volume", **self._crs}
         # Float64 even without units, so that an empty model has the same types.
         found = np.array(volumes, dtype=np.float64)
         return xr.DataArray(found, self._labels(), "unit", "volume", attrs)
@@ -476,8 +476,13 @@ class Units(Noun, Mapping[str, Unit]):
             key: ("unit", np.array(values, dtype=np.float64), {"units": unit, "long_name": name})
             for key, (values, unit, name) in columns.items()
         }
-        attrs = {"box": list(self.box), "box_units": "m"}
+        attrs = {"box": list(self.box), "box_units": "m", **self._crs}
         return self.volumes.to_dataset().assign(data).assign_attrs(attrs)
+
+    @property
+    def _crs(self) -> dict[str, str]:
+        """The reference system as an attribute of tables, if there is one."""
+        return {} if self.crs is None else {"crs": self.crs}
 
     def _labels(self) -> dict[str, tuple[str, np.ndarray]]:
         """Name, zone and block of each unit, and contact where there are some."""

@@ -125,6 +125,7 @@ def _shared(scenario: Scenario) -> dict[str, Any]:
         "tolerance": scenario.tolerance_m,
         "slivers": scenario.slivers.settings,
         "compartments": scenario.compartments,
+        "crs": scenario.crs,
         **_tops(scenario),
     }
 

@@ -230,7 +230,7 @@ class Scenario:
         The file it was read from.
     title : str
     tolerance_m : float or None
-    positive, length_unit : str or None
+    positive, length_unit, crs : str or None
         Of files that do not declare them.
     horizons : tuple of HorizonInput
         Youngest first.
@@ -273,6 +273,13 @@ class Scenario:
     length_unit: str | None = key(
         "Length unit of elevations, in all files that do not declare it.",
         values.one_of(*METRES_PER_UNIT),
+        default=None,
+    )
+
+    crs: str | None = key(
+        'Coordinate reference system, such as `"EPSG:23031"`, of all files that do not declare it. '
+        "Files that declare another are refused.",
+        values.text,
         default=None,
     )
 

@@ -21,7 +21,7 @@ from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
 from geosurf.model.compartments import read_compartments
 from geosurf.model.empty_blocks import filling_by_horizon
-from geosurf.model.expected import box_of_sides, flag_of
+from geosurf.model.expected import box_of_sides, flag_of, name_of
 from geosurf.model.slivers import sliver_settings
 from geosurf.model.tie import tie_settings
 from geosurf.triangulate.neighbours import own_form
@@ -88,7 +88,7 @@ class SceneInputs:
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
     voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen, slivers,
-    fill_empty_blocks, compartments
+    fill_empty_blocks, compartments, crs
         As for `Scene`.
 
     Attributes
@@ -131,6 +131,7 @@ class SceneInputs:
     slivers: Any = None
     fill_empty_blocks: Any = None
     compartments: Any = None
+    crs: str | None = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
     horizon_rules: tuple[Rule, ...] = field(init=False, repr=False)
     halves: Halves = field(init=False, repr=False)
@@ -161,6 +162,7 @@ class SceneInputs:
             elevation_sign(self.positive, "the scene")
         if self.length_unit is not None:
             metres_per_unit(self.length_unit, "the scene")
+        crs = None if self.crs is None else name_of(self.crs, "coordinate reference system")
         check_voxel_size(self.voxel_size)
         crossing = flag_of(self.self_intersections, "self_intersections")
         tolerance = check_scene_tolerance(self.tolerance, horizons)
@@ -200,6 +202,7 @@ class SceneInputs:
             tear=tear,
             slivers=sliver_settings(self.slivers),
             compartments=compartments,
+            crs=crs,
             rules=tuple(rule for rule in rules if rule.main not in horizons),
             horizon_rules=at_horizons,
             halves=halves,

@@ -74,7 +74,19 @@ def _remembered(graph: Graph, what: str, run: Callable[[], Labelled], *more: Has
     """Return a measure of the units, from memory if it is there."""
     # a measure is found by its model and what was asked for
     key = ("measure", what, graph.units_key, *more)
-    return graph.memory.get_or_compute("measure", what, key, run, _sizes)
+    found = graph.memory.get_or_compute("measure", what, key, run, _sizes)
+
+    # declared on a copy: the memory may hold results of a model that differs in this word alone
+    crs = graph.units.crs
+    return found if crs is None else found.assign_attrs(crs=crs)
+
+
+def crs(graph: Graph) -> str | None:
+    """Return the coordinate reference system of the scene; see `Scene.crs`."""
+    if graph.inputs.crs is not None:
+        return graph.inputs.crs
+    found = (graph.surface(name).crs for name in graph.inputs.names)
+    return next((one for one in found if one is not None), None)
 
 
 def _sizes(found: xarray.DataArray | xarray.Dataset) -> str:

@@ -315,6 +315,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
             digest.update(key.encode())
             _add(digest, array, strangers)
     elif isinstance(value, FaultSticks):
+        digest.update(f"{value.crs}".encode())
         _add(digest, tuple(value.sticks), strangers)
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
         # attributes count, since they may hold unit, direction and reference system
@@ -335,6 +336,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     elif isinstance(value, tuple | list):
         # the length first, so that (a, b), c and a, (b, c) differ
         digest.update(f"{type(value).__name__} {len(value)}".encode())
+        digest.update(getattr(value, "crs", "").encode())  # of a `PlainMesh`
         for part in value:
             _add(digest, part, strangers)
     elif isinstance(value, int | float | np.number):

@@ -113,6 +113,9 @@ class Scene(ScenePlots):
         or to the boundary of the model; ``{"F3": "boundary", "F4": "F1", "F5": {"end": True}}``
         names targets, also by end. No horizon is offset there. `virtual_walls` lists them; see
         docs/guides/compartments.md.
+    crs : str, optional
+        Coordinate reference system, such as ``"EPSG:23031"``, of all inputs that declare none.
+        Inputs that declare another are refused.
 
     Raises
     ------
@@ -158,12 +161,13 @@ class Scene(ScenePlots):
         slivers: Any = None,
         fill_empty_blocks: Any = None,
         compartments: Any = None,
+        crs: str | None = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
             tops, tie, lengthen, tear, slivers,
-            fill_empty_blocks, compartments,
+            fill_empty_blocks, compartments, crs,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, Memory()))
 
@@ -464,6 +468,22 @@ class Scene(ScenePlots):
         {'Top': 0.5, 'Base': 0.5, 'F1': 0.4}
         """
         return self._graph.coverage
+
+    @property
+    def crs(self) -> str | None:
+        """Coordinate reference system of the scene: of its inputs, or as given; None if unknown.
+
+        Results and files carry it. Inputs in two systems are refused; `gs.reproject` converts.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box, crs="EPSG:23031")
+        >>> scene.crs, scene.volumes.attrs["crs"]
+        ('EPSG:23031', 'EPSG:23031')
+        """
+        return measures.crs(self._graph)
 
     @property
     def horizons_inside(self) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from geosurf.carve.fluids import check_zones
 from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.scene.footprint import footprint, opened_horizon
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
@@ -96,10 +97,12 @@ class InputSurfaces:
         # the key: what the input held when it was read first, and how it is to be taken
         options = self.inputs.options
         kind = role if self.inputs.tear is None else f"{role} to tear"
-        key = ("surface", name, kind, self._fingerprints[name], *options.values())
+        key = (
+            "surface", name, kind, self._fingerprints[name], *options.values(), self.inputs.crs,
+        )  # fmt: skip
         surface = self.memory.get_or_compute(
             "triangulate", name, key,
-            lambda: (
+            lambda: self._in_crs(
                 self._footprint(name, value)
                 if role == "horizon" and self.inputs.tear is not None
                 else as_surface(name, role, value, options, others)
@@ -114,6 +117,16 @@ class InputSurfaces:
         if surface.crs is not None:
             self.crs[name] = surface.crs
         return surface
+
+    def _in_crs(self, surface: TriSurface) -> TriSurface:
+        """A surface in the reference system of the scene, if it declares none itself."""
+        crs = self.inputs.crs
+        if crs is None:
+            return surface
+        refuse_other_crs(surface.name, surface.crs, {"crs": crs})
+        return (
+            in_crs_of(surface.renamed(surface.name), [self.inputs]) if not surface.crs else surface
+        )
 
     def _footprint(self, name: str, value: Any) -> TriSurface:
         """A horizon that is to be torn, as a grid without holes; a sheet as it is."""

@@ -18,6 +18,7 @@ shared_area.py  the default area: the outline that all horizons share
 inward.py       polygons that shrink: fewer corners, sides moved inward
 cover.py        the largest axis-parallel rectangle that grids cover
 rims.py         sides along the rim of a horizon, moved off it by a stated amount
+reproject.py    easting and northing in another coordinate reference system
 contacts.py     fluid contacts: levels and grids
 degenerate.py   triangles without area, found exactly
 ==============  ==================================================
@@ -28,6 +29,7 @@ from geosurf.triangulate.fault import triangulate_fault
 from geosurf.triangulate.fault_polygons import fault_from_polygons
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.orient import orient_fault
+from geosurf.triangulate.reproject import reproject
 from geosurf.triangulate.sticks import triangulate_sticks
 from geosurf.triangulate.walls import build_walls
 
@@ -36,6 +38,7 @@ __all__ = [
     "build_walls",
     "fault_from_polygons",
     "orient_fault",
+    "reproject",
     "triangulate_fault",
     "triangulate_horizon",
     "triangulate_sticks",

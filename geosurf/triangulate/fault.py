@@ -10,6 +10,7 @@ from geosurf.conventions import FAULT_DIMS, elevation_sign, first_given, metres_
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.model.expected import name_of
 from geosurf.triangulate.cells import corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import refuse_zero_area
@@ -107,7 +108,7 @@ def triangulate_fault(
     elif hasattr(obj, "sticks"):
         scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
-        return triangulate_sticks(sticks, name=title)
+        return in_crs_of(triangulate_sticks(sticks, name=title), [obj])
     else:
         raise SurfaceError(f"fault {title!r}: cannot use {type(obj).__name__}. {_HOW}")
 

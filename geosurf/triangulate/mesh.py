@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from geosurf.errors import SurfaceError
 from geosurf.model import TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.triangulate.degenerate import refuse_zero_area
+
+
+class PlainMesh(tuple[np.ndarray, np.ndarray]):
+    """(vertices, triangles) in a coordinate reference system that the source declares."""
+
+    crs: str
 
 
 def is_mesh(obj: Any) -> bool:
@@ -60,9 +69,9 @@ def triangulate_mesh(
             "(vertices, triangles): arrays (n_vertex, 3) and (n_triangle, 3)."
         )
     surface = TriSurface(name, role, obj[0], obj[1])
-    if scale == 1.0:
-        return surface
-    return TriSurface(name, role, surface.vertices * (1.0, 1.0, scale), surface.triangles)
+    if scale != 1.0:
+        surface = TriSurface(name, role, surface.vertices * (1.0, 1.0, scale), surface.triangles)
+    return in_crs_of(surface, [obj])
 
 
 def refuse_flat_triangles(surface: TriSurface) -> None:

@@ -30,6 +30,7 @@ from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun
+from geosurf.triangulate.mesh import PlainMesh
 
 NAMES = ("easting", "northing", "elevation")
 
@@ -135,7 +136,12 @@ def _mesh_of_pyvista(value: Any, what: str, role: str, positive: str | None) -> 
             raise InputError(f"{what}: the PolyData has no faces. Give a surface, or fault sticks.")
         return points
     faces = np.asarray(value.triangulate().faces).reshape(-1, 4)[:, 1:]
-    return points, faces.astype(np.int64)
+    mesh = PlainMesh((points, faces.astype(np.int64)))
+
+    # as `TriSurface.to_pyvista` and .vtp files of geosurf hold it
+    if len(found := getattr(value, "field_data", {}).get("crs", ())):
+        mesh.crs = str(np.asarray(found).ravel()[0])
+    return mesh
 
 
 def _grid_of_pyvista(value: Any, what: str, role: str, positive: str | None) -> Any:

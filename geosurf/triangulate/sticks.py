@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import counted, place, real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model import FaultSticks, TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.model.expected import listed, name_of
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
 from geosurf.triangulate.orient import orient_fault, refuse_far
@@ -89,7 +90,7 @@ def triangulate_sticks(
             "the sticks of a fault have no name. Pass it, as in triangulate_sticks(..., name='F1')."
         )
     name = name_of(name, "fault")
-    sticks = sticks.sticks if isinstance(sticks, FaultSticks) else sticks
+    given, sticks = sticks, sticks.sticks if isinstance(sticks, FaultSticks) else sticks
     sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
     lines = _lines_of(sticks, name)
 
@@ -128,7 +129,8 @@ def triangulate_sticks(
 
     stick = np.repeat(np.arange(len(chain)), [len(line) for line in chain])[first[order]]
     data = {"stick": stick}
-    return orient_fault(TriSurface(name, "fault", vertices, triangles, vertex_data=data))
+    made = orient_fault(TriSurface(name, "fault", vertices, triangles, vertex_data=data))
+    return in_crs_of(made, [given])
 
 
 def _lines_of(sticks: Sequence[Any], name: str) -> list[np.ndarray]:

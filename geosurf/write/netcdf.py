@@ -39,8 +39,7 @@ def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str
 
 def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
     """Return the table of units; names are stored as strings."""
-    table = units.table if units.crs is None else units.table.assign_attrs(crs=units.crs)
-    return _bytes(table, "table of units")
+    return _bytes(units.table, "table of units")
 
 
 def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[str]]:
