@@ -90,7 +90,7 @@ def _surface(surface: TriSurface, known: str, crs: str) -> TriSurface:
     # as a mesh: the rules for grids (diagonals, rows that rise) belong to the old axes
     vertices = surface.vertices.copy()
     what = f"{surface.role} {surface.name!r}"
-    vertices[:, 0], vertices[:, 1] = _converted(*vertices[:, :2].T, known, crs, what)
+    vertices[:, 0], vertices[:, 1] = _converted(vertices[:, 0], vertices[:, 1], known, crs, what)
     made = TriSurface(
         surface.name, surface.role, vertices, surface.triangles, vertex_data=surface.vertex_data
     )
@@ -101,7 +101,7 @@ def _surface(surface: TriSurface, known: str, crs: str) -> TriSurface:
 def _sticks(fault: FaultSticks, known: str, crs: str) -> FaultSticks:
     # all sticks at once: one operation for the fault
     points = np.concatenate(fault.sticks)
-    x, y = _converted(*points[:, :2].T, known, crs, f"fault {fault.name!r}")
+    x, y = _converted(points[:, 0], points[:, 1], known, crs, f"fault {fault.name!r}")
     points = np.stack([x, y, points[:, 2]], axis=1)
     ends = np.cumsum([len(stick) for stick in fault.sticks])[:-1]
     made = FaultSticks(fault.name, tuple(np.split(points, ends)))
@@ -117,13 +117,13 @@ def _labelled(obj: Any, known: str, crs: str, what: str) -> Any:
     obj.encoding = {key: value for key, value in obj.encoding.items() if key != "grid_mapping"}
     x, y = obj["easting"], obj["northing"]
     if x.dims != y.dims:  # axes of a regular grid
-        planes = np.meshgrid(x.values, y.values)
+        east, north = np.meshgrid(x.values, y.values)
         obj = obj.transpose("northing", "easting", ...).drop_vars(["easting", "northing"])
         obj = obj.rename(northing="row", easting="column")
         dims: Any = ("row", "column")
     else:
-        planes, dims = [x.values, y.values], x.dims
-    new = _converted(*planes, known, crs, what)
+        east, north, dims = x.values, y.values, x.dims
+    new = _converted(east, north, known, crs, what)
     named = {
         key: (dims, part, {"units": "m"})
         for key, part in zip(("easting", "northing"), new, strict=True)
@@ -177,7 +177,7 @@ def _converted(
         warn(
             GeosurfWarning(
                 "crs",
-                what,
+                what.split("'")[1] if "'" in what else what,
                 f"{what} was converted to {label(crs)} by {best.description!r}, whose stated "
                 f"accuracy is {size}.",
                 "Convert all inputs the same way, or install the grids of PROJ for the area.",
