@@ -17,6 +17,7 @@ from geosurf.grid.build import (
 from geosurf.grid.lattice import lattice_over
 from geosurf.grid.layers import layers_of
 from geosurf.grid.pillars import vertical_pillars
+from geosurf.model.base import in_crs_of
 from geosurf.model.grids import CornerPointGrid
 from geosurf.model.protocols import missing_members
 from geosurf.warning import warn
@@ -105,7 +106,7 @@ def build_grid(
     for name, (step, n) in steps.items():
         if step:
             warn(warning_of_steps(name, step, n, lattice.cell))
-    return grid
+    return in_crs_of(grid, [scene.units])
 
 
 def warning_of_steps(fault: str, step: int, n: int, cell: Any) -> GeosurfWarning:
