@@ -1,7 +1,7 @@
 """Vertices and triangles of a large plain TSurf, all at once.
 
-Plain is a file of one TSurf whose VRTX lines follow one another, and whose TRGL lines do. Anything
-else is None: the reader of lines, which names what is wrong, takes such files.
+A plain file has one TSurf, all VRTX lines in one run and all TRGL lines in another. The reader of
+lines, which names what is wrong, takes all other files.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def plain_tsurf(text: str) -> tuple[str, np.ndarray, np.ndarray] | None:
     """
     if len(text) < FEWEST or len(OBJECT.findall(text[:FEWEST])) != 1:
         return None
-    vertex_run, triangle_run = _run(text, "VRTX", 0), _run(text, "TRGL", 0)
+    vertex_run, triangle_run = _run(text, "\nVRTX "), _run(text, "\nTRGL ")
     if vertex_run is None or triangle_run is None or vertex_run[1] > triangle_run[0]:
         return None
     parts = (text[: vertex_run[0]], text[vertex_run[1] : triangle_run[0]], text[triangle_run[1] :])
@@ -47,20 +47,20 @@ def plain_tsurf(text: str) -> tuple[str, np.ndarray, np.ndarray] | None:
         return None
     vertices = _table(vertex_text.replace("VRTX", " ").replace("CNXYZ", " "), 4)
     triangle_text = text[slice(*triangle_run)].replace("TRGL", " ")
-    if vertices is None or any(sign in triangle_text for sign in ".eE+-"):
+    if vertices is None:
         return None
-    corners = _table(triangle_text, 3)
+    corners = _whole_table(triangle_text, 3)
     rows = None if corners is None else _rows(vertices[:, 0], corners)
     return None if rows is None else (rest, vertices[:, 1:].copy(), rows)
 
 
-def _run(text: str, key: str, start: int) -> tuple[int, int] | None:
-    """Where the first run of lines that begin with a key begins and ends."""
-    first = re.compile(rf"^{key} ", re.MULTILINE).search(text, start)
-    if first is None:
+def _run(text: str, key: str) -> tuple[int, int] | None:
+    """Where the lines that begin with a key begin and end, if no others lie between them."""
+    first, last = text.find(key), text.rfind(key)
+    end = text.find("\n", last + 1)
+    if first < 0 or end < 0 or text.count(key, first, end) != text.count("\n", first, end):
         return None
-    after = re.compile(rf"^(?!{key} )", re.MULTILINE).search(text, first.start() + 1)
-    return first.start(), after.start() if after else len(text)
+    return first + 1, end + 1
 
 
 def _table(text: str, width: int) -> np.ndarray | None:
@@ -71,13 +71,24 @@ def _table(text: str, width: int) -> np.ndarray | None:
     return None if values is None else values.reshape(-1, width)
 
 
+def _whole_table(text: str, width: int) -> np.ndarray | None:
+    """Whole numbers (n, width) of lines that have as many, or None."""
+    # numbers that do not fit become the largest one, which no vertex has
+    if not text.isascii() or (words_per_line(text)[:-1] != width).any():
+        return None
+    if text.encode().translate(None, b"0123456789 \t\n"):
+        return None
+    return np.fromstring(text, dtype=np.int64, sep=" ").reshape(-1, width)
+
+
 def _rows(ids: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
     """Rows of the vertices that triangles name, or None if one is absent or occurs twice."""
-    if max(ids.max(), corners.max()) >= 2.0**53:
+    if ids.max() >= 2.0**53:
         return None
+    ids = ids.astype(np.int64)
     # most programs count from 0 or 1
     if (np.diff(ids) == 1).all():
-        rows = corners - ids[0]
+        rows = corners - int(ids[0])
         inside = rows.min() >= 0 and rows.max() < len(ids)
         return rows.astype(np.int64) if inside else None
     order = np.argsort(ids, kind="stable")
