@@ -33,7 +33,8 @@ def mesh_units(units: Units, size: float | None = None) -> TetMesh:
     size : float, optional
         Target length of edges [m]: longer edges of faces are halved, TetGen aims at the volume of
         the regular tetrahedron with such edges, and improves shapes. A few tetrahedra next to faces
-        stay larger. By default only points that the mesh needs are added.
+        stay larger. It may take very long with several 100 000 faces. By default only points that
+        the mesh needs are added.
 
     Returns
     -------
