@@ -20,6 +20,7 @@ from geosurf.read.ijxyz import looks_like_ijxyz
 from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, TITLES
 
 END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
+NUMBERS = re.compile(rb"^\s*(?:[^\n]*[\s,;:])?(?:[+-]?\d[\d.eE+-]*[\s,;]+){2}[+-]?\d", re.M)
 WELL = re.compile(rb"\b(?:well|wellname|uwi|wellbore|borehole)\b", re.I)
 LABEL = re.compile(rb"\b(?:poly_id|stick_id)\b", re.I)
 # values that programs write for "undefined"; as elevations they would be rare
@@ -149,7 +150,7 @@ def _kind(path: Path) -> tuple[str, str]:
     # tables of numbers have no signature: names of columns and end marks decide
     head = head_of(path)
     first = head.lstrip().split(b"\n", 1)[0]
-    if b"\0" in head:
+    if b"\0" in head or not NUMBERS.search(head):
         return "unknown", ""
     if WELL.search(first):
         return "tops", "read_tops"
