@@ -97,6 +97,8 @@ _HOME = {
     "render_grid_section": "geosurf.render",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
+    "to_xtgeo": "geosurf.write.neighbours",
+    "to_geodataframe": "geosurf.write.neighbours",
     # what geosurf assumed
     "GeosurfWarning": "geosurf.errors",
 }
@@ -184,6 +186,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         fault_from_polygons as fault_from_polygons,
     )
     from geosurf.write import write as write
+    from geosurf.write.neighbours import to_geodataframe as to_geodataframe
+    from geosurf.write.neighbours import to_xtgeo as to_xtgeo
 # isort: on
 
 __all__ = ["__version__", *sorted(_HOME), *_ROOMS]

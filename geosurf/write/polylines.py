@@ -38,7 +38,7 @@ def pol_of_sticks(fault: FaultSticks, name: str | None) -> tuple[bytes, list[str
 
 def pol_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
     """Return fault polygons or other lines of a model; closed ones repeat their first point."""
-    parts = _lines_in_space(lines)
+    parts = lines_in_space(lines)
     lost = "The format does not store the names of the faults; .csv and .nc do."
     return _text([part for _, part in parts]), [DIRECTION, lost]
 
@@ -49,14 +49,14 @@ def csv_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[s
     words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
     header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in words)]
     rows: list[list[Any]] = []
-    for row, part in _lines_in_space(lines):
+    for row, part in lines_in_space(lines):
         labels = [lines[word].values[row].item() for word in words]
         rows += [[*point, row + 1, *labels] for point in part.tolist()]
     data, notes = csv_of_rows(header, rows)
     return data, ["Z is elevation in metres, positive up.", *notes]
 
 
-def _lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
+def lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
     """Number and points (n, 3) of each line."""
     axes = ("easting", "northing", "elevation")
     if not {*axes, "count"} <= set(lines.variables) or not lines.sizes.get("line"):

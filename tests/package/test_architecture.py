@@ -207,7 +207,8 @@ def test_every_import_is_declared(path: Path) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {"geosurf", *sys.stdlib_module_names}
     extras = project["optional-dependencies"]
-    used = (line for name in ("ensemble", "grid", "io", "notebook", "tet") for line in extras[name])
+    names = ("crs", "ensemble", "gis", "grid", "io", "notebook", "tet")
+    used = (line for name in names for line in extras[name])
     for line in [*project["dependencies"], *used]:
         declared.add(re.split(r"[^\w-]", line)[0].replace("-", "_"))
     # come with a declared package, and are part of what it offers

@@ -175,3 +175,33 @@ def test_results_go_back():
     assert table.volume.sum() == pytest.approx(scene.units.box_volume)
     assert (table.index == list(scene.units)).all()
     assert isinstance(scene.volumes, xr.DataArray)
+
+
+def test_law_grids_go_to_xtgeo_and_back():
+    pytest.importorskip("xtgeo", reason="xtgeo is not installed")
+    top = gs.synthetic.graben(n=9).horizons["Top"]
+    made = gs.to_xtgeo(top[::-1].where(top > top.min()))
+    assert made.ncol == top.sizes["easting"]
+    back = gs.triangulate_horizon(made, name="Top", positive="up")
+    wanted = gs.triangulate_horizon(top.where(top > top.min()), name="Top")
+    assert np.array_equal(np.unique(back.vertices, axis=0), np.unique(wanted.vertices, axis=0))
+
+
+def test_fault_polygons_go_to_geopandas():
+    pytest.importorskip("geopandas", reason="geopandas is not installed")
+    world = gs.synthetic.tilted_planes(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box, crs="EPSG:23031")
+    lines = scene.fault_polygons("Top")
+    table = gs.to_geodataframe(lines)
+    assert table.crs.to_epsg() == 23031
+    assert list(table["fault"]) == ["F1"]
+    points = np.array(table.geometry.iloc[0].coords)
+    assert np.array_equal(points[:-1, 0], lines["easting"].values)
+    assert np.array_equal(points[0], points[-1])
+
+
+def test_what_is_no_grid_and_no_lines_is_refused():
+    with pytest.raises(gs.errors.InputError, match="Give a DataArray"):
+        gs.to_xtgeo([1])
+    with pytest.raises(gs.errors.InputError, match="Give a Dataset"):
+        gs.to_geodataframe([1])
