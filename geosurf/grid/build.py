@@ -87,6 +87,11 @@ class Model:
         i, j = np.meshgrid(np.arange(nx) + 0.5, np.arange(ny) + 0.5)
         return inside_outline(np.stack([i, j], axis=-1), self.outline)
 
+    def holds(self, pillars: Pillars, feet: np.ndarray) -> np.ndarray:
+        """Whether lines parallel to pillars stay in the area."""
+        low, high = pillars.ends(feet)
+        return inside_outline(low, self.outline) & inside_outline(high, self.outline)
+
     @cached_property
     def fine_faults(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Faults with triangles no longer than a cell, so that they bend with the pillars."""
@@ -142,6 +147,7 @@ class Columns:
     Attributes
     ----------
     model : Model
+    pillars : Pillars
     pieces : Pieces
         Of `PER_COLUMN` lines for each column.
     thick : ndarray of float64, shape (n_line, n_zone)
@@ -152,6 +158,7 @@ class Columns:
     """
 
     model: Model
+    pillars: Pillars
     pieces: Pieces
     thick: np.ndarray
     top: np.ndarray
@@ -201,8 +208,12 @@ def columns_of(model: Model, pillars: Pillars) -> Columns:
     feet[:, :, 4] = np.stack(np.meshgrid(np.arange(nx) + 0.5, np.arange(ny) + 0.5), axis=-1)
     pieces = pieces_along(shells, feet.reshape(-1, 2), model.middle)
     thick, top = lengths_in(pieces, ny * nx * PER_COLUMN, model.zones)
+
+    # a line that leaves the area meets its wall, not the horizons
+    out = ~model.holds(pillars, feet.reshape(-1, 2))
+    thick[out], top[out] = 0.0, -np.inf
     faults = [(pillars.straighten(x), t) for x, t in model.fine_faults]
-    return Columns(model, pieces, thick, top, faults, shells)
+    return Columns(model, pillars, pieces, thick, top, faults, shells)
 
 
 def around_nodes(values: np.ndarray) -> list[np.ndarray]:
@@ -265,7 +276,7 @@ def _on_horizons(
     feet = np.stack([i + 1.0, j + 1.0], axis=1)
     pieces = pieces_along(columns.shells, feet, columns.model.middle)
     thick, top = lengths_in(pieces, len(feet), columns.model.zones)
-    good = np.isfinite(top)
+    good = np.isfinite(top) & columns.model.holds(columns.pillars, feet)
     j, i = j[good], i[good]
     values = np.concatenate([top[good, None], thick[good]], axis=1)
     for a, b in at_corners.CORNERS:

@@ -96,6 +96,12 @@ class Pillars:
                 break
         return out
 
+    def ends(self, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where lines parallel to pillars (n, 2) are at both ends of the reach, each (n, 2)."""
+        node = tuple(np.round(feet[:, ::-1]).astype(np.int64).T)
+        low, high = (self.level + sign * self.reach for sign in (-1.0, 1.0))
+        return feet + self._offset(feet, low[node])[0], feet + self._offset(feet, high[node])[0]
+
     def _offset(self, at: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """Offset at places (n, 2), and the Jacobian of place plus offset."""
         ny, nx = self.level.shape[0] - 1, self.level.shape[1] - 1
