@@ -34,8 +34,8 @@ _HOME = {
     "read_points": "geosurf.read",
     "read_polygons": "geosurf.read",
     "read_tops": "geosurf.read",
-    "info": "geosurf.read",
-    "FileInfo": "geosurf.read",
+    "info": "geosurf.read.file_info",
+    "FileInfo": "geosurf.read.file_info",
     # triangulate
     "triangulate_horizon": "geosurf.triangulate",
     "triangulate_fault": "geosurf.triangulate",
@@ -145,13 +145,15 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         Units as Units,
     )
     from geosurf.read import (
-        FileInfo as FileInfo,
-        info as info,
         read_fault as read_fault,
         read_horizon as read_horizon,
         read_points as read_points,
         read_polygons as read_polygons,
         read_tops as read_tops,
+    )
+    from geosurf.read.file_info import (
+        FileInfo as FileInfo,
+        info as info,
     )
     from geosurf.rebuild import (
         trim_sheets as trim_sheets,

@@ -9,7 +9,7 @@ from dataclasses import asdict
 
 def info_command(options: argparse.Namespace) -> int:
     """Print what each file holds, as text or as JSON."""
-    from geosurf.read import info
+    from geosurf.read.file_info import info
 
     found = [info(path) for path in options.files]
     if options.json:

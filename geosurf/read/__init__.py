@@ -16,7 +16,6 @@ from geosurf.conventions import is_word
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import name_of
 from geosurf.read._common import otherwise
-from geosurf.read.file_info import FileInfo, info
 from geosurf.read.registry import (
     FAULT_FORMATS,
     GRID_FORMATS,
@@ -41,8 +40,6 @@ __all__ = [
     "MESH_FORMATS",
     "POINT_FORMATS",
     "POLYGON_FORMATS",
-    "FileInfo",
-    "info",
     "otherwise",
     "read_fault",
     "read_horizon",
