@@ -184,12 +184,11 @@ def test_only_scenes_are_gridded():
 
 def test_the_wall_of_a_notched_area_is_not_a_horizon():
     whole = faulted(1967.0, 60.0)
-    ring = [(105, 95), (1405, 95), (1405, 1125), (2605, 1125), (2605, 95), (3905, 95), (3905, 3895)]
+    ring = [(105, 95), (905, 95), (905, 1125), (1830, 1125), (1830, 95), (3905, 95), (3905, 3895)]
     sheets = {name: whole.surface(name) for name in whole.horizon_names}
     aoi = [*ring, (105, 3895)]
     scene = gs.Scene(sheets, {"F1": fault(1967.0, 60.0)}, BOX, aoi=aoi)
     grid = gs.build_grid(scene, cell=100, layers={"Top/Base": 2})
     top = np.moveaxis(grid.levels[0], (2, 3), (0, 1))[:, :, grid.actnum.any(axis=0)]
     off = np.minimum(np.abs(top + 1970), np.abs(top + 2010)).max(axis=(0, 1))
-    assert (off < 1e-6).mean() > 0.97
-    assert off.max() < 20.1
+    assert off.max() < 1e-6, off.max()
