@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import counted
+from geosurf.conventions.crs import label
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
@@ -155,6 +156,8 @@ def build_page(
         f"Model box: easting {west} to {east} m, northing {south} to {north} m, "
         f"elevation {bottom} to {top} m."
     )
+    if units.crs is not None:
+        box += f" Coordinate reference system: {label(units.crs)}."
     header = "\n".join(
         [
             *([page.paragraph(made, "faint")] if made else []),
