@@ -1,7 +1,7 @@
 """Vertices and triangles of a large plain TSurf, all at once.
 
-A plain file has one TSurf, all VRTX lines in one run and all TRGL lines in another. The reader of
-lines, which names what is wrong, takes all other files.
+A plain file has one TSurf, all VRTX lines in one run and all TRGL lines in another. All other
+files go to the reader of lines, which names what is wrong.
 """
 
 from __future__ import annotations
