@@ -122,7 +122,8 @@ def places_of(where: Any, cell: Any, box: tuple[float, ...]) -> Places:
 
 def _cells(cell: Any, box: tuple[float, ...]) -> Places:
     """Middles of the cells of a regular grid that fills the box; the cells fit it exactly."""
-    if not (np.ndim(cell) == 1 and len(cell) == 3 and all(is_number(d) and d > 0 for d in cell)):
+    sizes = cell if isinstance(cell, tuple | list | np.ndarray) and len(np.shape(cell)) == 1 else ()
+    if len(sizes) != 3 or not all(is_number(d) and d > 0 for d in sizes):
         raise InputError(f"cell is {cell!r}; give three sizes above 0: cell=(dx, dy, dz) [m].")
     numbers = [
         max(round((high - low) / size), 1)

@@ -24,7 +24,7 @@ def plot_column(
     ax: Axes | None = None,
     *,
     size: tuple[int, int] = (700, 800),
-    title: str = "Stratigraphic column",
+    title: str | None = None,
 ) -> Figure:
     """Draw the column as a figure of matplotlib, or into axes.
 
@@ -39,13 +39,14 @@ def plot_column(
         Where to draw.
     size : (int, int)
         Of a figure of its own [pixels].
-    title : str
+    title : str, optional
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     sheet = furniture.sheet_for(ax, check_size(size))
+    title = "Stratigraphic column" if title is None else title
     layout, unit = sheet.layout, sheet.layout.unit
     axes = sheet.frame((0.12, 0.06, 0.5, 0.84))
     points = 10.5  # readable at any size of the picture

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import is_word
 from geosurf.errors import InputError
 from geosurf.model import CornerPointGrid
 from geosurf.model.expected import expect
@@ -70,7 +71,7 @@ def render_grid_section(
     """
     path = figure_path(path)
     expect(grid, CornerPointGrid, "render_grid_section takes a grid", "pass gs.build_grid(scene)")
-    if colour_by not in BY:
+    if not is_word(colour_by, BY):
         raise InputError(f"colour_by is {colour_by!r}, expected one of {BY}.")
     axis, number = _where(grid, row, column)
     cells, shown = _cells(grid, axis, number - 1)

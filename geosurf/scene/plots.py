@@ -15,12 +15,20 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+SIZE = (1280, 800)  # of a figure of its own [pixels]
+
 
 class ScenePlots:
     """The plots of a `Scene`: each needs only what any user of a scene can ask it for."""
 
     def plot_map(
-        self: PlottedModel, horizon: str, ax: Axes | None = None, *, clip: bool = True, **look: Any
+        self: PlottedModel,
+        horizon: str,
+        ax: Axes | None = None,
+        *,
+        clip: bool = True,
+        size: tuple[int, int] = SIZE,
+        title: str | None = None,
     ) -> Figure:
         """Draw the map of a horizon as a figure of matplotlib, or into axes.
 
@@ -31,8 +39,10 @@ class ScenePlots:
             Where to draw, in world coordinates [m]. Default: a new figure.
         clip : bool
             Whether the map ends at the model.
-        **look
-            ``size`` of a new figure [pixels], and ``title``.
+        size : (int, int)
+            Of a new figure [pixels].
+        title : str, optional
+            Default: what is drawn.
 
         Returns
         -------
@@ -57,10 +67,16 @@ class ScenePlots:
         from geosurf.scene.pictures import map_of
 
         surface, curves, options = map_of(self, horizon, clip)
-        return plot_map(surface, curves, ax, **options, **look)
+        return plot_map(surface, curves, ax, **options, size=size, title=title)
 
     def plot_thickness(
-        self: PlottedModel, zone: str, ax: Axes | None = None, *, grid: Any = None, **look: Any
+        self: PlottedModel,
+        zone: str,
+        ax: Axes | None = None,
+        *,
+        grid: Any = None,
+        size: tuple[int, int] = SIZE,
+        title: str | None = None,
     ) -> Figure:
         """Draw the thickness map of a zone, with the fault polygons of its horizons.
 
@@ -71,8 +87,10 @@ class ScenePlots:
             Where to draw, in world coordinates [m]. Default: a new figure.
         grid : None, float or xarray object
             As for `thickness`. Default: 200 cells along the longer side of the box.
-        **look
-            ``size`` of a new figure [pixels], and ``title``.
+        size : (int, int)
+            Of a new figure [pixels].
+        title : str, optional
+            Default: what is drawn.
 
         Returns
         -------
@@ -87,9 +105,16 @@ class ScenePlots:
         from geosurf.scene.pictures import thickness_of
 
         thickness, polygons = thickness_of(self, zone, grid)
-        return plot_thickness(thickness, ax, polygons=polygons, **look)
+        return plot_thickness(thickness, ax, polygons=polygons, size=size, title=title)
 
-    def plot_section(self: PlottedModel, line: Any, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_section(
+        self: PlottedModel,
+        line: Any,
+        ax: Axes | None = None,
+        *,
+        size: tuple[int, int] = SIZE,
+        title: str | None = None,
+    ) -> Figure:
         """Draw a vertical section along a line in the map.
 
         Parameters
@@ -98,8 +123,10 @@ class ScenePlots:
             As for `section` [m].
         ax : matplotlib.axes.Axes, optional
             Where to draw: distance along the section and elevation [m]. Default: a new figure.
-        **look
-            ``size`` of a new figure [pixels], and ``title``.
+        size : (int, int)
+            Of a new figure [pixels].
+        title : str, optional
+            Default: what is drawn.
 
         Returns
         -------
@@ -113,9 +140,18 @@ class ScenePlots:
         from geosurf.render.section import plot_section
         from geosurf.scene.pictures import tops_of_scene
 
-        return plot_section(self.section(line), ax, tops=tops_of_scene(self), **look)
+        return plot_section(
+            self.section(line), ax, tops=tops_of_scene(self), size=size, title=title
+        )
 
-    def plot_allan(self: PlottedModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_allan(
+        self: PlottedModel,
+        fault: str,
+        ax: Axes | None = None,
+        *,
+        size: tuple[int, int] = SIZE,
+        title: str | None = None,
+    ) -> Figure:
         """Draw the Allan diagram of a fault.
 
         Parameters
@@ -123,8 +159,10 @@ class ScenePlots:
         fault : str
         ax : matplotlib.axes.Axes, optional
             Where to draw: distance along strike and elevation [m]. Default: a new figure.
-        **look
-            ``size`` of a new figure [pixels], and ``title``.
+        size : (int, int)
+            Of a new figure [pixels].
+        title : str, optional
+            Default: what is drawn.
 
         Returns
         -------
@@ -138,9 +176,18 @@ class ScenePlots:
         from geosurf.render.allan import plot_allan
 
         zones = list(dict.fromkeys(unit.zone for unit in self.units.values()))
-        return plot_allan(self.allan(fault), self.juxtaposition(fault), ax, zones=zones, **look)
+        return plot_allan(
+            self.allan(fault), self.juxtaposition(fault), ax, zones=zones, size=size, title=title
+        )
 
-    def plot_throw(self: PlottedModel, fault: str, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_throw(
+        self: PlottedModel,
+        fault: str,
+        ax: Axes | None = None,
+        *,
+        size: tuple[int, int] = SIZE,
+        title: str | None = None,
+    ) -> Figure:
         """Draw the throw of all horizons along a fault.
 
         Parameters
@@ -148,8 +195,10 @@ class ScenePlots:
         fault : str
         ax : matplotlib.axes.Axes, optional
             Where to draw: distance along strike and throw [m]. Default: a new figure.
-        **look
-            ``size`` of a new figure [pixels], and ``title``.
+        size : (int, int)
+            Of a new figure [pixels].
+        title : str, optional
+            Default: what is drawn.
 
         Returns
         -------
@@ -165,17 +214,25 @@ class ScenePlots:
         names = self.horizon_names
         throws = {name: self.throw(name, fault) for name in names if self.cutoffs(name, fault)}
         throws = {name: found for name, found in throws.items() if np.isfinite(found.throw).any()}
-        return plot_throw(throws, ax, horizons=names, **look)
+        return plot_throw(throws, ax, horizons=names, size=size, title=title)
 
-    def plot_column(self: PlottedModel, ax: Axes | None = None, **look: Any) -> Figure:
+    def plot_column(
+        self: PlottedModel,
+        ax: Axes | None = None,
+        *,
+        size: tuple[int, int] = (700, 800),
+        title: str | None = None,
+    ) -> Figure:
         """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Where to draw. Default: a new figure.
-        **look
-            ``size`` of a new figure [pixels], and ``title``.
+        size : (int, int)
+            Of a new figure [pixels].
+        title : str, optional
+            Default: what is drawn.
 
         Returns
         -------
@@ -190,7 +247,7 @@ class ScenePlots:
 
         units = [(unit.zone, unit.volume, unit.map_area) for unit in self.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
-        return plot_column(zones, dict(self.column), ax, **look)
+        return plot_column(zones, dict(self.column), ax, size=size, title=title)
 
 
 __all__ = ["ScenePlots"]

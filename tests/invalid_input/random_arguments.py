@@ -81,6 +81,9 @@ def given() -> SimpleNamespace:
         "torn_faults": faults, "torn_grid": torn.horizons["Top"], "files": files,
         "network": scene.propose_fault_network(), "unit": next(iter(scene.units.values())),
         "sheet": gs.tear_horizon(torn.horizons["Top"], faults), "certificate": scene.check(),
+        "crs": "EPSG:32631", "lines": scene.fault_polygons("Top"),
+        "corner_point_grid": gs.build_grid(scene, cell=1000.0, layers=1), "throws": {},
+        "zones": {"Top/Base": 10.0}, "rules": {},
     }  # fmt: skip
     return SimpleNamespace(**right)
 
@@ -90,6 +93,7 @@ def files_of(scene: gs.Scene, world: Any) -> dict[str, str]:
     found = {
         "read_horizon": "top.nc", "read_fault": "f1.ts", "read_points": "points.xyz",
         "read_polygons": "lines.pol", "run_scenario": "s.toml", "read_tops": "tops.csv",
+        "info": "points.xyz",
     }  # fmt: skip
     gs.write(world.horizons["Top"], "top.nc")
     gs.write(scene.surface("F1"), "f1.ts")
@@ -105,6 +109,7 @@ SPECIAL: dict[str, dict[str, str]] = {
     **{name: {"faults": "torn_faults", "data": "torn_grid", "horizon": "torn_grid"}
        for name in ("tear_horizon", "throw_horizon", "propose_trim")},
     "triangulate_fault": {"obj": "surface"}, "Scene.surface": {"name": "horizon"},
+    "to_xtgeo": {"horizon": "da"}, "render_grid_section": {"grid": "corner_point_grid"},
 }  # fmt: skip
 
 
@@ -122,7 +127,7 @@ def targets() -> dict[str, Any]:
             thing = getattr(room, name)
             if inspect.isclass(thing) and name not in MADE_BY_USERS:
                 continue
-            if callable(thing) and name not in ("doctor", "VIEWS"):
+            if callable(thing) and name not in ("doctor", "VIEWS", "run_ensemble"):
                 found.setdefault(name, thing)
     nouns = (g.scene, g.surface, g.curves, g.patches, g.units, g.unit, g.sheet, g.network)
     for noun in nouns:
@@ -190,6 +195,8 @@ def look_at(found: Any) -> None:
     """Ask for all public properties of what a call gave, and print it."""
     kind = type(found)
     if not kind.__module__.startswith("geosurf") or inspect.isfunction(found):
+        return
+    if hasattr(found, "savefig"):  # a figure has the properties of matplotlib
         return
     repr(found), str(found)
     for name in dir(kind):

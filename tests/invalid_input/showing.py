@@ -24,6 +24,26 @@ SHOWING = {
     "read_fault.format": (
         lambda g, v: gs.read_fault("F1.ts", format=v), lambda g: wrong.words(),
     ),
+    "info": (lambda g, v: gs.info(v), lambda g: [v for v in wrong.paths(".") if v != "x"]),
+    "mesh_units": (lambda g, v: gs.mesh_units(v), lambda g: wrong.things(g.scene)),
+    "mesh_units.size": (
+        lambda g, v: gs.mesh_units(g.units, size=v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "build_grid": (lambda g, v: gs.build_grid(v), lambda g: wrong.things(g.scene)),
+    "build_grid.cell": (
+        lambda g, v: gs.build_grid(g.scene, cell=v), lambda g: ["abc", None, (1,), (0, 5), {}],
+    ),
+    "build_grid.layers": (
+        lambda g, v: gs.build_grid(g.scene, layers=v),
+        lambda g: ["abc", None, 0, -3, 1.5, {"Nope": 3}, {"Top/Base": 0}],
+    ),
+    "render_grid_section": (
+        lambda g, v: gs.render_grid_section(v, "no/x.png"), lambda g: wrong.things(g.scene),
+    ),
+    "reproject": (lambda g, v: gs.reproject(v, "EPSG:32631"), lambda g: wrong.things(g.scene)),
+    "reproject.crs": (lambda g, v: gs.reproject(g.top, v), lambda g: [None, 5, [], object()]),
+    "to_xtgeo": (lambda g, v: gs.to_xtgeo(v), lambda g: wrong.things(g.scene)[:8]),
+    "to_geodataframe": (lambda g, v: gs.to_geodataframe(v), lambda g: wrong.things(g.scene)[:-1]),
     "run_scenario": (lambda g, v: gs.run_scenario(v, "no"), lambda g: wrong.paths(".")),
     "write": (
         lambda g, v: gs.write(v, "no/x.vtp"), lambda g: ["Top", None, 5, [], {}, object(), g.top],

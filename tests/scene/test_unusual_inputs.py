@@ -115,7 +115,7 @@ def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
     for other in (here["Base"].assign_attrs(crs="EPSG:23031"), tmp_path / "Base.nc"):
         with pytest.raises(
             InputError,
-            match=r"'Base' is in EPSG:23031, but 'Top' is in EPSG:32631\. geosurf does not",
+            match=r"'Base' is in EPSG:23031, but 'Top' is in EPSG:32631\. Convert one of them",
         ):
             _ = gs.Scene({**here, "Base": other}, world.faults, world.box).units
     fault = world.faults["F1"].assign_attrs(crs="epsg:23031")
