@@ -18,6 +18,7 @@ from geosurf.model.expected import expect
 from geosurf.model.faults import SIDES, ExtendedFault
 
 UNTIL = "the given distance"
+LONGEST = 1e7  # [m], a quarter of the equator: more is a slip
 _HOW = "Give a distance in metres above 0 for all sides, or for some, as {'up': 50, 'strike': 200}."
 
 
@@ -97,7 +98,7 @@ def read_distances(distance: Any, what: str) -> dict[str, float]:
         raise InputError(f"{what} is {distance!r}. {_HOW}")
     found: dict[str, float] = {}
     for word, length in given.items():
-        if not (is_number(length) and 0 < length < np.inf):
+        if not (is_number(length) and 0 < length < LONGEST):
             raise InputError(f"{what} is {distance!r}. {_HOW}")
         for side in read_sides((word,), what):
             if side in found:

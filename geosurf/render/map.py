@@ -138,6 +138,9 @@ def plot_map(
     expect(surface, TriSurface, "a map takes a TriSurface", "pass scene.surface(name)")
     title = f"{surface.name}: elevation" if title is None else title
     faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
+    marks = "remedies must be warnings of tears"
+    for remedy in listed(remedies, marks, "pass sheet.report.remedies"):
+        expect(remedy, GeosurfWarning, marks, "pass sheet.report.remedies")
     wells = [] if tops is None else tops_on_map(tops, surface.name)
     sheet = furniture.sheet_for(ax, check_size(size))
 
