@@ -17,7 +17,7 @@ LAYERS = 10
 
 
 def lines_of(scene: gs.Scene, cell: float, min_dip: float | None) -> list[str]:
-    """Rows of a table: one grid, and each of its regions that is no sliver."""
+    """Rows of a table: one grid, and each of its regions, without slivers."""
     start = time.process_time()
     grid = gs.build_grid(scene, cell=cell, layers=LAYERS, min_dip=min_dip)
     seconds = time.process_time() - start

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.stats import count_text, metres_text, seconds_text
-from geosurf.report.page import fill_page, html_pictures, html_table, paragraph
+from geosurf.report.page import Section, fill_page, html_pictures, html_table, paragraph
 from geosurf.report.table import NOTHING, Table
 
 Row = dict[str, Any]
@@ -207,5 +207,5 @@ def write_page(found: dict[str, Any], folder: Path) -> str:
         body += "".join(paragraph(note, "faint") for note in table["notes"])
         if name in PICTURES:
             body += html_pictures({PICTURES[name]: folder / f"bench_{name}.png"})
-        sections.append((TITLES[name], body + html_table(tables_of(name, table))))
+        sections.append(Section(TITLES[name], body + html_table(tables_of(name, table))))
     return fill_page("geosurf: benchmarks", header, sections)

@@ -25,6 +25,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from geosurf.accessor import when_xarray_is_there
+
 __version__ = "0.1.0"
 
 _HOME = {
@@ -36,6 +38,7 @@ _HOME = {
     "read_tops": "geosurf.read",
     "info": "geosurf.read.file_info",
     "FileInfo": "geosurf.read.file_info",
+    "read_units": "geosurf.read.model3d_units",
     # triangulate
     "triangulate_horizon": "geosurf.triangulate",
     "triangulate_fault": "geosurf.triangulate",
@@ -155,6 +158,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         FileInfo as FileInfo,
         info as info,
     )
+    from geosurf.read.model3d_units import read_units as read_units
     from geosurf.rebuild import (
         trim_sheets as trim_sheets,
         rebuild_surfaces as rebuild_surfaces,
@@ -207,3 +211,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+when_xarray_is_there()  # DataArrays and Datasets get .geosurf

@@ -15,6 +15,7 @@ blocks.py            blocks of a zone, named by the sides of faults
 fluids.py            units split at their fluid contacts
 level_parts.py       volumes of the parts of finished units at level contacts
 slivers.py           which neighbour each sliver becomes a part of
+beyond.py            the surface that an open rim would meet if it went on
 outside.py           walls, and the cells outside of them
 shells.py            closed shells and their volumes
 volume.py            compensated and exact volumes (Dekker 1971, Shewchuk 1997)

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.carve.beyond import first_beyond
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
 from geosurf.conventions import METRES_PER_UNIT, place
@@ -246,7 +247,9 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         raise OpenUnitError(
             f"cannot determine whether {place(where)} lies above or below {what} {name!r}: "
             f"the {what} is not in that block, and the blocks around it lie on both sides. "
-            f"Extend the {what} into the block, or shrink the box.",
+            f"Extend the {what} into the block, or shrink the box. Where two faults cross closer "
+            f"to the {what} than their throws, the block between them has no room for it: reduce "
+            "the throws, or move a fault.",
             place=where,
             surfaces=(name,),
         )
@@ -261,11 +264,22 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     whole, middle = rim
     raise OpenUnitError(
         f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open "
-        f"inside the model box, for example at {place(middle)}. Shrink the box to the "
-        f"{what}, or extend or fill the {what}.",
+        f"inside the model box, for example at {place(middle)}.{_gap(patches, middle, surface)} "
+        f"Shrink the box to the {what}, or extend or fill the {what}.",
         place=middle,
         surfaces=(name,),
     )
+
+
+def _gap(patches: Patches, middle: np.ndarray, surface: int) -> str:
+    """How far a rim ends from the next surface, in a sentence."""
+    found = first_beyond(patches, middle, surface)
+    if found is None:
+        return ""
+    other = patches.sources[found[0]]
+    wall = other.role == "wall"
+    next_one = f"the {other.name} side of the model" if wall else f"{other.role} {other.name!r}"
+    return f" It ends {found[1]:.3g} m before {next_one} there."
 
 
 def rim_of_leak(

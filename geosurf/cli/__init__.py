@@ -6,13 +6,18 @@ codes.
 
 ===================== ============================================
 `parser`              commands, options and their help
+`arguments`           arguments are refused in one sentence
+`answer`              what a command has found, as text and in JSON
 `scenario_commands`   ``run``, ``check``, ``render``, ``report``
 `new_command`         ``new``
 `curves_command`      ``curves``
+`convert_command`     ``convert``
 `info_command`        ``info``
 `install_commands`    ``doctor``, ``warmup``
 `stress_command`      ``stress``
-`results`             progress and verdict, printed by several commands
+`completion`          ``completion``
+`results`             parts of answers that several commands have
+`live`                progress, and the step that is running
 `console`             output in any encoding, warnings
 `without_dask`        a faster start of the process of a command
 `exit_codes`          errors and signals become exit codes
@@ -22,11 +27,13 @@ codes.
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Sequence
 
 from geosurf.cli.console import encodable_output, printed_warnings
 from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.exit_codes import ExitCode
+from geosurf.cli.live import peak_megabytes
 from geosurf.cli.parser import build_parser
 from geosurf.cli.without_dask import skip_dask
 
@@ -53,12 +60,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     # outermost: the parser's own messages quote arguments in any script
     with encodable_output():
-        options = build_parser().parse_args(argv)
+        options = build_parser().parse(argv)
         if argv is None and options.run is not ensemble_command:
             skip_dask()
-        exit_code = ExitCode(options.debug)
+        exit_code = ExitCode(options.debug, lambda: options.kept(options))
+        start = time.perf_counter()
         with exit_code, printed_warnings():
-            exit_code.code = options.run(options)
+            answer = options.run(options)
+            exit_code.code = answer.code
+            if shown := answer.shown(as_json=options.json, quiet=options.quiet):
+                print(shown)
+            if options.verbose:
+                seconds = time.perf_counter() - start
+                print(f"{seconds:.1f} s, {peak_megabytes():.0f} MB at most", file=sys.stderr)
 
             # inside `exit_code`, so that a closed pipe or a full disk is met here and not in the
             # interpreter's own flush at exit, whose message nobody can catch

@@ -36,6 +36,13 @@ def encodable_output() -> Iterator[None]:
                 stream.reconfigure(errors="strict")
 
 
+def clear_line() -> None:
+    """Take away what the terminal shows on the line of the running step."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        # return to the start of the line, and clear it to its end
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
 @contextmanager
 def printed_warnings() -> Iterator[None]:
     """Print each `GeosurfWarning` once, without file and line; other warnings as Python does."""
@@ -55,6 +62,7 @@ def printed_warnings() -> Iterator[None]:
             # one line for each warning, whatever its own line breaks, and each once per run
             elif message not in seen and sys.stderr is not None:
                 seen.add(message)
+                clear_line()
                 print("geosurf: warning:", *str(message).split(), file=sys.stderr, flush=True)
 
         warnings.showwarning = show

@@ -6,11 +6,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from geosurf.cli.answer import Answer
 from geosurf.errors import FormatError
 
 
-def curves_command(options: argparse.Namespace) -> int:
-    """Find the curves of two surface files."""
+def curves_command(options: argparse.Namespace) -> Answer:
+    """Find the curves of two surface files, and write them."""
     from geosurf.conventions import area_text, counted, length_text
     from geosurf.intersect import intersect_surfaces
     from geosurf.write import write
@@ -24,20 +25,30 @@ def curves_command(options: argparse.Namespace) -> int:
         surfaces = [surfaces[0].renamed(options.first), surfaces[1].renamed(options.second)]
     curves = intersect_surfaces(surfaces)
     closed = int(curves.closed.sum())
-    for path in write(curves, options.out):
-        print(
-            f"{path}: {counted(curves.n_curve, 'curve')}, {closed} closed, "
-            f"{length_text(curves.length, 5)}"
-        )
+    paths = write(curves, options.out)
+    lines = [
+        f"{path}: {counted(curves.n_curve, 'curve')}, {closed} closed, "
+        f"{length_text(curves.length, 5)}"
+        for path in paths
+    ]
 
     # the file holds curves only: other contacts are printed
     points = sum(contact.kind == "point" for contact in curves.contacts)
     if points:
-        print(f"The surfaces also touch at {counted(points, 'point')}.")
+        lines.append(f"The surfaces also touch at {counted(points, 'point')}.")
+    area = sum(contact.area for contact in curves.contacts)
     if len(curves.contacts) > points:
-        area = sum(contact.area for contact in curves.contacts)
-        print(f"They coincide over {area_text(area, 6)}; curves follow the outline of that area.")
-    return 0
+        covered = area_text(area, 6)
+        lines.append(f"They coincide over {covered}; curves follow the outline of that area.")
+    data = {
+        "files": [str(path) for path in paths],
+        "curves": curves.n_curve,
+        "closed": closed,
+        "length_m": curves.length,
+        "touching_points": points,
+        "coincident_area_m2": area,
+    }
+    return Answer(data, "\n".join(lines))
 
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 import time
 from pathlib import Path
 
+from geosurf.cli.answer import Answer
 from geosurf.errors import OutputError
 
 EVERY = 30.0  # s between two lines of progress in a log file
 
 
-def ensemble_command(options: argparse.Namespace) -> int:
+def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
     from geosurf.ensemble import run_ensemble
     from geosurf.ensemble.tables import quantile_csv, quantile_text
@@ -30,15 +32,38 @@ def ensemble_command(options: argparse.Namespace) -> int:
         store=out / "ensemble.zarr",
         workers=options.workers,
         processes=options.processes,
-        progress=False if options.quiet else _Log(),
+        progress=False if options.quiet or options.json else _Log(),
     )
     for by in ("unit", "zone", "contact"):
         write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
-    if not options.quiet:
-        print(f"\n{quantile_text(result)}\n")
-        print(f"{result.sizes['realization']} realisations in {time.perf_counter() - start:.1f} s.")
-        print(f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}")
-    return 0
+    seconds, count = time.perf_counter() - start, result.sizes["realization"]
+    data = {
+        "scenario": options.scenario,
+        "out": out,
+        "realisations": count,
+        "seconds": seconds,
+        "quantiles": {by: _rows(quantile_csv(result, by)) for by in ("unit", "zone", "contact")},
+    }
+    return Answer(
+        data,
+        f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
+        closing=(f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",),
+    )
+
+
+def _rows(text: str) -> list[dict[str, str | float]]:
+    """Return the rows of a table, with numbers where cells are numbers."""
+    return [
+        {key: _cell(value) for key, value in row.items()}
+        for row in csv.DictReader(text.splitlines())
+    ]
+
+
+def _cell(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 class _Log:

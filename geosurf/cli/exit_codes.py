@@ -13,10 +13,12 @@ import os
 import signal
 import sys
 import traceback
+from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any
 
+from geosurf.cli.console import clear_line
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 
 OUR_FAULT = 4
@@ -36,9 +38,10 @@ class Stopped(KeyboardInterrupt):
 class ExitCode:
     """Turn the end of a command into an exit code and at most one message."""
 
-    def __init__(self, debug: bool) -> None:
+    def __init__(self, debug: bool, kept: Callable[[], str] = str) -> None:
         self.code = 0
         self._debug = debug
+        self._kept = kept  # says what a command that is stopped leaves
         self._handlers: dict[int, Any] = {}
 
     def __enter__(self) -> None:
@@ -73,9 +76,15 @@ class ExitCode:
         if error is None or isinstance(error, SystemExit | GeneratorExit):
             return False
 
-        # ends that the user or a pipe asked for: no message
+        # the line of the running step may still be there
+        clear_line()
+
+        # an end that the user asked for: what is left of the work
         if isinstance(error, KeyboardInterrupt):
             self.code = STOPPED + getattr(error, "number", int(signal.SIGINT))
+            if sys.stderr is not None:
+                with suppress(OSError):  # the terminal may be closed: SIGHUP
+                    print(f"geosurf: stopped. {self._kept()}".strip(), file=sys.stderr)
             return True
         if isinstance(error, BrokenPipeError):  # the reader of the output has closed it
             _forget_output()

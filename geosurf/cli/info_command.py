@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 
+from geosurf.cli.answer import Answer
 
-def info_command(options: argparse.Namespace) -> int:
-    """Print what each file holds, as text or as JSON."""
+
+def info_command(options: argparse.Namespace) -> Answer:
+    """Return what each file holds."""
     from geosurf.read.file_info import info
 
     found = [info(path) for path in options.files]
-    if options.json:
-        print(json.dumps([asdict(one) for one in found], indent=2))
-    else:
-        print("\n".join(map(str, found)))
-    return 0
+    return Answer([asdict(one) for one in found], "\n".join(map(str, found)))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from geosurf.cli.answer import Answer
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -16,14 +18,14 @@ VARIANTS = ("grids", "points", "network")
 MOST_REPEATED = 200  # characters of a command that is shown again
 
 
-def new_command(options: argparse.Namespace) -> int:
-    """Write a scenario from files, and print how each file is used."""
+def new_command(options: argparse.Namespace) -> Answer:
+    """Write a scenario from files, and list how each file is used."""
     from geosurf.scenario.new import new_scenario
     from geosurf.scenario.new.text import table_text
 
-    files = list(options.files)
+    files, truth = list(options.files), None
     if options.example is not None:
-        files = _example(options)
+        files, truth = _example(options)
     new = new_scenario(
         options.folder,
         files,
@@ -31,14 +33,19 @@ def new_command(options: argparse.Namespace) -> int:
         length_unit=options.length_unit,
         replace=options.replace,
     )
-    print(table_text(new.found))
-    print()
-    _print_end(new, options)
-    return 0
+    questions = [
+        {"line": one.line, "needed": one.stops, "question": one.text} for one in new.questions
+    ]
+    data = {"scenario": new.path, "runs": new.runs, "questions": questions}
+    lines = [table_text(new.found), "", *_questions(new)]
+    if truth is not None:
+        data["truth"] = truth
+        lines = [f"{truth}: the true volumes of this synthetic field", "", *lines]
+    return Answer(data, "\n".join(lines), closing=tuple(_end(new, options)))
 
 
-def _example(options: argparse.Namespace) -> list[str]:
-    """Write the files of a synthetic field into the folder, and return their paths."""
+def _example(options: argparse.Namespace) -> tuple[list[str], Path]:
+    """Write the files of a synthetic field; return their paths, and that of its volumes."""
     from geosurf.errors import OutputError
     from geosurf.scenario.new import FILE
     from geosurf.synthetic import field_export
@@ -52,30 +59,34 @@ def _example(options: argparse.Namespace) -> list[str]:
             f"example and {FILE} with --replace."
         )
     truth = field_export(folder, options.example)
-    print(f"{folder / 'truth' / 'volumes.csv'}: the true volumes of this synthetic field\n")
-    return [str(path) for name, path in truth.files.items() if name != "scenario"]
+    files = [str(path) for name, path in truth.files.items() if name != "scenario"]
+    return files, folder / "truth" / "volumes.csv"
 
 
-def _print_end(new: NewScenario, options: argparse.Namespace) -> None:
-    """Print the questions with their lines, and the next command."""
+def _questions(new: NewScenario) -> Iterable[str]:
+    """The questions, with their lines."""
     for question in new.questions:
         need = "needs an answer" if question.stops else "optional"
-        print(f"{new.path}, line {question.line} ({need}): {question.text}")
+        yield f"{new.path}, line {question.line} ({need}): {question.text}"
     if new.questions:
-        print()
+        yield ""
+
+
+def _end(new: NewScenario, options: argparse.Namespace) -> Iterable[str]:
+    """The next command, or what has to be answered before it."""
     run = f"geosurf run {shlex.quote(str(new.path))} -o {shlex.quote(str(new.path.parent / 'out'))}"
     if new.runs:
-        print(f"{new.path} is written. Next: {run}")
+        yield f"{new.path} is written. Next: {run}"
         return
     again = " ".join(map(shlex.quote, ["new", str(options.folder), *options.files]))
     if len(again) > MOST_REPEATED:
         again = f"new {shlex.quote(str(options.folder))} FILES..."
     unit = "" if options.length_unit is None else f" --length-unit {options.length_unit}"
-    print(f"{new.path} is written, but a run needs the answer above. Edit that line, or repeat")
-    print("with down if z is depth, with up if it is elevation:")
-    print(f"  geosurf {again} --positive down --replace{unit}")
-    print(f"  geosurf {again} --positive up --replace{unit}")
-    print(f"Then: {run}")
+    yield f"{new.path} is written, but a run needs the answer above. Edit that line, or repeat"
+    yield "with down if z is depth, with up if it is elevation:"
+    yield f"  geosurf {again} --positive down --replace{unit}"
+    yield f"  geosurf {again} --positive up --replace{unit}"
+    yield f"Then: {run}"
 
 
 __all__ = ["VARIANTS", "new_command"]

@@ -7,12 +7,17 @@ from collections.abc import Callable
 from typing import Any
 
 import geosurf
+from geosurf.cli.answer import Answer
+from geosurf.cli.arguments import Parser, list_of, number, one_of, whole_number
+from geosurf.cli.completion import SHELLS, completion_command
+from geosurf.cli.convert_command import convert_command
 from geosurf.cli.curves_command import curves_command
 from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.info_command import info_command
 from geosurf.cli.install_commands import doctor_command, warmup_command
 from geosurf.cli.new_command import VARIANTS, new_command
 from geosurf.cli.scenario_commands import (
+    RESULTS,
     SHOW,
     VIEW,
     check_command,
@@ -27,72 +32,119 @@ EXIT_CODES = """exit codes: 0 done, 2 invalid input, 3 impossible geometry or a 
 4 a bug in geosurf, 128 + n stopped by signal n (Ctrl-C: 130)"""
 
 
-def build_parser() -> argparse.ArgumentParser:
+def build_parser() -> Parser:
     """Return the parser of all commands and options.
 
     Returns
     -------
-    argparse.ArgumentParser
+    Parser
     """
     # the raw formatter leaves the lines of EXIT_CODES as they are
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="geosurf",
         description="Build sealed, exact and certified reservoir units from horizons and faults.",
-        epilog=EXIT_CODES,
+        epilog=f"example: geosurf run scenario.toml -o out\n\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"geosurf {geosurf.__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
-    def add(name: str, run: Callable[[argparse.Namespace], int], help_: str) -> Any:
+    def add(
+        name: str, run: Callable[[argparse.Namespace], Answer], help_: str, example: str
+    ) -> Any:
         """Add a command with the options that all commands have."""
-        command = commands.add_parser(name, help=help_, description=help_)
+        command = commands.add_parser(
+            name,
+            help=help_,
+            description=help_,
+            epilog=f"example: geosurf {name} {example}".rstrip(),
+        )
 
         # `main` calls `options.run`, so no table of commands exists twice
-        command.set_defaults(run=run)
-        # no default here: `run` would override `geosurf --debug run`
-        command.add_argument(
-            "--debug",
-            action="store_true",
-            default=argparse.SUPPRESS,
-            help="show the traceback of an error",
-        )
+        command.set_defaults(run=run, kept=lambda _: "No file was left half-written.")
+        _add_common(command)
         return command
 
     _add_new(add)
     _add_scenario_commands(add)
+    _add_ensemble(add)
     _add_curves(add)
-    info = add("info", info_command, "show what files hold and how geosurf reads them")
+    _add_convert(add)
+    info = add("info", info_command, "show what files hold and how geosurf reads them", "Top.gri")
     info.add_argument("files", metavar="FILE", nargs="+", help="files of any format")
-    info.add_argument("--json", action="store_true", help="print a list of objects in JSON")
-    add("doctor", doctor_command, "check the installation")
-    add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)")
+    add("doctor", doctor_command, "check the installation", "")
+    add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)", "")
+    completion = add(
+        "completion",
+        completion_command,
+        "print a script that lets a shell complete commands and options",
+        "bash >> ~/.bash_completion",
+    )
+    completion.set_defaults(parser=parser)
+    completion.add_argument(
+        "shell", type=one_of(*SHELLS), metavar="SHELL", help="bash, zsh or fish"
+    )
     _add_tests(add)
     return parser
 
 
+def _add_common(command: argparse.ArgumentParser) -> None:
+    """Add the options that all commands have; they mean the same everywhere."""
+    common = command.add_argument_group("output")
+    common.add_argument(
+        "--json", action="store_true", help="print one object in JSON instead of text"
+    )
+    common.add_argument("--quiet", action="store_true", help="print warnings and errors only")
+    common.add_argument(
+        "--verbose",
+        action="store_true",
+        help="also print steps, their times and the peak memory, on stderr",
+    )
+    # no default here: `run` would override `geosurf --debug run`
+    common.add_argument(
+        "--debug",
+        action="store_true",
+        default=argparse.SUPPRESS,
+        help="show the traceback of an error",
+    )
+
+
 def _add_scenario_commands(add: Callable[..., Any]) -> None:
     """Add the commands that take a scenario."""
-    run = add("run", run_command, "build the model of a scenario: volumes, pictures and a report")
+    of, out = "field/scenario.toml", "-o field/out"
+    run = add(
+        "run",
+        run_command,
+        "build the model of a scenario: volumes, pictures and a report",
+        f"{of} {out} --set tear.trim_cells=2",
+    )
     validate = add(
-        "validate", validate_command, "list all mistakes of a scenario; nothing is built"
+        "validate", validate_command, "list all mistakes of a scenario; nothing is built", of
     )
-    validate.add_argument("--json", action="store_true", help="print JSON")
-    validate.epilog = "example: geosurf validate field/scenario.toml"
     check = add(
-        "check",
-        check_command,
-        "check the model of a scenario and print its certificate",
+        "check", check_command, "check the model of a scenario and print its certificate", of
     )
-    render = add("render", render_command, "draw one picture of the model of a scenario")
-    report = add("report", report_command, "write the report of a scenario and its pictures")
-    ensemble = add(
-        "ensemble", ensemble_command, "compute P90, P50 and P10 of the volumes of a scenario"
+    render = add(
+        "render",
+        render_command,
+        "draw one picture of the model of a scenario",
+        f"{of} -o top.png --view top",
     )
-    for command in (run, validate, check, render, report, ensemble):
+    report = add(
+        "report", report_command, "write the report of a scenario and its pictures", f"{of} {out}"
+    )
+    for command in (run, validate, check, render, report):
         command.add_argument(
             "scenario", help="scenario file (TOML); its keys are in docs/scenario.md"
+        )
+        command.add_argument(
+            "--set",
+            metavar="KEY=VALUE",
+            action="append",
+            default=[],
+            help="give a key of the scenario another value, as in --set output.maps=false or "
+            "--set horizons.Top.file=New.gri; can be repeated",
         )
     for command in (run, check, report):
         command.add_argument(
@@ -100,20 +152,37 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
             action="store_true",
             help="merge units too small to count into neighbours, as [slivers] merge = true does",
         )
-    _add_ensemble_options(ensemble)
     for command in (run, report):
+        command.set_defaults(kept=_kept)
         command.add_argument(
             "-o", "--out", required=True, help="output folder, created if it is missing"
         )
         command.add_argument("--no-pictures", action="store_true", help="do not draw pictures")
-        command.add_argument("--quiet", action="store_true", help="do not print progress")
         command.add_argument(
             "--cache-dir",
             metavar="FOLDER",
             help="store torn horizons and pictures there; later runs redo only what changed",
         )
+    run.add_argument(
+        "--only",
+        metavar="RESULTS",
+        type=list_of(*RESULTS),
+        help="write only these results, with commas between them, and certificate.txt: "
+        + ", ".join(RESULTS),
+    )
+    run.add_argument(
+        "--dry-run", action="store_true", help="list what a run would read and write; build nothing"
+    )
 
     _add_render_options(render)
+
+
+def _kept(options: argparse.Namespace) -> str:
+    """What a run that is stopped leaves."""
+    kept = f"{options.out} has the results of an earlier run, if there was one, or all new ones."
+    if options.cache_dir is None:
+        return kept
+    return f"{kept} Finished steps are in {options.cache_dir}; the same command continues there."
 
 
 def _add_render_options(render: argparse.ArgumentParser) -> None:
@@ -132,47 +201,108 @@ def _add_render_options(render: argparse.ArgumentParser) -> None:
     )
     render.add_argument(
         "--exaggeration",
-        type=float,
+        type=number,
         help="vertical exaggeration (default: chosen by the shape of the model)",
     )
     render.add_argument("--clip", action=argparse.BooleanOptionalAction,
                         help="draw the inside of the model only")  # fmt: skip
 
 
+def _add_convert(add: Callable[..., Any]) -> None:
+    """Add the command that converts one file."""
+    convert = add(
+        "convert",
+        convert_command,
+        "write a file in another format, and list what is lost",
+        "Top.gri Top.zmap",
+    )
+    convert.add_argument("source", metavar="SOURCE", help="file of any format")
+    convert.add_argument("target", metavar="TARGET", help="its suffix picks the format")
+    convert.add_argument(
+        "--positive",
+        type=one_of("up", "down"),
+        metavar="up|down",
+        help="direction of z, if the file does not state it",
+    )
+    convert.add_argument("--length-unit", help="unit of z, if the file does not state it")
+    convert.add_argument(
+        "--crs", metavar="EPSG:CODE", help="coordinate reference system, if the file states none"
+    )
+    convert.add_argument("--name", help="name to store; of several surfaces: which one")
+    convert.add_argument(
+        "--as", dest="read_as", metavar="KIND",
+        type=one_of("horizon", "fault", "points", "polygons", "tops"),
+        help="what the file holds, if its content does not show it: horizon, fault, points, "
+        "polygons or tops",
+    )  # fmt: skip
+
+
 def _add_curves(add: Callable[..., Any]) -> None:
     """Add the command that takes two surfaces."""
-    curves = add("curves", curves_command, "find the intersection lines of two surface files")
+    curves = add(
+        "curves",
+        curves_command,
+        "find the intersection lines of two surface files",
+        "Top.gri F1.ts -o curves.vtp",
+    )
     curves.add_argument("first", help="surface file: .gri .zmap .nc .ts .vtp .pol .obj ...")
     curves.add_argument("second", help="second surface file")
     curves.add_argument("-o", "--out", required=True, help="output file (.vtp, .pl or .pol)")
     curves.add_argument(
-        "--positive", choices=("up", "down"), help="direction of z, if a file does not state it"
+        "--positive",
+        type=one_of("up", "down"),
+        metavar="up|down",
+        help="direction of z, if a file does not state it",
     )
     curves.add_argument("--length-unit", help="length unit, if a file does not state it")
 
 
-def _add_ensemble_options(ensemble: argparse.ArgumentParser) -> None:
-    """Add the options of ensembles."""
+def _add_ensemble(add: Callable[..., Any]) -> None:
+    """Add the command that builds many realisations."""
+    ensemble = add(
+        "ensemble",
+        ensemble_command,
+        "compute P90, P50 and P10 of the volumes of a scenario",
+        "field/scenario.toml -o field/ensemble -n 200",
+    )
+    ensemble.set_defaults(
+        kept=lambda options: (
+            f"Finished realisations are in {options.out}; the same command continues there."
+        )
+    )
+    ensemble.add_argument("scenario", help="scenario file (TOML); its keys are in docs/scenario.md")
     ensemble.add_argument(
         "-o", "--out", required=True,
         help="output folder, created if it is missing; one with a part of the same ensemble is "
         "continued",
     )  # fmt: skip
-    ensemble.add_argument("-n", type=int, help="number of realisations (default: [ensemble], 100)")
-    ensemble.add_argument("--seed", type=int, help="seed (default: that of [ensemble], or 0)")
-    ensemble.add_argument("--workers", type=int, help="realisations at once (default: all cores)")
+    ensemble.add_argument(
+        "-n", type=whole_number(1), help="number of realisations (default: [ensemble], 100)"
+    )
+    ensemble.add_argument(
+        "--seed", type=whole_number(0), help="seed (default: that of [ensemble], or 0)"
+    )
+    ensemble.add_argument(
+        "--workers", type=whole_number(1), help="realisations at once (default: all cores)"
+    )
     ensemble.add_argument("--processes", action="store_true", help="worker processes, not threads")
-    ensemble.add_argument("--quiet", action="store_true", help="print no progress and no table")
 
 
 def _add_new(add: Callable[..., Any]) -> None:
     """Add the command that writes a scenario."""
-    new = add("new", new_command, "write a scenario from files: horizons, faults, well tops ...")
-    new.epilog = "example: geosurf new field data/*.gri data/*.pol"
+    new = add(
+        "new",
+        new_command,
+        "write a scenario from files: horizons, faults, well tops ...",
+        "field data/*.gri data/*.pol",
+    )
     new.add_argument("folder", metavar="FOLDER", help="where scenario.toml is written")
     new.add_argument("files", metavar="FILES", nargs="*", help="files of the field, or folders")
     new.add_argument(
-        "--positive", choices=("up", "down"), help="direction of z, if files do not state it"
+        "--positive",
+        type=one_of("up", "down"),
+        metavar="up|down",
+        help="direction of z, if files do not state it",
     )
     new.add_argument("--length-unit", help="unit of z, if files do not state it (default: m)")
     new.add_argument("--replace", action="store_true", help="replace an existing scenario")
@@ -180,8 +310,10 @@ def _add_new(add: Callable[..., Any]) -> None:
         "--example",
         nargs="?",
         const="grids",
-        choices=VARIANTS,
-        help="write a synthetic field with known volumes into FOLDER, and its scenario",
+        metavar="KIND",
+        type=one_of(*VARIANTS),
+        help="write a synthetic field with known volumes into FOLDER, and its scenario: "
+        f"{', '.join(VARIANTS)} (default: grids)",
     )
 
 
@@ -191,14 +323,19 @@ def _add_tests(add: Callable[..., Any]) -> None:
         "stress",
         stress_command,
         "test the engine on difficult cases",
+        "--cases 20",
     )
     stress.add_argument(
-        "--cases", type=int, default=70, help="number of cases per family (default: 70, about 30 s)"
+        "--cases",
+        type=whole_number(1),
+        default=70,
+        help="number of cases per family (default: 70, about 30 s)",
     )
-    stress.add_argument("--seed", type=int, default=0, help="seed of the random cases (default: 0)")
+    stress.add_argument(
+        "--seed", type=whole_number(0), default=0, help="seed of the random cases (default: 0)"
+    )
     stress.add_argument(
         "--family", action="append", metavar="NAME", help="test only this family; can be repeated"
     )
     stress.add_argument("-o", "--out", help="output file (.json) for the table and the failures")
     stress.add_argument("--replay", metavar="FILE", help="repeat one failed case (.npz)")
-    stress.add_argument("--quiet", action="store_true", help="do not print the table")

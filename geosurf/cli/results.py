@@ -1,21 +1,17 @@
-"""What commands print in common: progress, and the verdict of a certificate."""
+"""What commands answer in common: units, warnings, and the verdict of a certificate."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.model import Certificate
+    from geosurf.errors import GeosurfWarning
+    from geosurf.model import Certificate, Units
 
 
 CHECK_FAILED = 3  # exit code
-
-
-def progress_printer(quiet: bool) -> Callable[[str], object] | None:
-    """Return a function that prints a line of progress, or None for a quiet command."""
-    return None if quiet else lambda line: print(line, flush=True)
 
 
 def exit_code_of(certificate: Certificate) -> int:
@@ -30,3 +26,35 @@ def exit_code_of(certificate: Certificate) -> int:
         file=sys.stderr,
     )
     return CHECK_FAILED
+
+
+def units_data(units: Units) -> list[dict[str, Any]]:
+    """Return one dict per unit, with the columns of the table of volumes."""
+    rows: list[dict[str, Any]] = units.to_dataframe().reset_index().to_dict("records")
+    return rows
+
+
+def warnings_data(warnings: Iterable[GeosurfWarning]) -> list[dict[str, Any]]:
+    """Return one dict per warning."""
+    return [
+        {
+            "kind": one.kind,
+            "subject": one.subject,
+            "effect": one.effect,
+            "remedy": one.remedy,
+            "place": one.place,
+        }
+        for one in warnings
+    ]
+
+
+def certificate_data(certificate: Certificate) -> dict[str, Any]:
+    """Return the lines of a certificate and whether all of them passed."""
+    lines = [
+        {"name": one.name, "passed": one.passed, "value": one.value, "detail": one.detail}
+        for one in certificate.checks
+    ]
+    return {"ok": certificate.ok, "checks": lines}
+
+
+__all__ = ["certificate_data", "exit_code_of", "units_data", "warnings_data"]

@@ -3,115 +3,211 @@
 from __future__ import annotations
 
 import argparse
-import json
+import shlex
 import sys
 import time
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.cli.results import exit_code_of, progress_printer
+from geosurf.cli.answer import Answer
+from geosurf.cli.console import clear_line
+from geosurf.cli.live import live_progress
+from geosurf.cli.results import certificate_data, exit_code_of, units_data, warnings_data
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.scenario.execute import Outcome
     from geosurf.scenario.keys import Scenario
+    from geosurf.scene import Scene
 
 
 VIEW, SHOW = "southwest", "horizons,faults,curves"
+FILES = ("vtm", "vtp", "csv", "nc", "pl")
+RESULTS = (*FILES, "grid", "pictures", "report")
 
 
-def run_command(options: argparse.Namespace) -> int:
-    """Run a scenario and write everything."""
+def run_command(options: argparse.Namespace) -> Answer:
+    """Run a scenario and write everything, or what ``--only`` names."""
     from geosurf.report.table import as_plain_text
     from geosurf.report.tables import volume_table
-    from geosurf.scenario import read_scenario, run
+    from geosurf.scenario import run
 
     # time counts from here: reading is part of the run
-    report_progress = progress_printer(options.quiet)
+    progress = live_progress(options, steps=True)
     start = time.perf_counter()
-    scenario = _merging(read_scenario(options.scenario), options)
+    scenario = _only(_scenario_of(options), options.only)
+    if options.dry_run:
+        return _planned(scenario, options)
     outcome = run(
         scenario,
         options.out,
-        pictures=not options.no_pictures,
-        progress=report_progress,
+        pictures=_draws(options),
+        report=_reports(options),
+        progress=progress,
         cache_dir=options.cache_dir,
     )
-
-    # notes go to stderr, so that a script can read the table from stdout
-    for note in outcome.notes:
-        print(f"geosurf: {note}", file=sys.stderr)
+    clear_line()
+    _print_notes(outcome.notes)
 
     # the table is for people; files hold the same numbers
-    if not options.quiet:
-        table = volume_table(outcome.scene.units)
-        print(f"\n{as_plain_text(table, 'Volumes [million m³]')}\n")
-        units = outcome.scene.units
-        print(f"{len(units)} units in {time.perf_counter() - start:.1f} s.")
-        if units.slivers:
-            print(f"{units.slivers_in_words}. To merge them: --merge-slivers.")
-        elif units.merged:
-            print(f"{units.merged_in_words}; certificate.txt lists them.")
-        print(f"Report: {outcome.out / 'report' / 'index.html'}; all other results: {outcome.out}")
-    return exit_code_of(outcome.certificate)
+    units, seconds = outcome.scene.units, time.perf_counter() - start
+    table = as_plain_text(volume_table(units), "Volumes [million m³]")
+    lines = [f"\n{table}\n", f"{len(units)} units in {seconds:.1f} s."]
+    if units.slivers:
+        lines.append(f"{units.slivers_in_words}. To merge them: --merge-slivers.")
+    elif units.merged:
+        lines.append(f"{units.merged_in_words}; certificate.txt lists them.")
+    data = {
+        "scenario": scenario.path,
+        "settings": scenario.settings,
+        "out": outcome.out,
+        "report": outcome.out / "report" / "index.html" if _reports(options) else None,
+        "seconds": seconds,
+        "notes": outcome.notes,
+        **_model_data(outcome.scene),
+        "certificate": certificate_data(outcome.certificate),
+    }
+    code = exit_code_of(outcome.certificate)
+    return Answer(data, "\n".join(lines), code, tuple(_closing(outcome, options)))
 
 
-def _merging(scenario: Scenario, options: argparse.Namespace) -> Scenario:
-    """Return the scenario; with ``--merge-slivers`` it merges them."""
-    if not options.merge_slivers:
+def _closing(outcome: Outcome, options: argparse.Namespace) -> Iterable[str]:
+    """What to check after a run, and what to open."""
+    # warnings were printed minutes ago, perhaps above the screen
+    count = len(outcome.scene.warnings) + len(outcome.notes)
+    if count:
+        yield f"Check first: {count} warnings and notes above; certificate.txt lists warnings, too."
+    if _reports(options):
+        yield f"Report: {outcome.out / 'report' / 'index.html'}; all other results: {outcome.out}"
+    else:
+        yield f"Results: {outcome.out}"
+
+
+def _planned(scenario: Scenario, options: argparse.Namespace) -> Answer:
+    """What a run would read and write."""
+    from geosurf.scenario.plan import input_files, output_files
+
+    read = {name: path for name, path in input_files(scenario).items() if name != "scenario"}
+    written = output_files(scenario, pictures=_draws(options), report=_reports(options))
+    files = [f"  {name:<20} {path}" for name, path in read.items()]
+    text = "\n".join(
+        [
+            f"{scenario.path}: no mistakes. A run would read",
+            *files,
+            f"and write into {options.out}",
+            *(f"  {name}" for name in written),
+            "Nothing was built or written.",
+        ]
+    )
+    data = {"scenario": scenario.path, "settings": scenario.settings, "out": options.out}
+    return Answer(data | {"reads": read, "writes": written}, text)
+
+
+def _scenario_of(options: argparse.Namespace) -> Scenario:
+    """Read the scenario, with the keys that ``--set`` changes; ``--merge-slivers`` merges them."""
+    from geosurf.scenario import read_scenario
+
+    scenario = read_scenario(options.scenario, options.set)
+    if not getattr(options, "merge_slivers", False):
         return scenario
     return replace(scenario, slivers=replace(scenario.slivers, merge=True))
 
 
-def validate_command(options: argparse.Namespace) -> int:
-    """Print all mistakes of a scenario; nothing is read or built."""
+def _only(scenario: Scenario, only: tuple[str, ...] | None) -> Scenario:
+    """Return the scenario without the files that ``--only`` does not name."""
+    if only is None:
+        return scenario
+    if "grid" in only and scenario.grid is None:
+        raise InputError(
+            f"--only grid: {scenario.path} asks for no simulation grid. Add a table [grid]."
+        )
+    formats = tuple(word for word in FILES if word in only)
+    return replace(
+        scenario,
+        output=replace(scenario.output, formats=formats),
+        grid=scenario.grid if "grid" in only else None,
+    )
+
+
+def _draws(options: argparse.Namespace) -> bool:
+    return not options.no_pictures and (options.only is None or "pictures" in options.only)
+
+
+def _reports(options: argparse.Namespace) -> bool:
+    return options.only is None or "report" in options.only
+
+
+def _print_notes(notes: Iterable[str]) -> None:
+    """Print notes on stderr, so that a script can read the answer from stdout."""
+    for note in notes:
+        print(f"geosurf: {note}", file=sys.stderr)
+
+
+def _model_data(scene: Scene) -> dict[str, Any]:
+    return {"units": units_data(scene.units), "warnings": warnings_data(scene.warnings)}
+
+
+def validate_command(options: argparse.Namespace) -> Answer:
+    """List all mistakes of a scenario; nothing is read or built."""
     from geosurf.conventions import counted
-    from geosurf.scenario import read_scenario
     from geosurf.scenario.mistakes import find_mistakes
 
-    mistakes = find_mistakes(options.scenario)
-    if options.json:
-        rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]
-        print(json.dumps({"scenario": options.scenario, "mistakes": rows}, indent=2))
-        return 2 if mistakes else 0
-    for one in mistakes:
-        where = "" if one.line is None else f", line {one.line}"
-        print(f"{options.scenario}{where}: {one.sentence}")
+    mistakes = find_mistakes(options.scenario, options.set)
+    rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]
+    data = {"scenario": options.scenario, "settings": options.set, "mistakes": rows}
     if mistakes:
-        print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
-        return 2
-    scenario = read_scenario(options.scenario)
+        lines = []
+        for one in mistakes:
+            where = "" if one.line is None else f", line {one.line}"
+            lines.append(f"{options.scenario}{where}: {one.sentence}")
+        if not (options.json or options.quiet):
+            print("\n".join(lines), flush=True)
+            print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
+        return Answer(data, code=InputError.exit_code)
+    scenario = _scenario_of(options)
     n_horizon, n_fault = len(scenario.horizons), len(scenario.faults)
-    print(f"No mistakes: {counted(n_horizon, 'horizon')}, {counted(n_fault, 'fault')}.")
-    print(f"Next: geosurf run {options.scenario} -o out")
-    return 0
+    out = Path(options.scenario).parent / "out"
+    return Answer(
+        data,
+        f"No mistakes: {counted(n_horizon, 'horizon')}, {counted(n_fault, 'fault')}.",
+        closing=(f"Next: geosurf run {shlex.quote(str(options.scenario))} -o {out}",),
+    )
 
 
-def check_command(options: argparse.Namespace) -> int:
+def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
-    from geosurf.scenario import build_scene, read_scenario
+    from geosurf.scenario.execute import compute
+    from geosurf.scenario.step_log import StepLog
 
-    certificate = build_scene(_merging(read_scenario(options.scenario), options)).check()
-    print(certificate)
-    return exit_code_of(certificate)
+    scenario = _scenario_of(options)
+    progress = live_progress(options, steps=False)
+    log = StepLog(progress)
+    scene = compute(scenario, log)
+    log.begin("check")
+    certificate = scene.check()
+    log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
+    clear_line()
+    data = {"scenario": scenario.path, "settings": scenario.settings}
+    data |= {"certificate": certificate_data(certificate), **_model_data(scene)}
+    return Answer(data, str(certificate), exit_code_of(certificate))
 
 
-def render_command(options: argparse.Namespace) -> int:
+def render_command(options: argparse.Namespace) -> Answer:
     """Draw one picture of a scenario."""
     from geosurf.render.compose import png_path
-    from geosurf.scenario import read_scenario
 
-    scenario = read_scenario(options.scenario)
+    scenario = _scenario_of(options)
     png_path(options.out)  # refuse a wrong suffix before the computation
     draw = _draw_view if options.section is None else _draw_section
-    print(draw(scenario, options))
-    return 0
+    path = draw(scenario, options)
+    return Answer({"scenario": scenario.path, "picture": path}, str(path))
 
 
 def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a view in space; options that are not given are those of the scenario."""
     from geosurf.render import render_scene
-    from geosurf.scenario import build_scene
 
     def given(option: Any, otherwise: Any) -> Any:
         """Return an option, or its default if it is not given."""
@@ -119,7 +215,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
 
     # an option wins over the scenario, the scenario over the default
     return render_scene(
-        build_scene(scenario),
+        _built(scenario, options),
         options.out,
         view=given(options.view, VIEW),
         show=tuple(word.strip() for word in given(options.show, SHOW).split(",")),
@@ -129,10 +225,22 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     )
 
 
+def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
+    """Build the scene, with its steps shown as a command was asked to."""
+    from geosurf.scenario import build_scene
+    from geosurf.scenario.step_log import StepLog
+
+    progress = live_progress(options, steps=False)
+    log = StepLog(progress)
+    log.begin("read")
+    scene = build_scene(scenario, log.step, on_start=log.begin)
+    clear_line()
+    return scene
+
+
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; refuse options of views, which would have no effect."""
     from geosurf.render import render_section
-    from geosurf.scenario import build_scene
 
     # None means "not given": argparse has no other way to tell it from a default
     for word in ("view", "show", "exaggeration", "clip"):
@@ -144,7 +252,7 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
 
     # the line is checked before the model is built
     line = _line_of(options.section)
-    section = build_scene(scenario).section(line)
+    section = _built(scenario, options).section(line)
     return render_section(section, options.out, size=scenario.output.size_px)
 
 
@@ -165,20 +273,21 @@ def _line_of(text: str) -> list[tuple[float, float]]:
     return line
 
 
-def report_command(options: argparse.Namespace) -> int:
+def report_command(options: argparse.Namespace) -> Answer:
     """Write the report of a scenario."""
-    from geosurf.scenario import read_scenario
     from geosurf.scenario.execute import write_report
 
-    scenario = _merging(read_scenario(options.scenario), options)
+    scenario = _scenario_of(options)
+    progress = live_progress(options, steps=True)
     certificate, path, notes = write_report(
         scenario,
         options.out,
         pictures=not options.no_pictures,
-        progress=progress_printer(options.quiet),
+        progress=progress,
         cache_dir=options.cache_dir,
     )
-    for note in notes:
-        print(f"geosurf: {note}", file=sys.stderr)
-    print(path)
-    return exit_code_of(certificate)
+    clear_line()
+    _print_notes(notes)
+    data = {"scenario": scenario.path, "settings": scenario.settings, "report": path}
+    data |= {"notes": notes, "certificate": certificate_data(certificate)}
+    return Answer(data, str(path), exit_code_of(certificate))

@@ -83,6 +83,18 @@ def are_same(one: str, other: str) -> bool | None:
     return first == second if kind == kind_of_other else None
 
 
+def epsg_of(crs: str) -> int | None:
+    """Return the EPSG code of a reference system, or None where its text has none.
+
+    Examples
+    --------
+    >>> epsg_of("urn:ogc:def:crs:EPSG::23031"), epsg_of("UTM zone 31")
+    (23031, None)
+    """
+    kind, key = _kind_and_key(crs)
+    return int(key) if kind == "code" else None
+
+
 def label(crs: str) -> str:
     """Return a reference system in a few words, for messages.
 

@@ -16,6 +16,7 @@ sides.py            on which side of a fault another one leaves their common cur
 truncate.py         truncation: which parts of a fault stay
 truncate_errors.py  faults that their main fault does not cut through, or does not reach
 outside.py          faults that do not reach the model
+short_of_side.py    faults that end just inside of a side of the model
 distance.py         the closest approach of an open end to another fault
 propose.py          contacts, near misses and dangling ends, each with a proposal
 near_misses.py      ends that stop short of another fault

@@ -102,7 +102,8 @@ def build_grid(
     pillars = vertical_pillars(lattice.shape)
     if min_dip is not None:
         pillars, steps = pillars_along_faults(model, float(min_dip))
-    grid = assemble(columns_of(model, pillars), pillars, chosen, float(min_thickness), steps)
+    columns = columns_of(model, pillars)
+    grid = assemble(columns, pillars, chosen, float(min_thickness), steps, zones)
     for name, (step, n) in steps.items():
         if step:
             warn(warning_of_steps(name, step, n, lattice.cell))
@@ -114,7 +115,7 @@ def warning_of_steps(fault: str, step: int, n: int, cell: Any) -> GeosurfWarning
     return GeosurfWarning(
         "stair-step",
         fault,
-        f"{step} of {n} pillars next to fault {fault!r} do not follow it, and it is a stair-step "
-        f"there: blocks end up to half a cell ({0.5 * float(max(cell)):.0f} m) from it.",
+        f"Fault {fault!r} is a stair-step at {step} of the {n} pillars next to it, which do not "
+        f"follow it: blocks end up to half a cell ({0.5 * float(max(cell)):.0f} m) from it.",
         "Choose smaller cells, or a smaller min_dip= where it dips too gently.",
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -290,6 +291,7 @@ def assemble(
     layers: dict[str, Layers],
     min_thickness: float,
     stair_steps: dict[str, tuple[int, int]],
+    zones_of_model: Sequence[str],
 ) -> CornerPointGrid:
     """Make the cells of a grid."""
     model = columns.model
@@ -324,7 +326,7 @@ def assemble(
         region=region, zone_names=tuple(names), block_names=tuple(blocks),
         region_names=tuple(model.regions), fault_names=tuple(model.faults),
         faces=faces_of(between, np.array(first), actnum), exact=model.exact,
-        stair_steps=stair_steps,
+        stair_steps=stair_steps, zones_of_model=tuple(zones_of_model),
     )  # fmt: skip
     return checked(grid)
 

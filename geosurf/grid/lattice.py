@@ -76,7 +76,7 @@ def lattice_over(
     outline = np.array([[w, s], [e, s], [e, n], [w, n]]) if aoi is None else np.asarray(aoi)
     if angle is None:
         axes = np.eye(2) if aoi is None else _best_axes(outline)
-    elif is_number(angle) and np.isfinite(angle):
+    elif is_number(angle) and np.isfinite(float(angle)):
         c, s = np.cos(np.radians(float(angle))), np.sin(np.radians(float(angle)))
         axes = np.array([[c, s], [-s, c]]) if angle else np.eye(2)
     else:

@@ -96,7 +96,9 @@ def sample_units(
     if not isinstance(codes, bool | np.bool_):
         raise InputError(f"codes is {codes!r}; give True or False.")
     places = places_of(where, cell, units.box)
-    locator = locator_of(units) if locator is None else locator
+    if locator is None:
+        locator = locator_of(units)
+    expect(locator, Locator, "locator is the Locator of these units", "leave it out")
 
     found = (_of_grid if places.is_grid else _of_points)(places, locator)
     found = found.reshape(places.shape)

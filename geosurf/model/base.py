@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from geosurf.conventions.card import Card
+
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
@@ -43,6 +45,14 @@ class Noun:
         # Copies and other processes get arrays that are as read-only as the originals.
         _lock(list(state.values()))
         self.__dict__.update(state)
+
+    def _card(self) -> Card:
+        """Return what notebooks show: a title and a table; computes next to nothing."""
+        return Card(repr(self))
+
+    def _repr_html_(self) -> str:
+        """Return the card as HTML."""
+        return self._card().html()
 
 
 def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:

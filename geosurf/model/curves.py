@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.conventions import is_word, place
+from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, polydata
 
@@ -143,6 +144,18 @@ class Curves(Noun):
     cost: dict[str, int] = field(default_factory=dict)
     error_bound: np.ndarray | None = None
     places: tuple[CurveIssue, ...] = ()
+
+    def _card(self) -> Card:
+        """Return a row for each pair of surfaces: number of curves and their length."""
+        pairs, of = np.unique(np.sort(self.surfaces_of_curve), axis=0, return_inverse=True)
+        counts = np.bincount(of.ravel(), minlength=len(pairs))
+        lengths = np.bincount(of.ravel(), self.length_of_curve, len(pairs))
+        rows = [
+            (self.names[a], self.names[b], str(count), f"{length:.6g} m")
+            for (a, b), count, length in zip(pairs, counts, lengths, strict=True)
+        ]
+        title = f"Curves: {self.n_curve}, {self.length:.6g} m"
+        return Card(title, rows, ("surface", "other", "curves", "length"))
 
     def __repr__(self) -> str:
         # Names tell which model this is; numbers alone would not.

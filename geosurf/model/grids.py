@@ -72,6 +72,8 @@ class CornerPointGrid(Noun):
         Volume of each region in the sealed model [m3].
     stair_steps : dict of str to (int, int)
         Per fault: pillars that step, and all pillars next to it.
+    zones_of_model : tuple of str
+        All zones of the model, youngest first: zones have the same colours in all pictures.
 
     See Also
     --------
@@ -102,6 +104,7 @@ class CornerPointGrid(Noun):
     faces: GridFaces
     exact: np.ndarray
     stair_steps: dict[str, tuple[int, int]]
+    zones_of_model: tuple[str, ...]
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -211,7 +214,7 @@ class CornerPointGrid(Noun):
             import xtgeo
         except ImportError as error:
             raise DependencyError(
-                "xtgeo is not installed. Install the extra: pip install 'geosurf[grid]'"
+                "xtgeo is not installed. Install the extra: pip install 'geosurf[grid]'."
             ) from error
         nz, ny, nx = self.shape
 

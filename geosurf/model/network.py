@@ -13,6 +13,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from geosurf.conventions import counted
+from geosurf.conventions.card import Card
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.network_rows import (
     NetworkDecision,
@@ -226,6 +228,12 @@ class FaultNetwork:
             known |= {row.subject for row in fresh}
             scene = _tried(scene, fresh, turn, decisions)
             network = scene.propose_fault_network(reach=self.reach)
+
+    def _repr_html_(self) -> str:
+        """Return the table as HTML."""
+        head = ("row", "kind", "fault", "other", "length [m]", "distance [m]", "proposal")
+        cells = [_words(i, row) for i, row in enumerate(self.rows)]
+        return Card(f"FaultNetwork: {counted(len(cells), 'row')}", cells, head).html()
 
     def __repr__(self) -> str:
         """The table, one row for each contact, near miss and dangling end."""

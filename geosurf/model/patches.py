@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, is_whole
+from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, in_crs_of, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
@@ -218,6 +219,16 @@ class Patches(Noun):
         used, faces = np.unique(self.triangles[rows], return_inverse=True)
         part = TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
         return in_crs_of(part, [self])
+
+    def _card(self) -> Card:
+        """Return a row for each surface: its patches and their triangles."""
+        of_triangle = np.bincount(self.surface_of_triangle, minlength=len(self.sources))
+        rows = [
+            (source.name, source.role, str(count))
+            for source, count in zip(self.sources, of_triangle.tolist(), strict=True)
+        ]
+        title = f"Patches: {self.n_patch}, {self.n_triangle} triangles"
+        return Card(title, rows, ("surface", "role", "triangles"))
 
     def __repr__(self) -> str:
         surfaces = counted(len(self.sources), "surface")

@@ -22,6 +22,7 @@ from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tops import Tops
 from geosurf.model.units import Certificate, Units
+from geosurf.model.view3d import View3D
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -104,6 +105,9 @@ class MeasuredModel(DrawnModel, Protocol):
     def allan(self, fault: str) -> xarray.Dataset:
         """Return the Allan diagram of a fault."""
 
+    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
+        """Return throw and heave of a horizon along a fault."""
+
     def section(self, line: Any) -> xarray.Dataset:
         """Return a vertical section along a line in the map."""
 
@@ -117,9 +121,6 @@ class MeasuredModel(DrawnModel, Protocol):
 
 class PlottedModel(MeasuredModel, Protocol):
     """A model with the further measures that plots show."""
-
-    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
-        """Return throw and heave of a horizon along a fault."""
 
     @property
     def column(self) -> dict[str, str]:
@@ -157,7 +158,14 @@ class ReportedModel(MeasuredModel, Protocol):
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """What was assumed, each with its effect and a remedy."""
 
+    @property
+    def input_files(self) -> dict[str, Path]:
+        """Inputs that are paths, by name."""
+
     # Actions of a report: they compute or write.
+    def view_3d(self) -> View3D | None:
+        """Return an interactive view of the units; None without."""
+
     def render_pictures(
         self,
         folder: str | os.PathLike[str],

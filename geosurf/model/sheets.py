@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import place
+from geosurf.conventions.card import Card
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.lattice import Lattice
@@ -453,6 +454,17 @@ class Sheet(Noun):
         # Ghosts are vertices that only continue a wall beyond its fault.
         mask: np.ndarray = self.surface.vertex_data["ghost"]
         return mask
+
+    def _card(self) -> Card:
+        """Return the throw at each fault, and the report."""
+        rows = []
+        for name, cut in self.cuts.items():
+            throw = np.abs(cut.throw[np.isfinite(cut.throw)])
+            most = f"{throw.max():.1f} m" if len(throw) else "none"
+            rows.append((name, str(len(cut.stations)), most))
+        title = f"Sheet {self.name}: {self.lattice.shape[0]} x {self.lattice.shape[1]} nodes"
+        notes = repr(self.report).splitlines()
+        return Card(title, rows, ("fault", "cut-off points", "largest throw"), notes=notes)
 
     def __repr__(self) -> str:
         return (

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import is_word, real_numbers
+from geosurf.conventions.card import Card
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.expected import expect, listed, name_of
@@ -242,6 +243,17 @@ class TriSurface(Noun):
             World coordinates [m], float64; `vertex_data` as point data.
         """
         return polydata(self.vertices, self.triangles, point_data=self.vertex_data, crs=self.crs)
+
+    def _card(self) -> Card:
+        """Return size, extent and reference system."""
+        rows = [("vertices", f"{self.n_vertex}"), ("triangles", f"{self.n_triangle}")]
+        if self.n_triangle:
+            sides = self.bounds
+            for k, axis in enumerate(("easting", "northing", "elevation")):
+                low, high = sides[2 * k : 2 * k + 2]
+                rows.append((axis, f"{low:.2f} to {high:.2f} m"))
+        rows.append(("reference system", self.crs or "not stated"))
+        return Card(f"{self.role.capitalize()} {self.name}", rows)
 
     def __repr__(self) -> str:
         size = f"{self.n_vertex} vertices, {self.n_triangle} triangles"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit, real_numbers
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError
 from geosurf.model.base import frozen
 
@@ -25,11 +26,14 @@ class Tops:
         Name of the well and of the horizon, one for each top.
     points : ndarray of float64, shape (n_top, 3)
         Easting, northing, elevation [m], positive up.
+    crs : str or None
+        Coordinate reference system that the tops declare.
     """
 
     wells: tuple[str, ...]
     horizons: tuple[str, ...]
     points: np.ndarray
+    crs: str | None = None
 
     def __len__(self) -> int:
         return len(self.wells)
@@ -113,7 +117,7 @@ def tops_of(tops: Any) -> Tops:
             f"{len(bad)} tops have coordinates that are not finite; the first is "
             f"{horizons[first]!r} in well {wells[first]!r}. Leave these tops out."
         )
-    return Tops(wells, horizons, frozen(points + 0.0, np.float64))
+    return Tops(wells, horizons, frozen(points + 0.0, np.float64), crs_of(tops))
 
 
 __all__ = ["COLUMNS", "Tops", "tops_of"]

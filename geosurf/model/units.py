@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, did_you_mean, is_word, volume_text
+from geosurf.conventions.card import MOST, Card
+from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
@@ -120,6 +122,13 @@ class Unit(Noun):
         labels = {"surface": self.surface_of_triangle}
         return polydata(self.vertices, self.triangles, cell_data=labels, crs=self.crs)
 
+    def _card(self) -> Card:
+        """Return zone, block, volume and what bounds the unit."""
+        rows = [("zone", self.zone), ("block", self.block), ("volume", volume_text(self.volume, 5))]
+        rows += [("contact", self.contact)] if self.contact else []
+        rows.append(("bounded by", ", ".join(self.bounded_by)))
+        return Card(f"Unit {self.name}", rows)
+
     def __repr__(self) -> str:
         return f"<Unit {self.name!r}: {volume_text(self.volume)}, {len(self.triangles)} triangles>"
 
@@ -205,6 +214,17 @@ class Units(Noun, Mapping[str, Unit]):
             guess = did_you_mean(key, self._units) if isinstance(key, str) else ""
             raise KeyError(f"there is no unit {key!r}. The units are {list(self._units)}.{guess}")
         return found
+
+    def _card(self) -> Card:
+        """Return a table of units with the colours of pictures; slivers are summed up below it."""
+        listed = [*self.without_slivers]
+        colours = unit_colours((unit.name, unit.zone_index) for unit in listed)
+        first = listed[:MOST]
+        rows = [(u.zone, u.block, u.contact, volume_text(u.volume, 5)) for u in first]
+        shades = [colours[unit.name] for unit in first]
+        notes = [*filter(None, [self.slivers_in_words, self.merged_in_words])]
+        title = f"{counted(len(self), 'unit')}, {volume_text(self.volume)}"
+        return Card(title, rows, ("zone", "block", "contact", "volume"), shades, notes, len(listed))
 
     def __repr__(self) -> str:
         # Counts tell more than names: a model may have hundreds of units.
@@ -527,6 +547,12 @@ class Certificate:
     def ok(self) -> bool:
         """Whether every check passed."""
         return all(check.passed for check in self.checks)
+
+    def _repr_html_(self) -> str:
+        """Return the lines as a table."""
+        rows = [("pass" if c.passed else "FAIL", c.name, c.detail) for c in self.checks]
+        title = "Certificate: every check passed" if self.ok else "Certificate: the model FAILS"
+        return Card(title, rows).html()
 
     def __repr__(self) -> str:
         # Details start in one column.

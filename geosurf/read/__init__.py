@@ -187,7 +187,7 @@ def read_fault(
         ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle meshes, ``.pol`` and ``.csv`` (fault
         sticks), ``.nc`` (parametric grid).
     name : str, optional
-        Name of the fault; for a TSurf file with several surfaces: which one.
+        Name of the fault; for a file with several surfaces or faults: which one.
         Default: the name in the file, else the file name without suffix.
     positive : {"up", "down"}, optional
         Whether z is elevation or depth, if the file does not state it. Required
@@ -195,10 +195,11 @@ def read_fault(
     length_unit : str, optional
         Unit of elevations, where the file does not declare it. Default metres, but required for
         NetCDF. Easting and northing are metres unless the file declares another unit for them.
-    format : {"tsurf", "sticks", "netcdf", "vtp", "mesh"}, optional
-        Overrides the suffix.
+    format : {"tsurf", "sticks", "netcdf", "charisma", "geojson", "vtp", "mesh" ...}, optional
+        Overrides content and suffix.
     columns, decimal : optional
-        Of sticks: which columns x, y and z are, and the decimal sign, as in `read_points`.
+        Of sticks: which columns x, y and z are, and the decimal sign, as in `read_points`. A fourth
+        column has the number of the stick, a fifth the name of the fault: ``(4, 5, 6, 8, 7)``.
 
     Returns
     -------
@@ -229,9 +230,10 @@ def read_fault(
     path, key, read = reader_of(path, FAULT_FORMATS, format, "read_fault")
     if name is not None:
         name = name_of(name, "fault")
-    if key in ("sticks", "netcdf"):
+    if key == "netcdf":
         name = name or path.stem
-    extra: dict[str, Any] = {"columns": columns, "decimal": decimal} if key == "sticks" else {}
+    tables = ("sticks", "geojson", "shapefile", "attributes")
+    extra: dict[str, Any] = {"columns": columns, "decimal": decimal} if key in tables else {}
     if not extra and (columns is not None or not is_word(decimal, (".",))):
         raise InputError(
             f"{path}: columns= and decimal= apply to fault sticks, but this file is {key}. "
@@ -351,6 +353,7 @@ def read_polygons(
     format: str | None = None,  # noqa: A002 - the word users know
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
+    name: str | None = None,
 ) -> list[np.ndarray]:
     r"""
     Read polygons or polylines: outlines, fault polygons.
@@ -368,6 +371,8 @@ def read_polygons(
         Overrides the suffix.
     columns, decimal : optional
         Which columns x, y and z are, and the decimal sign, as in `read_points`.
+    name : str, optional
+        Only the lines of this name, where the file names them. Default: all lines.
 
     Returns
     -------
@@ -392,4 +397,7 @@ def read_polygons(
     (3, 3)
     """
     path, _, read = reader_of(path, POLYGON_FORMATS, format, "read_polygons")
-    return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
+    if name is not None:
+        name = name_of(name, "line")
+    words: dict[str, Any] = {"columns": columns, "decimal": decimal, "name": name}
+    return read(path, positive=positive, length_unit=length_unit, **words)

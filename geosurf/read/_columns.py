@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,13 +34,14 @@ class Table:
         x, y, z; lines that end a polyline are 999, 999, 999.
     lines : ndarray of int64, shape (n,)
         Line of each, counted from 1.
-    labels : list of str or None
-        Words of one more column.
+    labels, names : list of str or None
+        Words of two more columns: the number of the line, and the name of its fault.
     """
 
     points: np.ndarray
     lines: np.ndarray
     labels: list[str] | None = None
+    names: list[str] | None = None
 
 
 @dataclass
@@ -54,6 +56,39 @@ class Draft:
     header: bool = False
     points: list[np.ndarray] = field(default_factory=list)
     lines: list[np.ndarray] = field(default_factory=list)
+    spellings: tuple[Sequence[str], ...] = ()  # of more columns, lower case
+    more: list[int | None] = field(default_factory=list)  # their places
+    words: list[list[str]] = field(default_factory=list)  # their words, one list for each column
+
+    def take_more(self, row: list[str], line: int) -> None:
+        """Add the words of the further columns of one row."""
+        for words, place in zip(self.words, self.more, strict=True):
+            if place is not None and place >= len(row):
+                raise FormatError(
+                    f"{self.path}, line {line}: found {len(row)} values, expected at least "
+                    f"{place + 1}. Correct columns= or that line."
+                )
+            if place is not None:
+                words.append(row[place].strip())
+
+    def find_more(self, header: list[str] | None) -> None:
+        """Find the further columns: by the caller's fourth and fifth, or by their usual names."""
+        given = list((self.columns or ())[3:])
+        self.more = []
+        for k, usual in enumerate(self.spellings):
+            word = given[k] if k < len(given) else None
+            if isinstance(word, int):
+                self.more.append(word - 1)
+            elif word is not None and header is not None and word not in header:
+                raise FormatError(
+                    f"{self.path}: the header has no column {word!r}, only {', '.join(header)}. "
+                    "Correct columns=."
+                )
+            else:
+                known = usual if word is None else (word,)
+                found = [name for name in known if header is not None and name in header]
+                self.more.append((header or []).index(found[0]) if found else None)
+        self.words = [[] for _ in self.spellings]
 
     def take(self, words: list[str], lines: Any) -> None:
         """Add x, y, z of some rows: three words for each of their lines."""
@@ -80,7 +115,7 @@ class Draft:
         self.points.append(values.reshape(-1, 3))
         self.lines.append(lines)
 
-    def table(self, labels: list[str] | None = None) -> Table:
+    def table(self) -> Table:
         """Return what was taken."""
         if not self.points:
             below = " below the header" if self.header else ""
@@ -92,11 +127,19 @@ class Draft:
         by = "by the header" if self.header else "by columns=" if self.columns else "the only ones"
         noted("columns", f"easting, northing, z are columns {at} ({by})")
         noted("decimal sign", self.decimal)
-        return Table(np.concatenate(self.points), np.concatenate(self.lines), labels)
+        more: list[list[str] | None] = [None, None]
+        for k, (place, words) in enumerate(zip(self.more, self.words, strict=True)):
+            if place is not None:
+                more[k] = words
+                noted(("line number", "line name")[k], f"column {place + 1}")
+        return Table(np.concatenate(self.points), np.concatenate(self.lines), more[0], more[1])
 
 
-def checked_columns(columns: Any) -> Columns:
-    """Return three names in lower case or three numbers from 1, or the reason why not."""
+def checked_columns(columns: Any, most: int = 3) -> Columns:
+    """Return three names in lower case or three numbers from 1, or the reason why not.
+
+    Lines take up to five: x, y, z, the number of the line, the name of its fault.
+    """
     if columns is None:
         return None
     how = "give three names or numbers"
@@ -106,10 +149,15 @@ def checked_columns(columns: Any) -> Columns:
     names = all(isinstance(word, str) for word in words)
     counts = all(type(word) is int and word > 0 for word in words)
 
-    if len(words) != 3 or not (names or counts):
+    if not 3 <= len(words) <= most or not (names or counts):
+        more = (
+            ""
+            if most == 3
+            else " The number of the stick and the name of the fault may follow: (4, 5, 6, 8, 7)."
+        )
         raise InputError(
             f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
-            "'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5)."
+            f"'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5).{more}"
         )
     return tuple(word.strip().lower() if isinstance(word, str) else word for word in words)
 
@@ -162,7 +210,7 @@ def numbered_places(draft: Draft, i: int) -> list[int]:
             f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, "
             "2, 3)."
         )
-    return [int(k) - 1 for k in columns]
+    return [int(k) - 1 for k in columns[:3]]
 
 
 def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
@@ -182,7 +230,7 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
         raise FormatError(
             f"{draft.path}, line {i}: found {len(found)} numbers and no header, so the columns "
             "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
-            "columns=(3, 4, 5)."
+            f"columns=(3, 4, 5).{_of_line(draft, words)}"
         )
 
     # numbers that change their columns within a file are refused: one kind of line is misread
@@ -193,6 +241,17 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
             "as in columns=(1, 2, 3)."
         )
     return found
+
+
+def _of_line(draft: Draft, words: list[str]) -> str:
+    """For lines: which further columns a caller can give, and the words of this one."""
+    if not draft.spellings:
+        return ""
+    shown = ", ".join(f"{k + 1} {word!r}" for k, word in enumerate(words[:12]))
+    return (
+        " The number of the stick and the name of the fault may follow, as in columns=(3, 4, 5, "
+        f"7, 6). This line is: {shown}."
+    )
 
 
 def _are_end_mark(words: list[str]) -> bool:
@@ -214,7 +273,7 @@ def named_places(draft: Draft, header: list[str], line: int) -> list[int]:
     """Where x, y and z are in a header of lower case, by their usual names or the caller's."""
     # columns by number, counted from 1, go before names
     if draft.columns is not None and not isinstance(draft.columns[0], str):
-        places = [int(k) - 1 for k in draft.columns]
+        places = [int(k) - 1 for k in draft.columns[:3]]
         if max(places) >= len(header):
             raise FormatError(
                 f"{draft.path}, line {line}: the header has {len(header)} columns, but "
@@ -223,15 +282,28 @@ def named_places(draft: Draft, header: list[str], line: int) -> list[int]:
         return places
 
     # Each axis needs exactly one column with a known name.
+    if draft.columns is None:
+        return [named_column(draft.path, header, axis, line) for axis in USUAL]
     at = []
-    for k, (axis, usual) in enumerate(USUAL.items()):
-        spellings = usual if draft.columns is None else draft.columns[k : k + 1]
-        found = [i for i, word in enumerate(header) if word in spellings]
-        if len(found) != 1:
-            raise FormatError(
-                f"{draft.path}, line {line}: found {len(found)} columns for {axis} in "
-                f"{header}, expected one of {', '.join(map(str, spellings))} (upper or lower "
-                "case). Rename the columns; for points, you can also set columns=."
-            )
-        at.append(found[0])
+    for k, axis in enumerate(USUAL):
+        at.append(_one_column(draft.path, header, axis, draft.columns[k : k + 1], line))
     return at
+
+
+def named_column(path: Path, header: list[str], axis: str, line: int = 1) -> int:
+    """Where x, y or z is in a header of lower case, by its usual names."""
+    return _one_column(path, header, axis, USUAL[axis], line)
+
+
+def _one_column(
+    path: Path, header: list[str], axis: str, spellings: Sequence[Any], line: int
+) -> int:
+    """The one column that has one of some names."""
+    found = [i for i, word in enumerate(header) if word in spellings]
+    if len(found) != 1:
+        raise FormatError(
+            f"{path}, line {line}: found {len(found)} columns for {axis} in {header}, expected one "
+            f"of {', '.join(map(str, spellings))} (upper or lower case). Rename the columns, or "
+            "set columns=."
+        )
+    return found[0]

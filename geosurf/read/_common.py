@@ -18,6 +18,7 @@ import numpy as np
 
 from geosurf.conventions import elevation_sign, first_given, metres_per_unit
 from geosurf.errors import FormatError, InputError
+from geosurf.read._decimals import plain_decimals
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import noted
 
@@ -106,7 +107,8 @@ def numbers(words: Sequence[str]) -> np.ndarray | None:
 def plain_numbers(text: str) -> np.ndarray | None:
     """Return all words of a text as finite float64, or None where `numbers` has to look.
 
-    Half the time of `numbers`: each word is rounded as Python does, but without an object for it.
+    A quarter of the time of `numbers`: each word is rounded as Python does, without an object for
+    it.
 
     Examples
     --------
@@ -116,6 +118,9 @@ def plain_numbers(text: str) -> np.ndarray | None:
     data = text.encode()
     if data.translate(None, b"0123456789+-.eE \t\n"):
         return None
+    found = plain_decimals(data)
+    if found is not None:
+        return found
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # older numpy warns where newer ones raise

@@ -36,6 +36,43 @@ def _is_irap(head: bytes) -> bool:
     return binary or head.lstrip().startswith(b"-996")
 
 
+VTK = re.compile(
+    rb"# vtk DataFile Version[^\n]*\n[^\n]*\n\s*(?:ASCII|BINARY)\s+DATASET\s+POLYDATA\b",
+    re.IGNORECASE,
+)
+
+
+GEOJSON = re.compile(
+    rb"\A(?:\xef\xbb\xbf)?\s*\{.*?\"type\"\s*:\s*\"(?:FeatureCollection|GeometryCollection|Feature|"
+    rb"(?:Multi)?(?:Point|LineString|Polygon))\"",
+    re.DOTALL,
+)
+
+
+def _is_gltf(head: bytes) -> bool:
+    """An object in JSON with the key "asset" and lists that only glTF has."""
+    words = (b'"asset"', b'"accessors"', b'"bufferViews"', b'"meshes"', b'"nodes"', b'"scenes"')
+    return (
+        head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
+        and sum(word in head for word in words) >= 2
+        and b'"coordinates"' not in head
+    )
+
+
+# lines of RMS such as "Float dip" before numbers, or the header of Petrel
+ATTRIBUTES = (
+    r"#\s*Petrel Points with attributes\b|(?:#[^\n]*\n\s*)*"
+    r"(?:(?:float|string|discrete|int|integer)[ \t]+[^\n]*\n\s*)+"
+    r"[-+]?\d\S*[ \t]+[-+]?\d\S*[ \t]+[-+]?\d"
+)
+# kind of line, inline, crossline, three numbers, perhaps a name, the number of the stick
+CHARISMA = (
+    r"(?:[#!][^\n]*\n\s*)*(?:INLINE|XLINE|CROSSLINE)[ \t]*-[ \t]*-?\d\S*[ \t]+-?\d\S*"
+    r"(?:[ \t]+-?[\d.]\S*){3}(?:[ \t]+\S[^\n]*?)?[ \t]+\d+[ \t]*\r?\n"
+)
+
+SGRID = _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+SGrid\b")
+
 # name of the format -> test of the first bytes; names of formats as in `geosurf.read`
 SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "irap": _is_irap,
@@ -52,16 +89,24 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "pline": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+PLine\b"),
     "vset": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+VSet\b"),
     "vtp": lambda head: b"<VTKFile" in head and re.search(rb"type=.PolyData.", head) is not None,
+    # other data sets of this kind go to meshio by their suffix
+    "vtk": lambda head: VTK.match(head) is not None,
+    "gltf": lambda head: head.startswith(b"glTF") or _is_gltf(head),
+    "geojson": lambda head: GEOJSON.search(head) is not None and b'"Topology"' not in head,
+    # the index of a shapefile (.shx) begins alike; its first entry is no record number
+    "shapefile": lambda head: (
+        head.startswith(b"\x00\x00\x27\x0a") and head[100:104] in (b"", b"\x00\x00\x00\x01")
+    ),
+    "charisma": _text(CHARISMA),
+    "attributes": _text(ATTRIBUTES),
+    # a TSurf may follow a grid that it was cut from
+    "sgrid": lambda head: SGRID(head) and b"GOCAD TSurf" not in head,
+    "las": _text(r"(?:#[^\n]*\n\s*)*~V"),
+    "geotiff": lambda head: head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
     "petrel_tops": _text(r"#\s*Petrel well tops\b"),
 }
 # what else is recognised, to name it in errors: geosurf does not read these
 FOREIGN: dict[str, Callable[[bytes], bool]] = {
-    "GeoTIFF": lambda head: head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
-    "GeoJSON": lambda head: head.lstrip()[:1] == b"{" and b'"coordinates"' in head,
-    "glTF": lambda head: head.startswith(b"glTF"),
-    "LAS": _text(r"~V"),
-    "shapefile": lambda head: head.startswith(b"\x00\x00\x27\x0a"),
-    "GOCAD SGrid": _text(r"GOCAD[ \t]+SGrid\b"),
     "ZIP archive": lambda head: head.startswith(b"PK\x03\x04"),
     "gzip": lambda head: head.startswith(b"\x1f\x8b"),
 }

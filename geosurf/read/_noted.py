@@ -25,3 +25,8 @@ def collected() -> Iterator[dict[str, str]]:
         yield notes
     finally:
         _NOTES.reset(token)
+
+
+def is_collecting() -> bool:
+    """Whether `geosurf.info` looks at a file, which may then hold several objects."""
+    return _NOTES.get() is not None

@@ -35,10 +35,10 @@ ROWS = 50_000  # of csv that are taken apart at a time
 
 
 def read_table(
-    path: Path, columns: Any = None, decimal: Any = ".", labels: Sequence[str] = ()
+    path: Path, columns: Any = None, decimal: Any = ".", more: tuple[Sequence[str], ...] = ()
 ) -> Table:
     """
-    Return the points of a text or csv file, with a column of labels if it is csv and has one.
+    Return the points of a text or csv file, and words of further columns that it has.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def read_table(
     columns : sequence of str or of int, optional
         Names of easting, northing and z in the header, or their numbers counted from 1.
     decimal : {".", ","}
-    labels : sequence of str
-        Names of a column to return as words, lower case; the first that is there counts.
+    more : tuple of sequence of str
+        Usual names of up to two further columns, lower case; the first that is there counts.
 
     Returns
     -------
@@ -59,11 +59,13 @@ def read_table(
     ------
     FormatError, InputError
     """
-    draft = Draft(path, checked_columns(columns), checked_decimal(decimal))
+    most = 3 + len(more)
+    draft = Draft(path, checked_columns(columns, most), checked_decimal(decimal), spellings=more)
+    draft.find_more(None)
 
     text = read_text(path)
     if path.suffix.lower() == ".csv":
-        return _from_csv(draft, text, labels)
+        return _from_csv(draft, text)
     for first, piece in line_blocks(text):
         _take_piece(draft, first, piece)
     return draft.table()
@@ -97,10 +99,13 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
         # The first line without any number is the header.
         if not draft.header and not draft.points and not lines and _is_header(draft, [words]):
             draft.header, draft.width = True, len(words)
-            draft.places = named_places(draft, [word.lower() for word in words], i)
+            header = [word.lower() for word in words]
+            draft.places = named_places(draft, header, i)
+            draft.find_more(header)
             continue
 
         found += three_words(draft, words, i)
+        draft.take_more(words, i)
         lines.append(i)
     draft.take(found, lines)
 
@@ -144,7 +149,7 @@ def _words(draft: Draft, line: str, i: int) -> list[str]:
 
 
 # -------------------------------------------------------------------------- csv
-def _from_csv(draft: Draft, text: str, labels: Sequence[str]) -> Table:
+def _from_csv(draft: Draft, text: str) -> Table:
     """Points of csv, by its header; without one by numbers of columns."""
     first = text[: text.find("\n")]
 
@@ -157,22 +162,20 @@ def _from_csv(draft: Draft, text: str, labels: Sequence[str]) -> Table:
     # quoted words may hold the separator: csv takes care of that
     reader = csv.reader(lines, delimiter=sign)
 
-    found: list[str] = []
     try:
-        named = _csv_header(draft, next(reader, []), labels)
-        for words, lines_of_rows, more in _csv_rows(draft, reader, named):
+        _csv_header(draft, next(reader, []))
+        for words, lines_of_rows in _csv_rows(draft, reader):
             draft.take(words, lines_of_rows)
-            found += more
     except csv.Error as error:
         raise FormatError(
             f"{draft.path}, line {reader.line_num}: this line is not valid csv ({error}). "
             "Correct that line or export the file again."
         ) from error
-    return draft.table(None if named is None else found)
+    return draft.table()
 
 
-def _csv_header(draft: Draft, row: list[str], labels: Sequence[str]) -> int | None:
-    """Take the first row of csv; return the column of labels."""
+def _csv_header(draft: Draft, row: list[str]) -> None:
+    """Take the first row of csv."""
     # a first row with a number is data: then only column numbers can name x, y, z
     header = [word.strip().lower() for word in row]
     draft.width = len(header)
@@ -180,24 +183,23 @@ def _csv_header(draft: Draft, row: list[str], labels: Sequence[str]) -> int | No
 
     if draft.header or not draft.columns or isinstance(draft.columns[0], str):
         draft.places = named_places(draft, header, 1)
+        draft.find_more(header)
     else:  # numbers from the first line on
         draft.places = numbered_places(draft, 1)
         draft.take(three_words(draft, row, 1), [1])
-    return next((header.index(word) for word in labels if word in header), None)
+        draft.take_more(row, 1)
 
 
-def _csv_rows(
-    draft: Draft, reader: Any, named: int | None
-) -> Iterator[tuple[list[str], list[int], list[str]]]:
-    """Yield x, y, z in words, line numbers and labels, some rows at a time."""
+def _csv_rows(draft: Draft, reader: Any) -> Iterator[tuple[list[str], list[int]]]:
+    """Yield x, y, z in words and line numbers, some rows at a time."""
     # Rows in portions, so that words do not take twenty times the memory of the file.
     a, b, c = draft.places or [0, 1, 2]
+    further = any(place is not None for place in draft.more)
     more = True
     while more:
         more = False
         words: list[str] = []
         lines: list[int] = []
-        labels: list[str] = []
         for row in itertools.islice(reader, ROWS):
             more = True
             if not row:
@@ -209,6 +211,6 @@ def _csv_rows(
                 )
             words += (row[a], row[b], row[c])
             lines.append(reader.line_num)
-            if named is not None:
-                labels.append(row[named].strip())
-        yield words, lines, labels
+            if further:
+                draft.take_more(row, reader.line_num)
+        yield words, lines

@@ -21,6 +21,7 @@ from geosurf.read._common import is_number, read_text
 WORD = re.compile(r'"([^"]*)"|\'([^\']*)\'(?=\s|$)|(\S+)')
 ATTRIBUTE = re.compile(r"(?i)(float|string|discrete|int|integer)\s+(\S.*)")
 UNIT = re.compile(r"(?i)#\s*unit in depth:\s*(\S*)")
+TYPED = re.compile(r"(?i)(?:float|double|int|integer|string|bool|date\w*|discrete)\s*[,\s]\s*(.+)")
 COMMENTS = ("#", "!", "--")
 SEPARATORS = (",", ";", "\t")
 
@@ -47,8 +48,11 @@ class Layout:
     length_unit: str | None = None
 
 
-def layout_of(path: Path, decimal: str) -> Layout:
-    """Return header and rows of a file of well tops.
+def layout_of(path: Path, decimal: str, *, typed: bool = False) -> Layout:
+    """Return header and rows of a file of well tops, or of points with attributes.
+
+    With `typed`, types before the names of columns are dropped (``FLOAT,dip``), and lines of
+    ``999 999 999`` may be shorter than the header.
 
     Raises
     ------
@@ -70,13 +74,20 @@ def layout_of(path: Path, decimal: str) -> Layout:
     begins = [k for k, (_, line) in enumerate(numbered[:50]) if line.upper() == "BEGIN HEADER"]
     if begins:
         header, body = _petrel(path, numbered, begins[0])
+        header = [_without_type(word) for word in header] if typed else header
         found = Layout(header, body, True, unit or None)
     elif ATTRIBUTE.fullmatch(numbered[0][1]):
         found = _with_attributes(numbered)
     else:
         found = _table(path, numbered, decimal)
-    _check_widths(path, found)
+    _check_widths(path, found, typed)
     return found
+
+
+def _without_type(word: str) -> str:
+    """A name without the type that Petrel writes before it, as in ``FLOAT,dip``."""
+    found = TYPED.fullmatch(word.strip())
+    return (found[1] if found else word).strip("\"' ")
 
 
 def _petrel(
@@ -146,11 +157,13 @@ def _blank_words(line: str) -> list[str]:
     ]
 
 
-def _check_widths(path: Path, found: Layout) -> None:
+def _check_widths(path: Path, found: Layout, ends: bool = False) -> None:
     """Refuse rows that are shorter or longer than the header."""
     if found.header is None:
         return
     for number, words in found.rows:
+        if ends and len(words) >= 3 and all(is_number(w) and float(w) == 999 for w in words[:3]):
+            continue
         if len(words) != len(found.header):
             raise FormatError(
                 f"{path}, line {number}: found {len(words)} values, expected {len(found.header)} "

@@ -16,12 +16,14 @@ from geosurf.read._common import otherwise
 from geosurf.read._detect import detect, head_of
 from geosurf.read._guard import opened
 from geosurf.read._noted import collected
-from geosurf.read.ijxyz import looks_like_ijxyz
+from geosurf.read.grids.ijxyz import looks_like_ijxyz
+from geosurf.read.las import holds_tops
 from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, TITLES
 
 END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
 NUMBERS = re.compile(rb"^\s*(?:[^\n]*[\s,;:])?(?:[+-]?\d[\d.eE+-]*[\s,;]+){2}[+-]?\d", re.M)
 WELL = re.compile(rb"\b(?:well|wellname|uwi|wellbore|borehole)\b", re.I)
+HORIZON = re.compile(rb"^(?:string\s+)?[\"']?(?:horizon|surface|marker|pick|top)", re.I | re.M)
 LABEL = re.compile(rb"\b(?:poly_id|stick_id)\b", re.I)
 # values that programs write for "undefined"; as elevations they would be rare
 NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
@@ -108,7 +110,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
     path = path_of(path, "info")
     with opened(path) as (_, size):
         pass
-    key, function = _kind(path)
+    key, function = kind_of_file(path)
     points = np.empty((0, 3))
     doubts: list[str] = []
     with collected() as notes:
@@ -119,6 +121,8 @@ def info(path: str | PathLike[str]) -> FileInfo:
             doubts.append(str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, "))
 
     found = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        notes.clear()  # what readers asked before they refused the file says nothing about it
     doubts += _open_questions(key, notes) + _strange_values(points, found)
     extent = {}
     if len(found):
@@ -128,7 +132,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
     return FileInfo(str(path), size, key, function, dict(notes), len(found), extent, doubts)
 
 
-def _kind(path: Path) -> tuple[str, str]:
+def kind_of_file(path: Path) -> tuple[str, str]:
     """Format of a file, and the function that reads it; tables by their header and end marks."""
     key, suffix = detect(path), path.suffix.lower()
     if key is None:
@@ -139,10 +143,20 @@ def _kind(path: Path) -> tuple[str, str]:
         return key, "read_horizon or read_fault"
     if key == "model3d":
         return key, "geosurf.read.model3d.read_model3d"
+    if key == "las":
+        return key, "read_tops" if holds_tops(path) else "read_points"
+    if key == "attributes" and WELL.search(head_of(path)) and HORIZON.search(head_of(path)):
+        return "tops", "read_tops"
+    if key == "attributes":
+        ends = END_MARK.search(head_of(path)) or LABEL.search(head_of(path))
+        return key, "read_polygons or read_fault" if ends else "read_points"
+    if key in ("geojson", "shapefile"):
+        return key, "read_points" if _holds_points(path, key) else "read_polygons or read_fault"
     other = {
         "petrel_tops": "read_tops",
         "pline": "read_polygons or read_fault",
         "vset": "read_points",
+        "charisma": "read_fault",
     }
     if key in other:
         return key, other[key]
@@ -154,9 +168,20 @@ def _kind(path: Path) -> tuple[str, str]:
         return "unknown", ""
     if WELL.search(first):
         return "tops", "read_tops"
-    if suffix == ".pol" or LABEL.search(first) or END_MARK.search(head):
+    if suffix == ".pol" or LABEL.search(first) or (END_MARK.search(head) and suffix != ".poi"):
         return "polygons", "read_polygons or read_fault"
     return ("ijxyz", "read_horizon") if looks_like_ijxyz(head) else ("xyz", "read_points")
+
+
+def _holds_points(path: Path, key: str) -> bool:
+    """Whether a file of features begins with a point; damaged ones are left to their reader."""
+    from geosurf.read.features import geojson, shapefile
+
+    try:
+        found = (geojson if key == "geojson" else shapefile).features(path)
+    except GeosurfError:
+        return False
+    return bool(found.items) and found.items[0].kind == "point"
 
 
 def _points(path: Path, key: str, function: str) -> np.ndarray:
@@ -179,7 +204,8 @@ def _points(path: Path, key: str, function: str) -> np.ndarray:
         data = read.read_horizon(path, format=form, **ASSUMED)
     elif function:
         reader = getattr(read, function.split()[0])
-        data = reader(path, **ASSUMED)
+        form = key if key in ("geojson", "shapefile") else None
+        data = reader(path, format=form, **ASSUMED) if form else reader(path, **ASSUMED)
     else:
         # the sentence of the reader names kinds of files that geosurf does not read
         data = read.read_horizon(path, **ASSUMED)
@@ -190,6 +216,8 @@ def _array(data: Any) -> np.ndarray:
     """Points (n, 3) of what a reader returns."""
     if isinstance(data, np.ndarray):
         return data
+    if hasattr(data, "sticks"):
+        return np.concatenate(data.sticks)
     if hasattr(data, "vertices"):
         return np.asarray(data.vertices, dtype=np.float64)
     z = data.elevation if hasattr(data, "data_vars") else data

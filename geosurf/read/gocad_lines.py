@@ -89,6 +89,7 @@ def read_pline(
     length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
+    name: str | None = None,
 ) -> list[np.ndarray]:
     r"""
     Read the lines of all PLine of a GOCAD file.
@@ -97,6 +98,8 @@ def read_pline(
     ----------
     path, positive, length_unit, columns, decimal
         As for `read_vset`.
+    name : str, optional
+        Only the lines of the object of this name.
 
     Returns
     -------
@@ -120,9 +123,17 @@ def read_pline(
     """
     _no_table(path, columns, decimal)
     lines = []
+    names: dict[str, None] = {}
     for draft, segments in _objects(path, "pline"):
+        names[draft.header.name or path.stem] = None
         points = _points(draft, positive, length_unit)
-        lines += [points[rows] for rows in _chains(segments)]
+        if name in (None, draft.header.name or path.stem):
+            lines += [points[rows] for rows in _chains(segments)]
+    if name is not None and name not in names:
+        raise InputError(
+            f"{path}: no line is called {name!r}. Names are {', '.join(list(names)[:12])}; leave "
+            "name= out to read all lines."
+        )
     if not lines:
         raise FormatError(f"{path}: the file has no segments (SEG). Export the lines again.")
     return lines

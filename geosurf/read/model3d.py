@@ -9,15 +9,18 @@ files in the wild do, and what is done with it:
 - The kind of a part determines the role of the surface: ``fault``, ``normal_fault`` and
   ``reverse_fault`` a fault, ``boundary`` a wall of the model box, ``top``,
   ``intraformational``, ``unconformity`` and ``topographic`` a horizon.
-- Regions, layers and fault blocks are not read: geosurf carves its own units, which
-  `read_regions` lets one compare with those of the file.
+- Regions, layers and fault blocks become units (`geosurf.read.read_units`). A scenario takes the
+  surfaces only and carves its own units, which `read_regions` lets one compare with the file's.
+- Lines ``*geosurf*`` of the header hold names and roles that GOCAD does not know.
 """
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -72,10 +75,18 @@ def read_model3d(
     {'F1': <TriSurface 'F1' (fault): 4 vertices, 2 triangles>}
     """
     path = Path(path)
+    lines = read_text(path, final_line_end=False).split("\n")
+    roles = roles_of(path, lines)
+    tsurfs = read_tsurf(path, positive=positive, length_unit=length_unit)
+    return surfaces_of(path, lines, roles, tsurfs)
 
-    roles = _roles(path)
+
+def surfaces_of(
+    path: Path, lines: list[str], roles: dict[str, str], tsurfs: list[TriSurface]
+) -> dict[str, TriSurface]:
+    """Return the TSurfs of a model by name, with their roles, welded."""
     surfaces: dict[str, TriSurface] = {}
-    for part in read_tsurf(path, positive=positive, length_unit=length_unit):
+    for part in tsurfs:
         if part.name in surfaces:
             raise FormatError(
                 f"{path}: surface {part.name!r} occurs twice; names must be unique within a "
@@ -90,7 +101,45 @@ def read_model3d(
             f"{path}: the model names the surface {missing[0]!r}, but the file has no such "
             f"TSurf; it has {list(surfaces)}. Export the model again, with all surfaces."
         )
-    return surfaces
+
+    # names and roles that geosurf wrote for itself, in the order of the head
+    own = own_lines(path, lines, "surface")
+    if not own:
+        return surfaces
+    if len(own) != len(roles):
+        raise FormatError(
+            f"{path}: the header names {len(own)} surfaces of geosurf, but the model has "
+            f"{len(roles)}. Delete the lines '*geosurf*surface' or export the model again."
+        )
+    labels = dict(zip(roles, own, strict=True))
+    found = [surface.renamed(*labels[name]) for name, surface in surfaces.items()]
+    return {surface.name: surface for surface in found}
+
+
+def own_lines(path: Path, lines: list[str], key: str) -> list[list[Any]]:
+    """
+    Return the values that geosurf wrote into the header of a model under a key.
+
+    Raises
+    ------
+    FormatError
+        If one of them is damaged.
+    """
+    found, word = [], f"*geosurf*{key}:"
+    for i, line in enumerate(lines, start=1):
+        if line.strip() == "END":
+            break
+        if not line.startswith(word):
+            continue
+        try:
+            values = json.loads(line.removeprefix(word))
+        except ValueError as error:
+            raise FormatError(
+                f"{path}, line {i}: {line[:40]!r} is damaged. Delete the lines that begin with "
+                "'*geosurf*' or export the model again."
+            ) from error
+        found.append(values)
+    return found
 
 
 def read_regions(
@@ -169,7 +218,7 @@ def read_region_faces(
     # The number of a TFACE counts from 1; its sign is the side that faces the region.
     parts = _corners_of_parts(path, lines, positive, length_unit)
     found = {}
-    for name, signed, line in _region_lists(path, lines):
+    for name, signed, line in region_lists(path, lines):
         wrong = [k for k in signed if abs(k) > len(parts)]
         if wrong:
             raise FormatError(
@@ -191,24 +240,34 @@ def _corners_of_parts(
 
     # TFACEs follow one another in the file as their triangles do in the surfaces.
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])
+    return np.split(corners, np.cumsum(part_counts(path, lines, len(corners)))[:-1])
 
-    # counts: triangles of each TFACE, in the order of the file
+
+def part_counts(path: Path, lines: Sequence[str], n_triangle: int) -> list[int]:
+    """Return the number of triangles of each TFACE, in the order of the file.
+
+    Raises
+    ------
+    FormatError
+        If triangles belong to no TFACE.
+    """
     counts: list[int] = []
     for line in lines:
-        words = line.split()
-        if words == ["TFACE"]:
-            counts.append(0)
-        elif words[:1] == ["TRGL"] and counts:
+        if line.startswith("TRGL ") and counts:
             counts[-1] += 1
-    if sum(counts) != len(corners):
+        elif line.split() == ["TFACE"]:
+            counts.append(0)
+        elif line.split()[:1] == ["TRGL"] and counts:
+            counts[-1] += 1
+    if sum(counts) != n_triangle:
         raise FormatError(
-            f"{path}: only {sum(counts)} of {len(corners)} triangles belong to a TFACE. "
+            f"{path}: only {sum(counts)} of {n_triangle} triangles belong to a TFACE. "
             "Regions refer to TFACE numbers. Export the model again."
         )
-    return np.split(corners, np.cumsum(counts)[:-1])
+    return counts
 
 
-def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int], int]]:
+def region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int], int]]:
     """Name, signed TFACE numbers and line of each REGION; a list ends with 0."""
     for i, line in enumerate(lines, start=1):
         words = line.split(maxsplit=2)
@@ -233,10 +292,8 @@ def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int]
         yield words[2].strip(), signed[: signed.index(0)], i
 
 
-def _roles(path: Path) -> dict[str, str]:
-    """Role of each surface that the head of the model names, in its order."""
-    lines = read_text(path, final_line_end=False).split("\n")
-
+def roles_of(path: Path, lines: list[str]) -> dict[str, str]:
+    """Role of each surface that the head of a Model3d names, in its order."""
     # a Model3d says so on its first line; single surfaces have another reader
     first = lines[0].split() if lines else []
     if [word.lower() for word in first[:2]] != ["gocad", "model3d"]:

@@ -1,49 +1,67 @@
 """Polylines in text: fault sticks and polygons, ``x y z`` per line.
 
 RMS and Petrel end each polyline with a line ``999 999 999``. A file that does not
-end with one was cut short. In csv, a column holds the number of the polyline of each point.
+end with one was cut short. In csv, or where ``columns=`` has a fourth, a column holds the number of
+the polyline of each point, and another one may hold the name of its fault.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
+from geosurf.read._choice import chosen
 from geosurf.read._columns import END_MARK, Table
 from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._noted import noted
 from geosurf.read._table import read_table
+from geosurf.read.charisma import read_charisma
 
-LABELS = ("poly_id", "stick_id")  # columns with the number of the polyline, lower case
+# columns with the number of the polyline, and with the name of its fault, lower case
+LABELS = ("poly_id", "stick_id", "stick", "segment_id", "segment")
+NAMES = ("name", "fault", "fault_name", "faultname")
+
+
+@dataclass(frozen=True)
+class Part:
+    """One polyline as it stands in the file: points (n, 3), its first line, the name it has."""
+
+    points: np.ndarray
+    line: int
+    name: str = ""
 
 
 def read_sticks(
     path: Path,
     *,
-    name: str,
+    name: str | None = None,
     positive: str | None = None,
     length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
 ) -> FaultSticks:
     r"""
-    Read fault sticks: each ended by ``999 999 999``, or csv with ``POLY_ID`` or ``STICK_ID``.
+    Read fault sticks: each ended by ``999 999 999``, or a table with ``POLY_ID`` or ``STICK_ID``.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the fault.
+    name : str, optional
+        Which fault, if the file names several; else the name of the fault. Default: the name in the
+        file, else the file name without suffix.
     positive : {"up", "down"}
         The format does not state it, so this argument is required.
     length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
     columns, decimal
-        Which columns x, y and z are, and the decimal sign, as for points.
+        Which columns x, y and z are, and the decimal sign, as for points. A fourth column has the
+        number of the stick, a fifth the name of the fault.
 
     Returns
     -------
@@ -65,16 +83,56 @@ def read_sticks(
     >>> read_sticks(file, name="F1", positive="down").sticks[0][:, 2]
     array([-1500., -1600.])
     """
-    what = f"{path.name}: fault {name!r}"
+    return sticks_from(path, _parts(path, columns, decimal), name, positive, length_unit)
+
+
+def read_charisma_sticks(
+    path: Path, *, name: str | None = None, positive: str | None = None,
+    length_unit: str | None = None,
+) -> FaultSticks:  # fmt: skip
+    """
+    Read the sticks of a fault from a Charisma file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str, optional
+        Which fault, if there are several; else the name of the fault.
+    positive, length_unit
+        As for `read_sticks`.
+
+    Returns
+    -------
+    FaultSticks
+
+    Raises
+    ------
+    FormatError, InputError
+        As `read_sticks`.
+    """
+    parts = _by_label(path, read_charisma(path))
+    return sticks_from(path, parts, name, positive, length_unit)
+
+
+def sticks_from(
+    path: Path, parts: list[Part], name: str | None, positive: str | None, length_unit: str | None
+) -> FaultSticks:
+    """Sticks of the one fault that is meant."""
+    groups: dict[str, list[Part]] = {}
+    for part in parts:
+        groups.setdefault(part.name, []).append(part)
+    title, sticks = chosen(path, groups, name, "faults")
+    title = name or title or path.stem
+    what = f"{path.name}: fault {title!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
-    sticks = _parts(path, columns, decimal)
-    for i, (stick, line) in enumerate(sticks):
-        if len(stick) < 2:
+    for i, stick in enumerate(sticks):
+        if len(stick.points) < 2:
             raise FormatError(
-                f"{path}, line {line}: stick {i} (counted from 0) has 1 point, expected at least "
-                "2. Delete the point, or add another to its stick."
+                f"{path}, line {stick.line}: stick {i} (counted from 0) has 1 point, expected at "
+                "least 2. Delete the point, or add another to its stick."
             )
-    return FaultSticks(name, tuple(_elevated(stick, scale) for stick, _ in sticks))
+    noted("lines", f"{len(sticks)} with {sum(len(stick.points) for stick in sticks)} points")
+    return FaultSticks(title, tuple(_elevated(stick.points, scale) for stick in sticks))
 
 
 def read_polylines(
@@ -84,6 +142,7 @@ def read_polylines(
     length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
+    name: str | None = None,
 ) -> list[np.ndarray]:
     r"""
     Read polygons or lines: 999-terminated text, or csv with a ``POLY_ID`` column.
@@ -96,7 +155,10 @@ def read_polylines(
     length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
     columns, decimal
-        Which columns x, y and z are, and the decimal sign, as for points.
+        Which columns x, y and z are, and the decimal sign, as for points. A fourth column has the
+        number of the polyline, a fifth its name.
+    name : str, optional
+        Only the lines of this name.
 
     Returns
     -------
@@ -118,7 +180,23 @@ def read_polylines(
     >>> [len(line) for line in read_polylines(file)]
     [3]
     """
-    lines = [line for line, _ in _parts(path, columns, decimal)]
+    return polylines_from(path, _parts(path, columns, decimal), positive, length_unit, name)
+
+
+def polylines_from(
+    path: Path, parts: list[Part], positive: str | None, length_unit: str | None, name: str | None
+) -> list[np.ndarray]:
+    """Lines of one name, or all, as elevations."""
+    names = list(dict.fromkeys(part.name for part in parts if part.name))
+    if names:
+        noted("names", ", ".join(names[:12]) + (" ..." if len(names) > 12 else ""))
+    lines = [part.points for part in parts if name in (None, part.name)]
+    if not lines:
+        raise InputError(
+            f"{path}: no line is called {name!r}. Names are {', '.join(names[:12]) or 'absent'}; "
+            "leave name= out to read all lines."
+        )
+    noted("lines", f"{len(lines)} with {sum(map(len, lines))} points")
 
     # polygons in a plane need no direction: their z is 0
     if positive is None and not any(line[:, 2].any() for line in lines):
@@ -128,11 +206,16 @@ def read_polylines(
     return [_elevated(line, scale) for line in lines]
 
 
-def _parts(path: Path, columns: object, decimal: str) -> list[tuple[np.ndarray, int]]:
-    """Polylines (n, 3) as they stand in the file, each with its first line number."""
-    # csv has a column of labels, other text has end marks
-    table = read_table(path, columns, decimal, LABELS)
-    return _by_label(path, table) if path.suffix.lower() == ".csv" else _terminated(path, table)
+def _parts(path: Path, columns: object, decimal: str) -> list[Part]:
+    """Polylines as they stand in the file."""
+    # csv has a column of labels; other text has one, or end marks
+    return parts_of(path, read_table(path, columns, decimal, (LABELS, NAMES)))
+
+
+def parts_of(path: Path, table: Table) -> list[Part]:
+    """Polylines of a table, by their numbers or between end marks."""
+    labelled = path.suffix.lower() == ".csv" or table.labels is not None
+    return _by_label(path, table) if labelled else _terminated(path, table)
 
 
 def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
@@ -140,8 +223,8 @@ def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
     return line * [1.0, 1.0, scale] + 0.0
 
 
-def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
-    """Polylines (n, 3) as they stand in the file, each with its first line number."""
+def _terminated(path: Path, table: Table) -> list[Part]:
+    """Polylines that end marks separate."""
     points, lines = table.points, table.lines
 
     # the mark in all three columns; a file cut short lacks the last one
@@ -157,7 +240,7 @@ def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     starts = np.concatenate([[0], ends[:-1] + 1])
     # two end marks in a row enclose nothing and mean nothing
     found = [
-        (points[start:end], int(lines[start]))
+        Part(points[start:end], int(lines[start]), _name(table, start))
         for start, end in zip(starts.tolist(), ends.tolist(), strict=True)
         if end > start
     ]
@@ -166,18 +249,28 @@ def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     return found
 
 
-def _by_label(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
-    """Points of a csv file, split where POLY_ID or STICK_ID changes; each with its first line."""
+def _name(table: Table, row: int) -> str:
+    """Name of the fault of one point, or nothing."""
+    return table.names[row] if table.names is not None else ""
+
+
+def _by_label(path: Path, table: Table) -> list[Part]:
+    """Points of a table, split where the number of the polyline or the name changes."""
     points, labels, lines = table.points, table.labels, table.lines
     if labels is None:
         raise InputError(
             f"{path}, line 1: the column POLY_ID (or STICK_ID) is missing, so the polyline of "
             "each point is unknown. Add the column, or read the file with read_points."
         )
+    # faults may count their sticks from 1 each
+    if table.names is not None:
+        labels = [f"{one} {other}" for one, other in zip(table.names, labels, strict=True)]
 
     # polylines by runs of equal labels, in the order of the file
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
-    pieces = [(points[a:b], int(lines[a])) for a, b in itertools.pairwise(breaks)]
+    pieces = [
+        Part(points[a:b], int(lines[a]), _name(table, a)) for a, b in itertools.pairwise(breaks)
+    ]
     firsts = [labels[a] for a in breaks[:-1]]
 
     # A label that comes again would join two lines without order.

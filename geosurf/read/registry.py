@@ -6,6 +6,7 @@ imported when it is first needed.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from importlib import import_module
 from os import PathLike
@@ -17,12 +18,14 @@ from geosurf.errors import FormatError
 from geosurf.model.expected import path_of
 from geosurf.read._detect import detect, detect_foreign, head_of
 from geosurf.read._guard import opened
-from geosurf.read.ijxyz import looks_like_ijxyz
+from geosurf.read.grids.ijxyz import looks_like_ijxyz
 
 # format -> (module, function, suffixes)
 MESH_FORMATS = {
     "tsurf": ("gocad", "read_gocad", (".ts",)),
     "vtp": ("vtp", "read_vtp", (".vtp",)),
+    "vtk": ("vtk_legacy", "read_vtk", (".vtk",)),
+    "gltf": ("gltf", "read_gltf", (".glb", ".gltf")),
     "mesh": (
         "mesh",
         "read_mesh",
@@ -30,31 +33,49 @@ MESH_FORMATS = {
     ),
 }
 GRID_FORMATS = {
-    "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
+    "irap": (
+        "grids.irap",
+        "read_irap",
+        (".gri", ".irap", ".irapbin", ".irapasc", ".irapascii", ".fgr"),
+    ),
     "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
-    "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
-    "cps3": ("cps3", "read_cps3", (".cps3", ".cps")),
-    "surfer": ("surfer", "read_surfer", (".grd",)),
-    "storm": ("storm", "read_storm", (".storm",)),
-    "esri": ("esri", "read_esri", (".asc",)),
-    "gxf": ("gxf", "read_gxf", (".gxf",)),
-    "earthvision": ("earthvision", "read_earthvision", (".evgrid",)),
-    "ijxyz": ("ijxyz", "read_ijxyz", (".ijxyz",)),
+    "zmap": ("grids.zmap", "read_zmap", (".zmap", ".zmp")),
+    "cps3": ("grids.cps3", "read_cps3", (".cps3", ".cps")),
+    "surfer": ("grids.surfer", "read_surfer", (".grd",)),
+    "storm": ("grids.storm", "read_storm", (".storm",)),
+    "esri": ("grids.esri", "read_esri", (".asc",)),
+    "gxf": ("grids.gxf", "read_gxf", (".gxf",)),
+    "earthvision": ("grids.earthvision", "read_earthvision", (".evgrid",)),
+    "sgrid": ("sgrid", "read_sgrid", (".sg",)),
+    "geotiff": ("grids.geotiff", "read_geotiff", (".tif", ".tiff")),
+    "ijxyz": ("grids.ijxyz", "read_ijxyz", (".ijxyz",)),
 }
 HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
 FAULT_FORMATS = {
-    "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
+    "sticks": ("polylines", "read_sticks", (".pol", ".csv", ".dat", ".txt")),
+    "charisma": ("polylines", "read_charisma_sticks", (".charisma",)),
+    "attributes": ("attributes", "read_attribute_sticks", (".rmsattr",)),
     "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
     "pline": ("gocad_lines", "read_pline_sticks", (".pl",)),
+    "sgrid": ("sgrid", "read_sgrid_fault", (".sg",)),
+    "geojson": ("features.geojson", "read_geojson_sticks", (".geojson", ".json")),
+    "shapefile": ("features.shapefile", "read_shapefile_sticks", (".shp",)),
     **MESH_FORMATS,
 }
 POINT_FORMATS = {
     "xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat")),
     "vset": ("gocad_lines", "read_vset", (".vs",)),
+    "las": ("las", "read_las_points", (".las",)),
+    "geojson": ("features.geojson", "read_geojson_points", (".geojson", ".json")),
+    "shapefile": ("features.shapefile", "read_shapefile_points", (".shp",)),
+    "attributes": ("attributes", "read_attribute_points", (".rmsattr",)),
 }
 POLYGON_FORMATS = {
-    "polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt")),
+    "polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt", ".dat")),
     "pline": ("gocad_lines", "read_pline", (".pl",)),
+    "geojson": ("features.geojson", "read_geojson_polygons", (".geojson", ".json")),
+    "shapefile": ("features.shapefile", "read_shapefile_polygons", (".shp",)),
+    "attributes": ("attributes", "read_attribute_polygons", (".rmsattr",)),
 }
 # what people call the formats; the table of docs/formats.md is tested against it
 TITLES = {
@@ -68,13 +89,22 @@ TITLES = {
     "gxf": "GXF",
     "earthvision": "EarthVision grid",
     "ijxyz": "seismic grid (IJXYZ)",
+    "geotiff": "GeoTIFF",
+    "sgrid": "GOCAD SGrid",
+    "las": "LAS",
     "tsurf": "GOCAD TSurf",
     "model3d": "GOCAD Model3d",
     "pline": "GOCAD PLine",
     "vset": "GOCAD VSet",
     "vtp": "VTK XML",
+    "vtk": "legacy VTK",
+    "gltf": "glTF",
+    "geojson": "GeoJSON",
+    "shapefile": "ESRI shapefile",
     "mesh": "other meshes",
     "sticks": "fault sticks",
+    "charisma": "Charisma fault sticks",
+    "attributes": "points and lines with attributes",
     "polygons": "polygons",
     "xyz": "points",
     "petrel_tops": "well tops",
@@ -119,13 +149,15 @@ def reader_of(
     # format= goes before the content, and the content before the suffix
     suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}
     by_suffix = suffix_of.get(path.suffix.lower())
+    # a name that the system does not allow is not there either; `Path.exists` raises for it
+    is_there = os.path.exists(path)  # noqa: PTH110
     # what has no known suffix and is not there gets the list of suffixes as an answer
-    key = format or (_by_content(path, formats, caller) if by_suffix or path.exists() else None)
+    key = format or (_by_content(path, formats, caller) if by_suffix or is_there else None)
     key = key or by_suffix
     # five columns could be anything to other functions; the reader of grids proves that they fit
-    if key is None and "ijxyz" in formats and path.exists() and looks_like_ijxyz(head_of(path)):
+    if key is None and "ijxyz" in formats and is_there and looks_like_ijxyz(head_of(path)):
         key = "ijxyz"
-    foreign = detect_foreign(path) if key is None and path.exists() else None
+    foreign = detect_foreign(path) if key is None and is_there else None
     if foreign is not None:
         raise FormatError(
             f"{path}: this is a file of the kind {foreign}, which {caller} does not read. Export "
@@ -156,7 +188,7 @@ def _by_content(
     if found == "model3d":
         raise FormatError(
             f"{path}: this is a GOCAD Model3d, a sealed model of many surfaces. Read it with "
-            "geosurf.read.model3d.read_model3d."
+            "geosurf.read_units, or its surfaces with geosurf.read.model3d.read_model3d."
         )
     if readers and found is not None:
         raise FormatError(

@@ -15,7 +15,9 @@ from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model.expected import listed, path_of
 from geosurf.read._columns import checked_decimal
 from geosurf.read._common import COMMA, agreed_scale, agreed_sign, is_number, number, otherwise
+from geosurf.read._detect import detect
 from geosurf.read._tops_layout import Layout, layout_of
+from geosurf.read.las import tops_of_las
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -101,6 +103,8 @@ def read_tops(
     if positive is not None:
         elevation_sign(positive, f"{path.name}: well tops")
     sign = checked_decimal(decimal)
+    if detect(path) == "las":
+        return _of_las(path, positive, length_unit, columns)
     layout = layout_of(path, sign)
     places = _places(path, layout, _checked_columns(columns))
     what = f"{path.name}: well tops"
@@ -211,8 +215,6 @@ def _declared_unit(layout: Layout, place: int) -> str | None:
 # ------------------------------------------------------------------------- rows
 def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: str) -> xr.Dataset:
     """Tops of all rows that have one; the others are listed with their reason."""
-    import xarray as xr
-
     names: list[tuple[str, str]] = []
     points: list[list[float]] = []
     unused: list[str] = []
@@ -244,17 +246,34 @@ def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: 
         first = f": {unused[0]}" if unused else ""
         raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
     _warn_of_unused(path, unused, len(points) + len(unused))
-    metre = {"units": "m"}
-
     # 0.0 is added to z so that depths of 0 do not become -0.0
-    x, y, z = np.array(points).T
+    return _as_dataset(path, names, np.array(points) * [1.0, 1.0, scale] + 0.0, unused)
+
+
+def _of_las(path: Path, positive: str | None, length_unit: str | None, columns: Any) -> xr.Dataset:
+    """Tops of LAS 3, along the path of the well in the same file."""
+    names, points, unused = tops_of_las(path, positive, length_unit, columns)
+    if not names:
+        first = f": {unused[0]}" if unused else ""
+        raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
+    _warn_of_unused(path, unused, len(points) + len(unused))
+    return _as_dataset(path, names, points, unused)
+
+
+def _as_dataset(
+    path: Path, names: list[tuple[str, str]], points: np.ndarray, unused: list[str]
+) -> xr.Dataset:
+    """Tops with their names and places in metres."""
+    import xarray as xr
+
+    metre = {"units": "m"}
     return xr.Dataset(
         {
             "well": ("top", np.array([well for well, _ in names], dtype=object)),
             "horizon": ("top", np.array([horizon for _, horizon in names], dtype=object)),
-            "easting": ("top", x.copy(), metre),
-            "northing": ("top", y.copy(), metre),
-            "elevation": ("top", scale * z + 0.0, metre | {"positive": "up"}),
+            "easting": ("top", points[:, 0].copy(), metre),
+            "northing": ("top", points[:, 1].copy(), metre),
+            "elevation": ("top", points[:, 2].copy(), metre | {"positive": "up"}),
         },
         attrs={"source": path.name, "unused": unused},
     )

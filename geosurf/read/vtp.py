@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._triangles import split_quads, surface_from_mesh
+from geosurf.read._triangles import surface_from_mesh, triangles_of_cells
 from geosurf.read._vtkxml import XmlFile, open_xml
 
 # cells of an UnstructuredGrid: type -> corners; those without an area are ignored
@@ -158,14 +158,7 @@ def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
 
     # count (n,): corners of each cell, from where cells end
     corners, ends = _corners_and_ends(file, piece, "Polys", "NumberOfPolys")
-    count = np.diff(ends, prepend=0)
-    odd = np.flatnonzero((count != 3) & (count != 4))
-    if len(odd):
-        raise FormatError(
-            f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected 3 or 4. "
-            "Triangulate the surface before saving it."
-        )
-    return _triangles(file, corners, ends, count, n_point)
+    return triangles_of_cells(file.path, corners, ends, np.diff(ends, prepend=0), n_point)
 
 
 def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
@@ -203,7 +196,7 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
             f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected {wanted[odd[0]]}. "
             "The file is damaged; export it again."
         )
-    return _triangles(file, corners, ends[surface], count[surface], n_point)
+    return triangles_of_cells(file.path, corners, ends[surface], count[surface], n_point)
 
 
 def _refuse_other_count(file: XmlFile, piece: Element, n_point: int) -> None:
@@ -229,30 +222,6 @@ def _corners_and_ends(
             f"{piece.get(key)} cells with {ends[-1:].sum()}. The file is damaged; export it again."
         )
     return corners, ends
-
-
-def _triangles(
-    file: XmlFile, corners: np.ndarray, ends: np.ndarray, count: np.ndarray, n_point: int
-) -> np.ndarray:
-    """Triangles (n, 3) of cells with three or four corners, cell by cell."""
-    # numpy would take negative rows from the end, without an error
-    bad = np.flatnonzero((corners < 0) | (corners >= n_point))
-    if len(bad):
-        raise FormatError(
-            f"{file.path}: a cell names point {corners[bad[0]]}, expected 0 to {n_point - 1}. "
-            "The file is damaged; export it again."
-        )
-
-    # Two slots for each cell: quads fill both, triangles only the first.
-    starts = ends - count
-    quads = count == 4
-    out = np.empty((len(count), 2, 3), dtype=np.int64)
-    out[:, 0] = corners[starts[:, None] + np.arange(3)]
-    out[quads] = split_quads(corners[starts[quads, None] + np.arange(4)]).reshape(-1, 2, 3)
-
-    keep = np.ones((len(count), 2), dtype=bool)
-    keep[:, 1] = quads
-    return out[keep]
 
 
 def _point_data(file: XmlFile, piece: Element, n_point: int) -> dict[str, np.ndarray]:

@@ -77,12 +77,13 @@ def render_grid_section(
     cells, shown = _cells(grid, axis, number - 1)
     if not shown.any():
         raise InputError(f"{'JI'[axis]} {number} has no active cell. Choose another one.")
-    names, values = (
-        (grid.zone_names, grid.zone) if colour_by == "zone" else (grid.block_names, grid.block)
-    )
+    names, values, order = grid.block_names, grid.block, grid.block_names
+    if colour_by == "zone":
+        names, values, order = grid.zone_names, grid.zone, grid.zones_of_model
+    colours = [palette.stratum(order.index(name)) for name in names]
     kinds = values[:, number - 1] if axis == 0 else values[:, :, number - 1]
     title = f"Cells at {'JI'[axis]} = {number}, by {colour_by}"
-    return save_figure(_figure(cells[shown], kinds[shown], names, title, size), path)
+    return save_figure(_figure(cells[shown], kinds[shown], names, colours, title, size), path)
 
 
 def _where(grid: CornerPointGrid, row: Any, column: Any) -> tuple[int, int]:
@@ -115,7 +116,12 @@ def _cells(grid: CornerPointGrid, axis: int, at: int) -> tuple[np.ndarray, np.nd
 
 
 def _figure(
-    rings: np.ndarray, kinds: np.ndarray, names: tuple[str, ...], title: str, size: tuple[int, int]
+    rings: np.ndarray,
+    kinds: np.ndarray,
+    names: tuple[str, ...],
+    colours: list[palette.RGB],
+    title: str,
+    size: tuple[int, int],
 ) -> Figure:
     """Cells (n, 4, 2) in the colours of their kinds, with a legend."""
     from matplotlib.collections import PolyCollection
@@ -125,13 +131,15 @@ def _figure(
     axes, exaggeration = diagram_axes(
         sheet, range_shown(points, [points[:, 1]]), "Distance along the section [km]", ROOM
     )
-    colours = np.array([palette.stratum(k) for k in range(len(names))])
     axes.add_collection(
         PolyCollection(
-            list(rings), facecolors=colours[kinds], edgecolors=palette.INK, linewidths=0.25
+            list(rings),
+            facecolors=np.array(colours)[kinds],
+            edgecolors=palette.INK,
+            linewidths=0.25,
         )
     )
-    legend = tuple(Entry(names[k], palette.stratum(k)) for k in np.unique(kinds).tolist())
+    legend = tuple(Entry(names[k], colours[k]) for k in np.unique(kinds).tolist())
     furniture.draw_legend(sheet, legend, 640.0)
     furniture.draw_words(sheet, title, f"Vertical exaggeration {exaggeration:.2g}×.")
     return sheet.figure

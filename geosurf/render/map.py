@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.figure import Figure
 
 MAX_MAP_TRIANGLE = 250_000
+NAME_WIDTH, NAME_HEIGHT = 8.5, 15.0  # of a letter of a name next to a line [design pixels]
 N_BAND = 3  # bands of colour per contour interval
 
 
@@ -174,6 +175,10 @@ def plot_map(
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
     note = ""
+    if hatched is not None:
+        expect(
+            hatched, TriSurface, "hatched is a TriSurface", "pass the horizon with all its nodes"
+        )
     if hatched is not None and _hatch(axes, hatched, outline):
         note = " Hatched: extrapolated, without data."
 
@@ -325,10 +330,16 @@ def _draw_curves(
         if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2])
 
-    # the name goes next to the longest line, 9 design pixels to the right
-    for other, (_, at) in longest.items():
+    # the name goes next to the longest line, 9 design pixels to the right; the longest lines first,
+    # and no name over another: the legend has them all
+    unit, taken = sheet.layout.unit, list[tuple[float, float, float]]()
+    for other, (_, at) in sorted(longest.items(), key=lambda item: -item[1][0]):
         x, y = axes.transData.transform(at)
-        at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))
+        wide, high = NAME_WIDTH * unit * len(curves.names[other]), NAME_HEIGHT * unit
+        if any(x < right and left < x + wide and abs(y - up) < high for left, right, up in taken):
+            continue
+        taken.append((x, x + wide, y))
+        at = axes.transData.inverted().transform((x + 9.0 * unit, y))
         colour = palette.shade(colours[curves.names[other]], 1, 2)
         furniture.halo_text(
             sheet, axes, at, curves.names[other], 11.5, colour, ha="left", fontweight="bold"

@@ -5,22 +5,27 @@ All colours are sRGB triples from 0 to 1.
 
 from __future__ import annotations
 
-import colorsys
-
-RGB = tuple[float, float, float]
-
-
-def rgb(code: str) -> RGB:
-    """Return ``"#rrggbb"`` as three numbers in 0 to 1.
-
-    Examples
-    --------
-    >>> rgb("#ff0000")
-    (1.0, 0.0, 0.0)
-    """
-    red, green, blue = (int(code[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
-    return red, green, blue
-
+from geosurf.conventions.colours import (
+    FAULTS as FAULTS,
+)
+from geosurf.conventions.colours import (
+    RGB as RGB,
+)
+from geosurf.conventions.colours import (
+    STRATA as STRATA,
+)
+from geosurf.conventions.colours import (
+    fault as fault,
+)
+from geosurf.conventions.colours import (
+    rgb as rgb,
+)
+from geosurf.conventions.colours import (
+    shade as shade,
+)
+from geosurf.conventions.colours import (
+    stratum as stratum,
+)
 
 INK = rgb("#26292e")
 FAINT = rgb("#7d838c")
@@ -31,56 +36,9 @@ ACCENT = rgb("#c8102e")
 FRAME = rgb("#9aa0a8")
 VOXEL = rgb("#3b6ea5")
 
-# Neighbours in the column differ in lightness as well as in hue.
-STRATA = tuple(
-    rgb(code)
-    for code in (
-        "#e9d8ae",  # sand
-        "#6f8f57",  # sage
-        "#d69a4e",  # ochre
-        "#4f7393",  # grey-blue
-        "#e0bd6a",  # straw
-        "#40594f",  # slate green
-        "#c9b9b4",  # mudstone
-        "#8f4a35",  # red bed
-        "#b4cfda",  # limestone
-        "#55505f",  # shale
-    )
-)
-FAULTS = tuple(
-    rgb(code) for code in ("#8c2f2b", "#4a3f63", "#d9843b", "#a9a3d0", "#c8a27a", "#3f7d6e")
-)
 WALL = rgb("#d4d7db")
 
 # Elevation in map view, low to high.
 ELEVATION = ("#2f4858", "#4a7285", "#7ea3a5", "#b9c9a9", "#e6dba8", "#dfb76c", "#bf8145", "#8a4b2f")
 # Thickness, thin to thick: darker is thicker, also in print and for colour-blind readers.
 THICKNESS = ("#f7f0cf", "#dbe3b0", "#b2d2aa", "#84bcab", "#5fa2ab", "#4886a3", "#3b6a96")
-
-
-def stratum(index: int) -> RGB:
-    """Return the colour of a horizon or zone, counted down from the youngest."""
-    return STRATA[index % len(STRATA)]
-
-
-def fault(index: int) -> RGB:
-    """Return the colour of a fault."""
-    return FAULTS[index % len(FAULTS)]
-
-
-def shade(colour: RGB, step: int, n_step: int) -> RGB:
-    """Return one of `n_step` shades of a colour, from lighter to darker.
-
-    Examples
-    --------
-    >>> shade((0.5, 0.25, 0.25), 0, 1)
-    (0.5, 0.25, 0.25)
-    """
-    if n_step < 2:
-        return colour
-
-    # lightness changes, hue stays: never by more than to white or black
-    place = 1.0 - 2.0 * step / (n_step - 1)  # 1 for the lightest, -1 for the darkest
-    hue, lightness, saturation = colorsys.rgb_to_hls(*colour)
-    room = min(1.0 - lightness, lightness, 0.085)
-    return colorsys.hls_to_rgb(hue, lightness + place * room, saturation)

@@ -115,7 +115,11 @@ def plot_throw(
         raise InputError("no horizon has throw along this fault, so there is nothing to draw.")
     # no throw is in the picture, which is two metres high at least
     start = points[0][0, 0]
-    every = np.concatenate([*points, [(start, -1.0), (start, 1.0)]])
+    throw = np.concatenate([line[:, 1] for line in points])
+    # a little room, or the frame would cut the line at the largest throw in half
+    room = 0.03 * np.ptp([*throw, 0.0])
+    low, high = min(-1.0, throw.min() - room), max(1.0, throw.max() + room)
+    every = np.concatenate([*points, [(start, low), (start, high)]])
     sheet = furniture.sheet_for(ax, check_size(size))
     axes, _ = diagram_axes(
         sheet, range_shown(every, [every[:, 1]]), "Distance along strike [km]", ROOM, "Throw [m]"

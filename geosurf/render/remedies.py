@@ -52,7 +52,7 @@ def draw_remedies(
         return []
 
     # the legend counts each kind of remedy
-    kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(Counter(shown).items()))
+    kinds = ", ".join(f"{kind}: {n}" for kind, n in sorted(Counter(shown).items()))
     words = f"{counted(len(shown), 'place')} of remedies"
     return [Entry(words, palette.ACCENT, kinds, "circle")]
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from geosurf.conventions import counted, is_number, volume_text
+from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
 from geosurf.render import palette
@@ -26,7 +27,7 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
         Gap between units, as a fraction of the size of the model box. Zones move up and
         down, blocks move sideways from the centre.
     """
-    shades = _shades(list(units.without_slivers))
+    shades = unit_colours((unit.name, unit.zone_index) for unit in units.without_slivers)
     content = Content()
     drawn = zip(units.values(), shells_to_draw(units), explosion(units, explode), strict=True)
     for unit, shell_of_unit, shift in drawn:
@@ -55,18 +56,6 @@ def _words_of(unit: Unit) -> tuple[str, str]:
     if len(unit.name) <= LABEL_ROOM or not end:
         return unit.name, volume
     return unit.zone, f"{end}, {volume}"
-
-
-def _shades(units: list[Unit]) -> dict[str, palette.RGB]:
-    # one colour for each zone; its blocks take shades of that, from light to dark
-    blocks_of_zone: dict[int, list[str]] = {}
-    for unit in units:
-        blocks_of_zone.setdefault(unit.zone_index, []).append(unit.name)
-    return {
-        name: palette.shade(palette.stratum(zone), i, len(names))
-        for zone, names in blocks_of_zone.items()
-        for i, name in enumerate(names)
-    }
 
 
 def explosion(units: Units, explode: float) -> list[np.ndarray]:
@@ -98,8 +87,8 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     return shifts
 
 
-def outline(shell: Shell) -> np.ndarray:
-    """Return the edges (n_edge, 2) of a shell at sharp creases or between two surfaces."""
+def outline(shell: Shell, creases: bool = True) -> np.ndarray:
+    """Return the edges (n_edge, 2) of a shell between two surfaces, and at sharp creases."""
     faces = shell.triangles
     p = shell.points[faces]
 
@@ -119,6 +108,6 @@ def outline(shell: Shell) -> np.ndarray:
     # an edge is drawn between two surfaces, or where the shell turns by a crease
     turns = shell.surface[one] != shell.surface[two]
     flat = size[one, 0] * size[two, 0] == 0.0
-    sharp = ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
+    sharp = creases & ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
     shown: np.ndarray = edges[twins[turns | sharp]]
     return shown

@@ -3,91 +3,94 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from string import Template
 
 from geosurf.conventions import counted
 from geosurf.errors import InputError
+from geosurf.report.assets import asset, document
 from geosurf.report.table import Table
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 PAPER = 84  # characters per printed line of A4 or Letter paper
 LABEL, GAP = 26, 2  # characters for a column of text, which may wrap, and between columns
 
-# tables appear twice in the source if they are too wide for paper: `.screen` scrolls sideways,
-# `.paper` repeats the text columns in each part
-PAGE = Template(
-    """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>$title</title>
-<style>
-:root { --ink: #26292e; --faint: #6b7280; --rule: #d8dbe0; --wash: #f6f4ee;
-  --red: #a51d1d; --green: #2f6b3c; }
-* { box-sizing: border-box; }
-body { margin: 0 auto; padding: 2.5rem 1.5rem 4rem; max-width: 68rem; color: var(--ink);
-  font: 15px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-h1 { margin: 0 0 .2rem; font-size: 1.9rem; letter-spacing: -.01em; }
-h2 { margin: 2.6rem 0 .7rem; padding-bottom: .3rem; border-bottom: 2px solid var(--ink);
-  font-size: 1.2rem; }
-p { margin: .4rem 0; max-width: 46rem; }
-.faint, figcaption { color: var(--faint); }
-.verdict { display: inline-block; margin-top: .8rem; padding: .35rem .9rem; border-radius: .3rem;
-  font-weight: 600; color: white; background: var(--green); }
-.verdict.failed { background: var(--red); }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
-th, td { padding: .32rem .9rem .32rem 0; text-align: right; vertical-align: top;
-  white-space: nowrap;  border-bottom: 1px solid var(--rule); }
-th { font-weight: 600; font-size: .87em; color: var(--faint); }
-.label { text-align: left; white-space: normal; overflow-wrap: anywhere; min-width: 6em; }
-.paper { display: none; }
-tfoot td { font-weight: 600; border-top: 1.5px solid var(--ink); border-bottom: 0; }
-td.failed { color: var(--red); font-weight: 700; }
-td.passed { color: var(--green); }
-figure { margin: 1rem 0 1.8rem; }
-img { display: block; width: 100%; border: 1px solid var(--rule); }
-figcaption { margin-top: .35rem; font-size: .93em; }
-pre { padding: .8rem 1rem; background: var(--wash); overflow-x: auto; font-size: .87em;
-  line-height: 1.4; }
-@media print {
-  @page { margin: 15mm; }
-  body { padding: 0; max-width: none; font-size: 10pt; }
-  .screen { display: none; }
-  .paper { display: block; }
-  .wide { overflow: visible; }
-  th { white-space: normal; }
-  pre { white-space: pre-wrap; overflow: visible; overflow-wrap: anywhere; }
-  figure, tr { break-inside: avoid; }
-  thead { display: table-header-group; }
-  tfoot { display: table-row-group; }
-  h2 { break-after: avoid; }
-  .verdict { color: var(--ink); background: none; border: 1.5px solid var(--ink); }
-}
-</style>
-</head>
-<body>
-<header>
-<h1>$title</h1>
-$header
-</header>
-$sections
-</body>
-</html>
-"""
-)
+
+@dataclass(frozen=True)
+class Section:
+    """A heading of the page and the HTML below it; `parts` are the headings inside of it."""
+
+    heading: str
+    html: str
+    parts: tuple[str, ...] = ()
+    name: str = ""  # of the anchor; default: made from the heading
 
 
-def fill_page(title: str, header: str, sections: list[tuple[str, str]]) -> str:
-    """Return the page: a title, the header below it, and sections of HTML with headings."""
+def fill_page(title: str, header: str, sections: Iterable[Section]) -> str:
+    """Return the page: title, header, contents, and sections; empty sections are left out."""
+    shown = [section for section in sections if section.html]
+    anchors = Anchors()
+    names = [anchors.name(section.name or section.heading) for section in shown]
     body = "\n".join(
-        f"<section>\n<h2>{escape(head)}</h2>\n{html}\n</section>" for head, html in sections if html
+        f'<section id="{name}">\n<h2>{escape(section.heading)}</h2>\n{section.html}\n</section>'
+        for name, section in zip(names, shown, strict=True)
     )
-    return PAGE.substitute(title=escape(title), header=header, sections=body)
+    entries = "\n".join(
+        f"<li>{_link(name, section.heading)}{_inner(section.parts)}</li>"
+        for name, section in zip(names, shown, strict=True)
+    )
+    page = (
+        f'<div class="page">\n<header>\n<h1>{escape(title)}</h1>\n{header}\n</header>\n'
+        f'<nav class="contents" aria-label="Contents"><ul>\n{entries}\n</ul></nav>\n'
+        f"<main>\n{body}\n</main>\n</div>"
+    )
+    styles = tuple(map(asset, ("theme.css", "viewer.css", "page.css")))
+    return document(title, page, styles, (asset("page.js"), asset("viewer.js")))
+
+
+class Anchors:
+    """Names of places of a page, each once.
+
+    Examples
+    --------
+    >>> anchors = Anchors()
+    >>> anchors.name("Volumes [million m³]"), anchors.name("Volumes"), anchors.name("<>")
+    ('volumes-million-m', 'volumes', 'part')
+    >>> anchors.name("volumes")
+    'volumes-2'
+    """
+
+    def __init__(self) -> None:
+        self.used: dict[str, int] = {}
+
+    def name(self, words: str) -> str:
+        """Return a name made from words."""
+        slug = re.sub("[^a-z0-9]+", "-", words.lower()).strip("-") or "part"
+        self.used[slug] = self.used.get(slug, 0) + 1
+        return slug if self.used[slug] == 1 else f"{slug}-{self.used[slug]}"
+
+
+def part_name(kind: str, row: int) -> str:
+    """Return the anchor of a part of a section."""
+    return f"{kind}-{row + 1}"
+
+
+def _inner(parts: tuple[str, ...]) -> str:
+    """Entries of the contents for the parts of a section."""
+    links = (f"<li>{_link(part_name('fault', i), part)}</li>" for i, part in enumerate(parts))
+    return f"<ul>{''.join(links)}</ul>" if parts else ""
+
+
+def _link(name: str, words: str) -> str:
+    return f'<a href="#{name}">{escape(words)}</a>'
+
+
+def folded(summary: str, html: str) -> str:
+    """Return HTML that opens with a click; it is printed open."""
+    return f'<details class="fold"><summary>{escape(summary)}</summary>\n{html}\n</details>'
 
 
 def paragraph(words: str, kind: str = "") -> str:
@@ -109,7 +112,8 @@ def verdict(passed: bool, n_check: int) -> str:
 def html_table(table: Table) -> str:
     """Return a table as HTML, or an empty text for a table without rows.
 
-    A table that is too wide for paper scrolls on the screen and is printed in several parts.
+    A table that is too wide for paper scrolls on the screen (`.screen`) and is printed in several
+    parts (`.paper`), each with the columns of text.
     """
     if not table.rows:
         return ""
@@ -196,10 +200,12 @@ def html_pictures(pictures: Mapping[str, Path]) -> str:
     InputError
         If a picture cannot be read or is not a PNG file.
     """
-    return "\n".join(_figure(caption, Path(path)) for caption, path in pictures.items())
+    figures = "\n".join(figure(caption, Path(path)) for caption, path in pictures.items())
+    return f'<div class="pictures">\n{figures}\n</div>' if figures else ""
 
 
-def _figure(caption: str, path: Path) -> str:
+def figure(caption: str, path: Path) -> str:
+    """Return one picture with its caption."""
     try:
         data = path.read_bytes()
     except OSError as error:

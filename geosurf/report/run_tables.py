@@ -62,7 +62,7 @@ def count_table(*parts: tuple[str, Mapping[str, Any]]) -> Table:
         for stage, counts in parts
         for key, value in counts.items()
     )
-    return Table(("Stage", "Quantity", "Value"), rows, n_label=2)
+    return Table(("Stage", "Quantity", "Value"), rows, n_label=3)
 
 
 def _plain(value: Any) -> str:

@@ -20,6 +20,7 @@ from geosurf.scenario.grid import draw_grid, in_words, write_grid
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import choice_of_pictures
+from geosurf.scenario.plan import input_files
 from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
@@ -124,6 +125,7 @@ def run(
     out: str | os.PathLike[str],
     *,
     pictures: bool = True,
+    report: bool = True,
     progress: Progress | None = None,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> Outcome:
@@ -134,6 +136,8 @@ def run(
     scenario : Scenario
     out : path-like
     pictures : bool
+    report : bool
+        False writes no report.
     progress : callable, optional
     cache_dir : path-like, optional
 
@@ -151,17 +155,21 @@ def run(
     # all results appear together at the end, or those of the run before stay
     with new_results(out) as folder:
         scene = compute(scenario, log, Path(out) if pictures else None, cache)
+        log.begin("check")
         certificate = scene.check()
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
+        log.begin("write")
         _write_files(scene, scenario, folder)
         log.step("write", ", ".join(scenario.output.formats), "")
 
         grid, stepped = None, list[str]()
         if scenario.grid is not None:
+            log.begin("grid")
             grid, stepped = write_grid(scene, scenario.grid, folder)
             log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
 
         # pictures may warn, and the certificate lists warnings: it is written after them
+        log.begin("draw")
         drawn = _draw(scene, scenario, folder, log, cache) if pictures else {}
         if grid is not None and pictures:
             drawn |= draw_grid(grid, folder / "pictures")
@@ -169,15 +177,10 @@ def run(
         notes = [*model_notes(scene), *stepped]
 
         # last, with the pictures that could be drawn
-        report_scene(
-            scene,
-            folder / "report",
-            drawn,
-            title=scenario.title,
-            certificate=certificate,
-            regions=_regions(scenario, scene),
-        )
-        log.step("report", scenario.title)
+        if report:
+            log.begin("report")
+            _write_report(scene, scenario, folder / "report", drawn, certificate)
+            log.step("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
 
 
@@ -215,15 +218,29 @@ def write_report(
     with tempfile.TemporaryDirectory() as scratch:
         drawn = _draw(scene, scenario, Path(scratch), log, cache) if pictures else {}
         notes = model_notes(scene)
-        path = report_scene(
-            scene,
-            folder,
-            drawn,
-            title=scenario.title,
-            certificate=certificate,
-            regions=_regions(scenario, scene),
-        )
+        log.begin("report")
+        path = _write_report(scene, scenario, folder, drawn, certificate)
     return certificate, path, tuple(notes)
+
+
+def _write_report(
+    scene: Scene,
+    scenario: Scenario,
+    folder: str | os.PathLike[str],
+    drawn: dict[str, Path],
+    certificate: Certificate,
+) -> Path:
+    """Write the page into a folder."""
+    return report_scene(
+        scene,
+        folder,
+        drawn,
+        title=scenario.heading,
+        certificate=certificate,
+        regions=_regions(scenario, scene),
+        inputs=input_files(scenario),
+        relative_to=scenario.path.parent,
+    )
 
 
 def compute(
@@ -233,15 +250,18 @@ def compute(
 
     A picture of the place where the model cannot be built goes into the folder ``out``.
     """
+    log.begin("read")
     scene = build_scene(scenario, log.step, out, log.begin, cache)
 
     # surface by surface, so that the log moves while a long run reads
     for name in (*scene.horizon_names, *scene.fault_names):
+        log.begin("surface", name)
         scene.whole_surface(name)
         log.new_steps_of(scene)
 
     # each stage is a property of the scene; reading it runs what is missing
     for stage in ("curves", "coverage", "units"):
+        log.begin(stage)
         with pictured(scene, out):
             getattr(scene, stage)
         log.new_steps_of(scene)
@@ -333,5 +353,5 @@ def _write_certificate(
     """Write the certificate, when all that can be warned of has been."""
     # the certificate is read alone: what it rests on stands above it
     warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
-    lines = "\n".join(filter(None, [f"{scenario.title}\n", warnings, f"{certificate}\n"]))
+    lines = "\n".join(filter(None, [f"{scenario.heading}\n", warnings, f"{certificate}\n"]))
     commit(folder / "certificate.txt", lines.encode("utf-8"))

@@ -9,7 +9,8 @@ from pathlib import Path
 from geosurf.errors import GeometryError
 from geosurf.render import render_place
 from geosurf.scene import Scene
-from geosurf.scene.pictures import Attempt, cannot_draw
+from geosurf.scene.attempt import Attempt
+from geosurf.scene.pictures import cannot_draw
 
 FILE = "failure.png"
 

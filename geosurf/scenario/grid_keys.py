@@ -17,9 +17,9 @@ class GridInput:
     See [simulation grids](guides/simulation_grids.md).
     """
 
-    cell_m: float = key(
+    cell_m: float | tuple[float, float] = key(
         "Size of the cells, about: whole numbers of them fill the area.",
-        values.above_zero,
+        values.cell,
         unit="m",
         default=100.0,
     )
@@ -28,7 +28,7 @@ class GridInput:
     )
     min_dip: float = key(
         "Pillars follow faults that dip at least this; others are stair-steps.",
-        values.above_zero,
+        values.dip,
         unit="degrees",
         default=15.0,
     )

@@ -48,7 +48,7 @@ class HorizonInput:
 
     name: str = key("Name in all results.", values.text)
     file: Path = key(
-        "`.gri` or `.irap` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and "
+        "`.gri` or `.irapasc` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and "
         "other meshes; relative to the scenario.",
         values.file,
     )
@@ -228,6 +228,8 @@ class Scenario:
     ----------
     path : pathlib.Path
         The file it was read from.
+    settings : tuple of str
+        Keys that were set outside of the file, each ``key=value``.
     title : str
     tolerance_m : float or None
     positive, length_unit, crs : str or None
@@ -255,6 +257,7 @@ class Scenario:
     """
 
     path: Path
+    settings: tuple[str, ...] = ()
     # What concerns the whole model.
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
     tolerance_m: float | None = key(
@@ -335,6 +338,11 @@ class Scenario:
     output: OutputSettings = key(
         "Which pictures and files are made.", values.table(OutputSettings), default=OutputSettings()
     )
+
+    @property
+    def heading(self) -> str:
+        """The title, and after it the keys that were set outside of the file."""
+        return f"{self.title} ({', '.join(self.settings)})" if self.settings else self.title
 
 
 __all__ = [

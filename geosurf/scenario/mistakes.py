@@ -6,16 +6,16 @@ file holds, or one that is right takes its place, and the rest is read again unt
 
 from __future__ import annotations
 
-import copy
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from geosurf.errors import ScenarioError
 from geosurf.model.expected import path_of
+from geosurf.scenario.settings import with_settings
 from geosurf.scenario.toml_lines import Keys, lines_of_keys
 from geosurf.scenario.validate import checked_scenario, parsed, text_of
 
@@ -24,6 +24,7 @@ UNKNOWN = re.compile(r"unknown key '([^']+)'(?: in (.+?))?; known keys are")
 MISSING = re.compile(r"'([^']+)' is missing(?: in (.+?))?; give ")
 GUESS = re.compile(r"Did you mean '([^']+)'\?$")
 OF_KEY = re.compile(r"unknown (\w+) '")
+TWICE = re.compile(r"'([^']+)' is the name of ")
 OF_THROW = re.compile(r"throws? of '([^']+)'")
 
 
@@ -47,7 +48,7 @@ class Mistake:
         return f"{where}{self.sentence}"
 
 
-def find_mistakes(path: str | os.PathLike[str]) -> list[Mistake]:
+def find_mistakes(path: str | os.PathLike[str], settings: Sequence[str] = ()) -> list[Mistake]:
     r"""
     Return all mistakes of a scenario, in the order of their lines.
 
@@ -55,6 +56,8 @@ def find_mistakes(path: str | os.PathLike[str]) -> list[Mistake]:
     ----------
     path : path-like
         A TOML file.
+    settings : sequence of str
+        Keys that have another value than in the file, each ``key=value``.
 
     Returns
     -------
@@ -80,8 +83,10 @@ def find_mistakes(path: str | os.PathLike[str]) -> list[Mistake]:
         data = parsed(path, text)
     except ScenarioError as error:
         return [_of_toml(path, str(error))]
-    where = lines_of_keys(text)
-    data, found, gone = copy.deepcopy(data), dict[str, Mistake](), set[Keys]()
+    where: dict[Keys, int | None] = {**lines_of_keys(text)}
+    written, data = data, with_settings(data, settings, path)
+    where |= dict.fromkeys(_changes(written, data))  # what --set gives has no line
+    found, gone = dict[str, Mistake](), set[Keys]()
     for _ in range(MOST):
         try:
             checked_scenario(path, data)
@@ -105,6 +110,20 @@ def find_mistakes(path: str | os.PathLike[str]) -> list[Mistake]:
     return sorted(found.values(), key=lambda one: one.line or 0)
 
 
+def _changes(before: Any, after: Any, at: Keys = ()) -> Iterator[Keys]:
+    """The keys whose values differ, those of new tables too."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        for word in after:
+            yield from _changes(before.get(word), after[word], (*at, word))
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        for k, (old, new) in enumerate(zip(before, after, strict=True)):
+            yield from _changes(old, new, (*at, k))
+    elif before != after:
+        yield at
+        if isinstance(after, dict):
+            yield from ((*at, word) for word in after)
+
+
 def _of_toml(path: Path, words: str) -> Mistake:
     """A file that is not TOML: nothing else can be said about it."""
     line = re.search(r"line (\d+)", words)
@@ -114,13 +133,16 @@ def _of_toml(path: Path, words: str) -> Mistake:
 class _Lines:
     """Lines of keys, by the names that messages have for them."""
 
-    def __init__(self, data: Mapping[str, Any], lines: Mapping[Keys, int]) -> None:
+    def __init__(self, data: Mapping[str, Any], lines: Mapping[Keys, int | None]) -> None:
         self.lines = lines
         self.named: dict[str, Keys] = {}
         self.of_throw: dict[str, Keys] = {}
+        self.names: dict[Keys, Any] = {}
         for keys in lines:
             self.named[_in_words(data, keys)] = keys
             value = _value(data, keys)
+            if keys[0] in ("horizons", "faults") and keys[2:] == ("name",):
+                self.names[keys] = value
             if len(keys) == 2 and keys[0] == "throws" and isinstance(value, Mapping):
                 self.of_throw[str(value.get("fault"))] = keys
 
@@ -132,6 +154,9 @@ class _Lines:
                 if table is None:
                     return None
                 return (*table, found[1]) if pattern is UNKNOWN else table or None
+        if found := TWICE.match(sentence):
+            same = [keys for keys, name in self.names.items() if name == found[1]]
+            return same[1] if len(same) > 1 else None
         if found := OF_THROW.search(sentence):
             return self.of_throw.get(found[1])
 

@@ -40,7 +40,7 @@ OURS = Names(
             r"failure\.png",
             r"report/index\.html",
             r"pictures/(view_[a-z]+|units_exploded|search)\.png",
-            r"pictures/(map|isochore|allan|section)_[^/]*\.png",
+            r"pictures/(map|isochore|allan|throw|section)_[^/]*\.png",
             MARK.replace(".", r"\."),
         )
     ),

@@ -54,6 +54,7 @@ class OutputSettings:
         values.switch,
         default=True,
     )
+    throw: bool = key("The throw of all horizons along each fault.", values.switch, default=True)
     sections_m: tuple[Any, ...] | None = key(
         "Vertical sections, each along a line of eastings and northings. Left out: two through the "
         "middle of the box.",

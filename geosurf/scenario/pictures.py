@@ -16,6 +16,7 @@ def choice_of_pictures(output: OutputSettings) -> dict[str, Any]:
         "maps": output.maps,
         "thickness": output.thickness,
         "allan": output.allan,
+        "throw": output.throw,
         "sections": output.sections_m,
         "search": output.search,
         "exaggeration": output.exaggeration,

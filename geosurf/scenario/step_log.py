@@ -19,7 +19,8 @@ class StepLog:
     Parameters
     ----------
     progress : callable or None
-        Is called with each line; None writes nothing.
+        Is called with each line; None writes nothing. If it has a method ``now``, that is called
+        with words for the step that begins.
 
     Examples
     --------
@@ -34,6 +35,7 @@ class StepLog:
                 f"progress is {progress!r}; give a function of one text, such as print."
             )
         self._progress = progress
+        self._now: Callable[[str], object] | None = getattr(progress, "now", None)
         self._n_reported = 0
         self._clock = time.perf_counter()
 
@@ -48,9 +50,11 @@ class StepLog:
         if self._progress is not None:
             self._progress(f"{stage:<11} {subject:<38} {outcome:<20}{seconds:7.1f} s")
 
-    def begin(self, stage: str, subject: str, outcome: str = "") -> None:
-        """Name a step that starts now, for steps that take long: its own line follows."""
-        if self._progress is not None:
+    def begin(self, stage: str, subject: str = "", outcome: str = "") -> None:
+        """Name a step that starts now; its own line follows when it is done."""
+        if self._now is not None:
+            self._now(" ".join(filter(None, (stage, subject, outcome))))
+        elif outcome and self._progress is not None:  # tears: minutes for a large field
             self._progress(f"{stage:<11} {subject:<38} {outcome} ...")
 
     def new_steps_of(self, scene: Scene) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -21,7 +20,8 @@ from geosurf.scenario.validate import (
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.tearing import as_long_as, as_truncations, sheets_on, warnings_of
+from geosurf.scene.tear_rounds import sheets_on
+from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import warn
@@ -99,7 +99,11 @@ def torn_horizons(
         """The sheet of one horizon at the faults that reach it."""
         return remember(name, {key: faults[key] for key in reaching[name]}, fill, as_picked)
 
-    sheets, faults = sheets_on(as_long_as(longer, given), filling, make, partial(on_start, "tear"))
+    def starts(stage: str, name: str, number: int, count: int) -> None:
+        """Report a tear that begins."""
+        on_start(stage, name, f"{number} of {count}")
+
+    sheets, faults = sheets_on(as_long_as(longer, given), filling, make, starts)
     for warning in warnings_of(given, faults, sheets):
         warn(warning)
     for name, horizon in horizons.items():

@@ -13,12 +13,14 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, read_truncations
+from geosurf.grid.layers import layers_of
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
 from geosurf.scenario.ensemble_keys import check_uncertain
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.settings import with_settings
 from geosurf.scenario.truncations import truncations_of, with_halves
 from geosurf.scenario.values import KeyPath, read_table
 
@@ -26,7 +28,7 @@ from geosurf.scenario.values import KeyPath, read_table
 ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
 
 
-def read_scenario(path: str | os.PathLike[str]) -> Scenario:
+def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) -> Scenario:
     r"""
     Read and check a scenario; no surface is read yet.
 
@@ -34,6 +36,8 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     ----------
     path : path-like
         A TOML file; docs/scenario.md has its keys.
+    settings : sequence of str
+        Keys that have another value than in the file, each ``key=value``: see `with_settings`.
 
     Returns
     -------
@@ -57,13 +61,16 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     "unknown key 'northing' in box"
     """
     path = path_of(path, "a scenario")
-    return checked_scenario(path, parsed(path, text_of(path)))
+    data = with_settings(parsed(path, text_of(path)), settings, path)
+    return checked_scenario(path, data, tuple(settings))
 
 
-def checked_scenario(path: Path, data: Mapping[str, Any]) -> Scenario:
+def checked_scenario(
+    path: Path, data: Mapping[str, Any], settings: tuple[str, ...] = ()
+) -> Scenario:
     """Return the scenario that a file holds, or raise a `ScenarioError` at its first mistake."""
     # two passes: each value by itself (`read_table`), then values against each other
-    scenario: Scenario = read_table(Scenario, KeyPath(path), data, path=path)
+    scenario: Scenario = read_table(Scenario, KeyPath(path), data, path=path, settings=settings)
     try:
         # Before names are checked: other tables may refer to halves.
         scenario = with_halves(scenario)
@@ -122,6 +129,7 @@ def _check_names(scenario: Scenario) -> None:
     if fault := shared_name(named):
         at.refuse(fault)
     _check_contacts(scenario, at)
+    _check_grid(scenario, at)
     try:
         rules_of(scenario)
     except InputError as error:
@@ -203,6 +211,17 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
                 f"{label}: unknown block {entry.block!r}. Name sides of faults: {known}."
                 f"{did_you_mean(entry.block, sides)}"
             )
+
+
+def _check_grid(scenario: Scenario, at: KeyPath) -> None:
+    """Layers of the simulation grid are of zones that exist: a misspelt zone costs no run."""
+    if scenario.grid is None:
+        return
+    zones = names_of_zones([entry.name for entry in scenario.horizons])
+    try:
+        layers_of(scenario.grid.layers, zones, zones[1:-1])
+    except InputError as error:
+        at.refuse(f"grid.layers: {error}")
 
 
 def _check_sheets(scenario: Scenario, at: KeyPath) -> None:

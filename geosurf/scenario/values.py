@@ -6,6 +6,7 @@ the dataclass. ``check.allowed`` is that statement, for messages and docs.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import wraps
@@ -17,6 +18,9 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.measure.section import check_line
 from geosurf.model.empty_blocks import WAYS
 from geosurf.render.views import LARGEST, SMALLEST, check_size
+
+# words between quotes in what a check allows
+BARE = re.compile(r'"(\w+)"')
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,8 @@ def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
             # None is "not allowed"; TOML has no null, so no value is lost
             result = function(at, value)
             if result is None:
-                at.refuse(f"{at.keys} is {value!r}; it must be {allowed}.")
+                guess = did_you_mean(value, BARE.findall(allowed)) if isinstance(value, str) else ""
+                at.refuse(f"{at.keys} is {value!r}; it must be {allowed}.{guess}")
             return result
 
         checked.allowed = allowed  # type: ignore[attr-defined]
@@ -117,11 +122,26 @@ def compartments(_: KeyPath, value: Any) -> bool | dict[str, Any] | None:
     '`{"Top/Base" = {thickness = 2.5, parallel = "top"}}`'
 )
 def layers(_: KeyPath, value: Any) -> int | dict[str, Any] | None:
-    """Layers of a simulation grid; the grid checks the names of zones."""
+    """Layers of a simulation grid; zones are checked when all horizons are known."""
     if isinstance(value, dict):
         return dict(value) if value else None
     whole = isinstance(value, int) and not isinstance(value, bool)
     return value if whole and value > 0 else None
+
+
+@check("a number above 0, or two of them along both axes of the grid: [dx, dy]")
+def cell(_: KeyPath, value: Any) -> float | tuple[float, float] | None:
+    """Size of the cells of a simulation grid."""
+    if isinstance(value, list):
+        sizes = [above_zero_or_none(one) for one in value]
+        return (sizes[0], sizes[1]) if len(sizes) == 2 and sizes[0] and sizes[1] else None
+    return above_zero_or_none(value)
+
+
+@check("a number above 0 and below 90")
+def dip(_: KeyPath, value: Any) -> float | None:
+    """A dip that is neither flat nor vertical."""
+    return float(value) if is_number(value) and 0 < value < 90 else None
 
 
 def above_zero_or_none(value: Any) -> float | None:

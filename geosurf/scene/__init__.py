@@ -1,22 +1,5 @@
 """What users build and ask: horizons, faults and a box in; every result when it is requested.
 
-scene.py         `Scene`: its inputs, its results and its measures, by name
-inputs.py        `SceneInputs`: what it is made of, frozen and checked once
-graph.py         `Graph`: what depends on what, from surfaces to units, on one page
-surfaces.py      files, grids and meshes -> the surfaces of the graph
-area.py          the box, the area of interest, and the origin of the local frame
-faults.py        faults, extended and truncated
-horizon_ends.py  faults that end at horizons, cut after the rebuild
-input_warnings.py  warnings about inputs that look wrong
-curves.py        the curves of one pair, and those of all pairs
-wells.py         well tops, and their misfits
-measures.py      thickness, throw, juxtaposition, sections ..., as functions of the graph
-memory.py        results by what went into them; steps and warnings
-store.py         the results that scenes share, within a budget
-pictures.py      the pictures of a scene
-plots.py         maps and diagrams as figures of matplotlib
-===============  =====================================================================
-=======
 ===================  =====================================================================
 scene.py             `Scene`: its inputs, its results and its measures, by name
 inputs.py            `SceneInputs`: what it is made of, frozen and checked once
@@ -27,12 +10,15 @@ faults.py            faults, extended and truncated
 horizon_ends.py      faults that end at horizons, cut after the rebuild
 input_warnings.py    warnings about inputs that look wrong
 curves.py            the curves of one pair, and those of all pairs
+reference_systems.py  well tops and area in the system of the surfaces
 wells.py             well tops, and their misfits
 contact_volumes.py   volumes at level contacts, from the model without them
 measures.py          thickness, throw, juxtaposition, sections ..., as functions of the graph
 memory.py            results by what went into them; steps and warnings
 store.py             the results that scenes share, within a budget
 pictures.py          the pictures of a scene
+attempt.py           an error of one picture costs no other result
+plots.py             maps and diagrams as figures of matplotlib
 ===================  =====================================================================
 """
 

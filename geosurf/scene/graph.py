@@ -39,6 +39,7 @@ from geosurf.carve.thin import warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.outside import lies_beside, warning_of_fault
+from geosurf.faults.short_of_side import warnings_of_rims
 from geosurf.faults.virtual.walls import Wall
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
@@ -443,6 +444,7 @@ class Graph:
         for name in self.inputs.faults:
             if lies_beside(self.whole(name), self.box):
                 self._warn_of_outside(name)
+        self.memory.warn(*warnings_of_rims(map(self.whole, self.inputs.faults), self.box, self.aoi))
         warn_of_inputs(self.inputs, self.memory, self.read, self.tops)
         for horizon in self._lattices():
             if getattr(self.inputs.horizons[horizon.name], "mesh", None) is not None:

@@ -7,6 +7,7 @@ from geosurf.model import Sheet
 from geosurf.model.tops import Tops
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
+from geosurf.scene.reference_systems import refuse_other_systems
 from geosurf.scene.surfaces import InputSurfaces
 from geosurf.scene.wells import warnings_of_names
 
@@ -27,8 +28,8 @@ def warn_of_inputs(
     """
     # a reference system that some inputs declare, and others do not
     with memory.collecting():
-        names = [name for name in inputs.names if name in read.crs]
-        warn_of_unclear_crs({name: read.crs[name] for name in names})
+        known = {name: read.crs[name] for name in inputs.names if name in read.crs}
+        warn_of_unclear_crs(refuse_other_systems(known, inputs.crs, tops, inputs.aoi))
 
     # tops of horizons that the scene does not have
     if tops is not None:

@@ -17,6 +17,7 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.model.base import multiblock
 from geosurf.model.expected import flag_of, name_of
 from geosurf.scene.graph import Graph
+from geosurf.scene.reference_systems import refuse_other_systems
 from geosurf.scene.wells import opened_tops, warnings_of_names
 from geosurf.triangulate.coarsen import volume_error
 
@@ -222,6 +223,7 @@ def misfit(graph: Graph, tops: Any) -> xarray.Dataset:
             "the scene has no well tops. Give them: scene.misfit(geosurf.read_tops(path)), or "
             "Scene(..., tops=...)."
         )
+    refuse_other_systems(graph.read.crs, graph.inputs.crs, checked, None)
     graph.memory.warn(*warnings_of_names(checked, tuple(graph.inputs.horizons)))
     run = lambda: well_misfit(graph.patches, graph.units, checked)  # noqa: E731
     content = (checked.wells, checked.horizons, checked.points.tobytes())

@@ -18,6 +18,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
 from geosurf.model.expected import flag_of
+from geosurf.scene.progress import OnStart, silent
 from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
 
@@ -57,8 +58,14 @@ class Memory:
     ['ran', 'from memory']
     """
 
-    def __init__(self, warnings: Iterable[GeosurfWarning] = (), store: Store | None = None) -> None:
+    def __init__(
+        self,
+        warnings: Iterable[GeosurfWarning] = (),
+        store: Store | None = None,
+        on_start: OnStart = silent,
+    ) -> None:
         self.steps: list[Step] = []
+        self.on_start = on_start
         self.warnings: list[GeosurfWarning] = list(warnings)
         self.store = Store() if store is None else store
 
@@ -76,7 +83,7 @@ class Memory:
 
     def twin(self) -> Memory:
         """Return a memory for another scene of the family, with the same results."""
-        return Memory(store=self.store)
+        return Memory(store=self.store, on_start=self.on_start)
 
     def take_over(self, before: Memory, surfaces: Mapping[str, str]) -> None:
         """Hold the surfaces that another scene holds, of some inputs by name and fingerprint."""
@@ -172,11 +179,13 @@ class Memory:
         describe: Callable[[Result], str],
         *,
         again: bool = True,
+        reports: bool = True,
     ) -> Result:
         """Return the result of a step: from memory if it is there.
 
         Without `again` it is a step on the way, such as a surface: the scene itself holds its
-        result, since it asks often, and explains it once.
+        result, since it asks often, and explains it once. Without `reports` the caller calls
+        `on_start`, since it knows how many such steps there are.
         """
         result: Result
 
@@ -191,6 +200,8 @@ class Memory:
             if again or not any(s.stage == stage and s.subject == subject for s in self.steps):
                 self.note(stage, subject, "from memory", describe(result))
         else:
+            if reports:
+                self.on_start(stage, subject, 1, 1)
             result, warnings = self._run(stage, subject, key, run, describe)
 
         # held for the scene's life: stages ask for surfaces hundreds of times

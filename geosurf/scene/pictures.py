@@ -13,16 +13,15 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean
-from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model import Curves, SheetReport, TriSurface
-from geosurf.model.expected import listed, path_of
+from geosurf.model.expected import flag_of, listed, path_of
 from geosurf.model.protocols import MeasuredModel
 from geosurf.render import (
     doctor,
@@ -32,10 +31,12 @@ from geosurf.render import (
     render_search,
     render_section,
     render_thickness,
+    render_throw,
     render_units,
 )
 from geosurf.render.clip import as_modelled
 from geosurf.render.views import check_exaggeration, check_size, view_vectors
+from geosurf.scene.attempt import Attempt
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -64,51 +65,6 @@ class Style(TypedDict):
     exaggeration: float | None
 
 
-class Attempt:
-    """Catches the error of one picture, whatever it is, so that all other results stay.
-
-    Only exceptions that mean to end the program pass through.
-
-    Examples
-    --------
-    >>> with Attempt() as tried:
-    ...     1 / 0
-    >>> tried.reason
-    'ZeroDivisionError: division by zero. This is a fault of geosurf: please report it'
-    """
-
-    error: BaseException | None = None
-
-    def __enter__(self) -> Attempt:
-        """Begin."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> bool:
-        """Keep the error."""
-        # an Exception is swallowed and kept for `reason`; KeyboardInterrupt and SystemExit are
-        # none, and pass
-        self.error = error
-        return isinstance(error, Exception)
-
-    @property
-    def reason(self) -> str:
-        """What went wrong, as a part of a sentence; '' if nothing did."""
-        # errors on purpose have a sentence for the user; anything else is a defect of geosurf
-        if isinstance(self.error, GeosurfError | Warning):
-            return str(self.error).rstrip(".")
-        if isinstance(self.error, MemoryError):
-            return "there is not enough memory for it"
-        if self.error is None:
-            return ""
-        name = type(self.error).__name__
-        return f"{name}: {self.error}. This is a fault of geosurf: please report it"
-
-
 def pictures_of(
     scene: MeasuredModel,
     *,
@@ -117,6 +73,7 @@ def pictures_of(
     maps: bool = True,
     thickness: bool = True,
     allan: bool = True,
+    throw: bool = True,
     sections: Sequence[Any] | None = None,
     search: tuple[str, str] | None = None,
     exaggeration: float | None = None,
@@ -131,9 +88,9 @@ def pictures_of(
     scene : Scene
     views : sequence of str
         Directions from which horizons, faults and curves are seen.
-    exploded, maps, thickness, allan : bool
+    exploded, maps, thickness, allan, throw : bool
         An exploded view of the units; a map of each horizon; a thickness map of each zone
-        between two horizons; an Allan diagram of each fault.
+        between two horizons; an Allan diagram of each fault; the throw of horizons along each.
     sections : sequence of array_like of float, each (n, 2), optional
         A vertical section along each line in the map (easting, northing) [m]. Default: two, from
         west to east and from south to north, through the middle of the box.
@@ -176,6 +133,9 @@ def pictures_of(
         found += [_thickness(scene, pair, size) for pair in _neighbours(scene)]
     if allan:
         found += [_allan(scene, name, size) for name in scene.faults_inside]
+    if throw:
+        cut = {name: _cut_horizons(scene, name) for name in scene.faults_inside}
+        found += [_throw(scene, name, them, size) for name, them in cut.items() if them]
 
     # sections that the caller named, else two through the middle
     lines = _middles(box)
@@ -238,7 +198,7 @@ def map_of(
     inside = ring if scene.aoi is None else scene.aoi
     surface = scene.surface(name)
     options = {
-        "outline": inside if clip else None,
+        "outline": inside if flag_of(clip, "clip") else None,
         "faults": scene.fault_names,
         "tops": tops_of_scene(scene),
         "hatched": surface,
@@ -305,6 +265,37 @@ def _allan(scene: MeasuredModel, name: str, size: tuple[int, int]) -> Picture:
         draw,
         "allan = false",
         needs_opengl=False,
+    )
+
+
+def _cut_horizons(scene: MeasuredModel, fault: str) -> list[str]:
+    """Names of the horizons that a fault cuts, youngest first."""
+    return [name for name in scene.horizons_inside if scene.cutoffs(name, fault)]
+
+
+def _throw(
+    scene: MeasuredModel, name: str, horizons: Sequence[str], size: tuple[int, int]
+) -> Picture:
+    row = scene.fault_names.index(name)
+    file = f"throw_{row:02d}_{_slug(name)}.png"
+
+    def draw(path: Path) -> None:
+        """Measure and draw it; horizons without a single throw are named."""
+        throws, missing = {}, []
+        for horizon in horizons:
+            try:
+                found = scene.throw(horizon, name)
+            except GeometryError as error:
+                missing.append(f"{horizon!r}: {str(error).partition('. ')[0]}")
+                continue
+            if np.isfinite(found.throw).any():
+                throws[horizon] = found
+        render_throw(throws, path, horizons=scene.horizon_names, size=size)
+        if missing:
+            _warn(file, f"{file!r} does not show {'; '.join(missing)}.", "throw = false")
+
+    return Picture(
+        f"{name}: throw of horizons along strike.", file, draw, "throw = false", needs_opengl=False
     )
 
 

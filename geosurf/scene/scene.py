@@ -13,19 +13,23 @@ import numpy as np
 
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify, same_bytes
-from geosurf.errors import GeosurfWarning
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.compartments import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
+from geosurf.model.expected import number_of
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
 from geosurf.model.tie import TieReport
 from geosurf.model.tops import Tops
+from geosurf.model.view3d import View3D
 from geosurf.scene import contact_volumes, measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.memory import Memory, Step
 from geosurf.scene.plots import ScenePlots
+from geosurf.scene.progress import OnStart, on_start_of
+from geosurf.scene.shown import ShownScene
 from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -33,7 +37,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 
-class Scene(ScenePlots):
+class Scene(ScenePlots, ShownScene):
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
@@ -116,6 +120,10 @@ class Scene(ScenePlots):
     crs : str, optional
         Coordinate reference system, such as ``"EPSG:23031"``, of all inputs that declare none.
         Inputs that declare another are refused.
+    on_start : callable, optional
+        Is called before each step: stage, subject, its number, and how many there are, as in
+        ``("tear", "Top", 2, 4)``. ``on_start=print`` shows what takes so long. Scenes made by
+        `replace` call it, too; copies do not.
 
     Raises
     ------
@@ -162,6 +170,7 @@ class Scene(ScenePlots):
         fill_empty_blocks: Any = None,
         compartments: Any = None,
         crs: str | None = None,
+        on_start: OnStart | None = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
@@ -169,7 +178,8 @@ class Scene(ScenePlots):
             tops, tie, lengthen, tear, slivers,
             fill_empty_blocks, compartments, crs,
         )  # fmt: skip
-        self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, Memory()))
+        memory = Memory(on_start=on_start_of(on_start))
+        self.__dict__.update(_inputs=inputs, _plain=Graph(inputs, memory))
 
     @cached_property
     def _graph(self) -> Graph:
@@ -486,6 +496,13 @@ class Scene(ScenePlots):
         return measures.crs(self._graph)
 
     @property
+    def input_files(self) -> dict[str, Path]:
+        """Horizons, faults, contacts, well tops and area that were given as paths, by name."""
+        from geosurf.scene.surfaces import paths_of
+
+        return paths_of(self._inputs)
+
+    @property
     def horizons_inside(self) -> tuple[str, ...]:
         """Names of the horizons that reach into the model, youngest first."""
         return measures.names_inside(self._graph, "horizon")
@@ -800,6 +817,30 @@ class Scene(ScenePlots):
         return measures.misfit(self._graph, tops)
 
     # ---- what was done -------------------------------------------------------------------
+
+    def view_3d(self, max_triangle: int = 120_000) -> View3D:
+        """Return an interactive view of the units, as the report and notebooks show it.
+
+        Parameters
+        ----------
+        max_triangle : int
+            About how many triangles it has; blocks of grid cells are merged to get there.
+
+        Returns
+        -------
+        View3D
+
+        Raises
+        ------
+        InputError
+            If `max_triangle` is not a number above 0.
+        """
+        from geosurf.render.interactive import view_of_units
+
+        most = number_of(max_triangle, "max_triangle", "give a number above 0")
+        if most <= 0.0:
+            raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
+        return view_of_units(self.units, int(max(1.0, most)))
 
     def render_pictures(
         self,

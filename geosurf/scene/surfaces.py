@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -258,11 +259,20 @@ def undeclared(value: Any, options: Options) -> dict[str, Any]:
     }
 
 
+def paths_of(inputs: SceneInputs) -> dict[str, Path]:
+    """Return the inputs that were given as paths, by name."""
+    area = {} if inputs.takes_rectangle else {"area": inputs.aoi}
+    surfaces = {**inputs.horizons, **inputs.given_faults, **inputs.contacts}
+    files = {**surfaces, "well tops": inputs.tops, **area}.items()
+    return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}
+
+
 __all__ = [
     "InputSurfaces",
     "as_surface",
     "fluids_of",
     "opened_contacts",
     "opened_outline",
+    "paths_of",
     "undeclared",
 ]

@@ -1,32 +1,28 @@
 """Horizons of a scene, torn at its faults as these are after extension and truncation.
 
-Faults come first. A sheet may need a longer fault than was given (see `tear_horizon`); then all
-horizons are torn again at that fault, so that all of them end on the same surface.
+Faults come first. A sheet may need a longer fault than was given (see `tear_horizon`); all
+horizons end on the longer one (`geosurf.scene.tear_rounds`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from geosurf.errors import GeosurfWarning, InvariantError
+from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
-from geosurf.model import Sheet, TriSurface
-from geosurf.model.empty_blocks import in_order
+from geosurf.model import Sheet
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
+from geosurf.scene.tear_rounds import Faults, same, sheets_on
 from geosurf.sheets import tear_horizon
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
-
-ROUNDS = 16  # each makes a fault longer, which a horizon does at most four times at each side
-
-Faults = dict[str, TriSurface]
 
 
 def torn_graph(plain: Graph) -> Graph:
@@ -70,7 +66,8 @@ def torn_graph(plain: Graph) -> Graph:
         return _sheet(plain, name, some, fill)
 
     filling = inputs.filling
-    sheets, faults = sheets_on(as_long_as(plain.longer, given), filling, make)
+    start = as_long_as(plain.longer, given)
+    sheets, faults = sheets_on(start, filling, make, plain.memory.on_start)
     plain.memory.warn(*warnings_of(given, faults, sheets))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
@@ -104,7 +101,7 @@ def as_long_as(longer: LongerFaults, faults: Faults) -> Faults:
     found = dict(faults)
     for name, (before, after) in longer.items():
         fault = faults.get(name)
-        if fault is not None and _same(fault, before):
+        if fault is not None and same(fault, before):
             found[name] = after
     return found
 
@@ -118,50 +115,8 @@ def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
         Before and after horizons were torn.
     """
     return {
-        name: (fault, torn[name]) for name, fault in faults.items() if not _same(fault, torn[name])
+        name: (fault, torn[name]) for name, fault in faults.items() if not same(fault, torn[name])
     }
-
-
-def _same(one: TriSurface, other: TriSurface) -> bool:
-    """Whether two faults are equal, vertex by vertex."""
-    return np.array_equal(one.vertices, other.vertices) and np.array_equal(
-        one.triangles, other.triangles
-    )
-
-
-def sheets_on(
-    faults: Faults,
-    filling: Mapping[str, bool | str],
-    make: Callable[[str, Faults, bool | Sheet], Sheet],
-    on_start: Callable[[str, str], object] = lambda *_: None,
-) -> tuple[dict[str, Sheet], Faults]:
-    """Return sheets that all end on the same faults, and these: longer ones where one needs it.
-
-    Parameters
-    ----------
-    faults : dict of str to TriSurface
-    filling : mapping of str to bool or str
-        Horizons, and what becomes of blocks without data: see `filling_by_horizon`.
-    make : callable
-        (horizon, faults, bool or sheet that it is pinched out onto) -> its sheet; its warnings are
-        those of the sheet.
-    on_start : callable, optional
-        Is called with (horizon, "2 of 4") before each tear, and with faults that became longer.
-    """
-    # all horizons again with the longer fault: two sheets must not end on different surfaces
-    for _ in range(ROUNDS):
-        with collected():
-            sheets: dict[str, Sheet] = {}
-            for place, name in enumerate(in_order(filling), 1):
-                on_start(name, f"{place} of {len(filling)}")
-                fill = filling[name]
-                sheets[name] = make(name, faults, fill if isinstance(fill, bool) else sheets[fill])
-        longer = _longer(faults, sheets)
-        if not longer:
-            return {name: sheets[name] for name in filling}, faults
-        on_start(", ".join(longer), "extended; horizons are torn again")
-        faults = {**faults, **longer}
-    raise InvariantError(f"faults {sorted(longer)} became longer {ROUNDS} times.")
 
 
 def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> list[GeosurfWarning]:
@@ -186,7 +141,9 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
                     tuple(fault.vertices.mean(axis=0)),
                 )
             )
-    found += [one for sheet in sheets.values() for one in sheet.warnings]
+    # how much longer a fault became counts as a whole, not by the sheets that needed some of it
+    of_sheets = (one for sheet in sheets.values() for one in sheet.warnings)
+    found += [one for one in of_sheets if one.kind != "fault extended"]
     return list(dict.fromkeys(found))
 
 
@@ -220,28 +177,9 @@ def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet
             return tied_sheet(name, data, torn, [*faults.values()], tops, inputs.tie)
 
     return memory.get_or_compute(
-        "tear", name, key, make, lambda sheet: f"at {', '.join(sheet.cuts)}", again=False
-    )
-
-
-def _longer(faults: Faults, sheets: Mapping[str, Sheet]) -> Faults:
-    """Faults that a sheet needed longer than they are; of several, the largest."""
-    found: Faults = {}
-    for sheet in sheets.values():
-        for fault in sheet.faults:
-            known = faults.get(fault.name)
-            if known is None or np.array_equal(fault.vertices, known.vertices):
-                continue
-            largest = found.get(fault.name)
-            if largest is None or _size(fault) > _size(largest):
-                found[fault.name] = fault
-    return found
-
-
-def _size(fault: TriSurface) -> float:
-    """Area of a fault [m2]."""
-    a, b, c = fault.vertices[fault.triangles].transpose(1, 0, 2)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+        "tear", name, key, make, lambda sheet: f"at {', '.join(sheet.cuts)}",
+        again=False, reports=False,
+    )  # fmt: skip
 
 
 def _as_key(tear: Any) -> Hashable:

@@ -6,7 +6,7 @@ other trims may do without. What none of them closes is refused, with a remedy t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -27,6 +27,7 @@ from geosurf.sheets.report.propose_trim import shows_smear, trims_of
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them
+SINGLE = 3  # open faults that are left out one by one for a remedy, before all of them are
 WIDER = 0.5  # cells: measured trims count where they are wider than those given by this much
 
 
@@ -101,6 +102,8 @@ def torn_sheet(
         forced = Torn.of(close_at_any_cost(other.closed))
         best = min(best, forced, key=lambda one: one.loss)
     if best.bad:
+        best = _as_data_show(best, trims, picks, faults, torn)
+    if best.bad:
         _refuse(best, faults, lambda rest, used: torn(rest, used, given=used))
     return best
 
@@ -171,31 +174,76 @@ def _refuse(
     )
 
 
+def _as_data_show(
+    open_sheet: Torn,
+    trims: Trims,
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
+    tear: Callable[[Sequence[TriSurface], Trims], Torn],
+) -> Torn:
+    """The sheet with the trims that the data show at all faults, if it closes; else as it was.
+
+    They may be narrower than those given: a wide trim takes the data away between faults that meet
+    at acute angles.
+    """
+    shown = trims_of("auto", picks, faults)
+    if shown == trims:
+        return open_sheet
+    try:
+        other = tear(faults, shown)
+    except GeometryError:  # a block has no data beyond them
+        return open_sheet
+    if other.bad and not other.closed.built.is_hopeless:
+        other = Torn.of(close_at_any_cost(other.closed))
+    return open_sheet if other.bad else other
+
+
 def _what_works(
     bad: Sequence[int],
     faults: Sequence[TriSurface],
     closed: Closed,
     tear: Callable[[Sequence[TriSurface], Trims], Torn],
 ) -> str:
-    """Which faults to leave out so that the others close, as it was tried."""
+    """Which faults to leave out so that the others close, as it was tried.
+
+    Each open fault alone, then all of them, then those as well that are open without these. Each
+    of the last steps leaves out more, and a horizon that nothing tears is closed.
+    """
     trims = closed.given_trims.of_fault
-    for gone in [*((k,) for k in bad), tuple(bad)]:
+
+    def still_open(gone: Collection[int]) -> set[int]:
+        """Faults at which the sheet is open without some others."""
         rest = [k for k in range(len(faults)) if k not in gone]
-        try:
-            other = tear([faults[k] for k in rest], Trims(tuple(trims[k] for k in rest)))
-        except GeosurfError:
-            continue
-        if not other.bad:
-            throw = _throw_at(closed, gone)
-            return (
-                f"Without {faults_in_words([faults[k].name for k in gone])} the horizon closes, "
-                f"and bends there over {throw:.3g} m of throw: leave it out, or end it on its main "
-                "fault with truncations={...} (in a scenario, [[truncations]])."
-            )
+        return _open_at(rest, faults, trims, tear)
+
+    single = next((k for k in bad[:SINGLE] if len(bad) > 1 and not still_open({k})), None)
+    without = set(bad) if single is None else {single}
+    while single is None and (more := still_open(without)):
+        without |= more
+    gone = sorted(without)
+    words = faults_in_words([faults[k].name for k in gone])
     return (
-        "Without these faults it does not close, either: the data contradict the other faults, "
-        "too. Check positions and units of both."
+        f"Without {words} the horizon closes, and bends there over "
+        f"{_throw_at(closed, gone):.3g} m of throw: leave {'it' if len(gone) == 1 else 'them'} out."
     )
+
+
+def _open_at(
+    rest: Sequence[int],
+    faults: Sequence[TriSurface],
+    trims: Sequence[float],
+    tear: Callable[[Sequence[TriSurface], Trims], Torn],
+) -> set[int]:
+    """Faults, of the `rest` that tears a sheet, at which it stays open; all if it has no sheet."""
+    if not rest:
+        return set()
+    try:
+        other = tear([faults[k] for k in rest], Trims(tuple(trims[k] for k in rest)))
+        if other.bad and not other.closed.built.is_hopeless:
+            other = Torn.of(close_at_any_cost(other.closed))
+    except GeosurfError:
+        return set(rest)
+    return {rest[k] for k in other.bad}
 
 
 def _throw_at(closed: Closed, faults: Sequence[int]) -> float:

@@ -73,7 +73,7 @@ def mesh_units(units: Units, size: float | None = None) -> TetMesh:
     """
     expect(units, Units, "mesh_units takes Units", "pass scene.units")
     if not len(units):
-        raise InputError("there are no units to mesh. Pass scene.units.")
+        raise InputError("the model has no units to mesh. Pass scene.units of a model with some.")
     largest = None if size is None else _largest(size, units)
     require_extra()
 

@@ -192,9 +192,31 @@ def _mesh_of(key: str) -> Callable[[Any, str, str, str | None], Any]:
                 f"{what}: vertices have the shape {vertices.shape} and {key} {triangles.shape}; "
                 "expected (n, 3) each. Split polygons into triangles."
             )
-        return vertices, triangles.astype(np.int64)
+        return _without_twins(vertices, triangles.astype(np.int64))
 
     return convert
+
+
+def _without_twins(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Drop triangles with two corners at exactly one place, which GemPy makes; join these corners.
+
+    Their sides lie on each other, so that the surface stays the same and closed.
+    """
+    inside = (triangles >= 0).all() and (triangles < len(vertices)).all()
+    if not inside or not len(triangles):
+        return vertices, triangles  # the surface says what is wrong
+    corners = vertices[triangles]
+    twins = (corners == np.roll(corners, -1, axis=1)).all(axis=2)
+    if not twins.any():
+        return vertices, triangles
+
+    # each of the corners stands for the first one at its place
+    rows = np.unique(np.concatenate([triangles[twins], np.roll(triangles, -1, axis=1)[twins]]))
+    _, first, same = np.unique(vertices[rows], axis=0, return_index=True, return_inverse=True)
+    stands = np.arange(len(vertices))
+    stands[rows] = rows[first][same.ravel()]
+    joined = stands[triangles]
+    return vertices, joined[(joined != np.roll(joined, -1, axis=1)).all(axis=1)]
 
 
 def _of_geopandas(value: Any, what: str, role: str, positive: str | None) -> Any:

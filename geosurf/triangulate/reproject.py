@@ -56,6 +56,8 @@ def reproject(obj: Any, crs: str, *, source: str | None = None) -> Any:
     crs = name_of(crs, "coordinate reference system")
     known = obj.crs if isinstance(obj, TriSurface | FaultSticks) else crs_of(obj)
     what = repr(getattr(obj, "name", None) or "the object")
+    if source is not None and not isinstance(source, str):
+        raise InputError(f'source is {source!r}; give a text such as "EPSG:23031".')
     if known is None and source is None:
         raise InputError(
             f"{what} declares no coordinate reference system. Name it: gs.reproject(obj, {crs!r}, "

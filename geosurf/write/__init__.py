@@ -1,134 +1,86 @@
 """Anything -> files: the object and the suffix pick the writer.
 
 A file is written completely or left as it was, and the same object always gives the same bytes.
-``notes`` of the returned list name what a format cannot hold.
+``lost`` of the returned list names what a format cannot hold.
 """
 
 from __future__ import annotations
 
+import copy
+import re
 import sys
 from collections.abc import Callable
 from importlib import import_module
 from os import PathLike
+from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
-from geosurf.conventions.crs import crs_of, label
+from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import OutputError
-from geosurf.model import (
-    CornerPointGrid,
-    Curves,
-    FaultSticks,
-    Patches,
-    TetMesh,
-    TriSurface,
-    Unit,
-    Units,
-)
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
-from geosurf.write._files import Written, commit, commit_set
+from geosurf.write._files import commit, commit_set
+from geosurf.write.prj import prj_of
+from geosurf.write.registry import (
+    INSTEAD,
+    KEEP_CRS,
+    SETS,
+    WITH_PRJ,
+    WITH_SUFFIX,
+    WRITERS,
+    kind_of,
+)
+from geosurf.write.written import Loss, Written
 
-__all__ = ["Written", "write"]
-
-# kind of object -> suffix -> (module, function)
-WRITERS: dict[str, dict[str, tuple[str, str]]] = {
-    "TriSurface": {
-        ".ts": ("gocad", "tsurf"),
-        ".vtp": ("vtp", "vtp_of_surface"),
-        **dict.fromkeys((".vtu", ".vtk", ".obj", ".stl", ".ply"), ("mesh", "mesh_of_surface")),
-    },
-    "Curves": {
-        ".pl": ("gocad", "pline"),
-        ".vtp": ("vtp", "vtp_of_curves"),
-        ".pol": ("polylines", "pol_of_curves"),
-    },
-    "Patches": {".vtp": ("vtp", "vtp_of_patches"), ".vtu": ("mesh", "mesh_of_patches")},
-    "Unit": {
-        ".vtp": ("vtp", "vtp_of_unit"),
-        ".ts": ("gocad", "tsurf_of_unit"),
-        **dict.fromkeys((".stl", ".vtu", ".obj", ".ply"), ("mesh", "mesh_of_unit")),
-    },
-    "Units": {
-        ".vtm": ("vtp", "vtm_of_units"),
-        ".csv": ("table", "csv_of_units"),
-        ".nc": ("netcdf", "netcdf_of_units"),
-    },
-    "TetMesh": dict.fromkeys((".vtu", ".msh", ".inp"), ("mesh", "mesh_of_tets")),
-    "FaultSticks": {".pol": ("polylines", "pol_of_sticks")},
-    "horizon (DataArray)": {
-        ".nc": ("netcdf", "netcdf_of_horizon"),
-        ".irap": ("irap", "irap_classic"),
-        ".gri": ("irap", "irap_binary"),
-    },
-    "Dataset": {
-        ".nc": ("netcdf", "netcdf_of_dataset"),
-        ".vti": ("vti", "vti_of_grid"),
-        ".pol": ("polylines", "pol_of_lines"),
-        ".csv": ("polylines", "csv_of_lines"),
-    },
-    "CornerPointGrid": {
-        ".grdecl": ("grdecl", "grdecl_of_grid"),
-        ".inc": ("grdecl", "inc_of_grid"),
-        **dict.fromkeys((".egrid", ".roff"), ("egrid", "binary_of_grid")),
-    },
-}
-# suffixes of formats with a place for a coordinate reference system
-KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm", ".vti", ".grdecl")
-# advice for objects that cannot be written
-INSTEAD = {
-    "Sheet": " For the horizon cut at its faults, write scene.patches.surface(name).",
-    "Scene": " Write its scene.units, scene.curves or scene.patches.",
-}
-KINDS = {
-    "TriSurface": TriSurface,
-    "Curves": Curves,
-    "Patches": Patches,
-    "Unit": Unit,
-    "Units": Units,
-    "TetMesh": TetMesh,
-    "FaultSticks": FaultSticks,
-    "CornerPointGrid": CornerPointGrid,
-}
+__all__ = ["Loss", "Written", "write"]
 
 
-def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Written:
+def write(
+    obj: Any, path: str | PathLike[str], *, name: str | None = None, crs: str | None = None
+) -> Written:
     """
     Write a surface, curves, patches, units, a horizon or a table to a file.
 
     Parameters
     ----------
     obj : object
-        TriSurface, Curves, Patches, Unit, Units, TetMesh, CornerPointGrid, FaultSticks, DataArray
-        or Dataset.
+        TriSurface, Curves, Patches, Unit, Units, TetMesh, CornerPointGrid, FaultSticks, DataArray,
+        Dataset, DataFrame, or a list of lines (n, 3).
     path : path-like
-        The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply``.
-        Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
-        .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` next to it), ``.csv``, ``.nc``.
-        TetMesh: ``.vtu .msh .inp``. FaultSticks: ``.pol``. Horizon: ``.nc .irap``
-        and ``.gri`` (float32). Dataset: ``.nc``; lines, such as fault polygons: ``.pol .csv``, too;
-        regular grids: ``.vti``.
-        CornerPointGrid: ``.grdecl`` (pillars, depths, active cells, faults), ``.inc`` (zones,
-        blocks and regions), ``.egrid`` and ``.roff`` (with xtgeo).
+        The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply .glb .gltf``.
+        Curves: ``.pl .vtp .pol .csv .geojson``. Patches: ``.vtp .vtu .glb .gltf``. Unit: ``.vtp
+        .ts .stl .vtu .obj .ply .glb .gltf``. Units: ``.vtm`` (and a folder of ``.vtp`` next to
+        it), ``.ml`` (the sealed model with its regions), ``.glb .gltf``; their table: ``.csv
+        .parquet .nc``. TetMesh: ``.vtu .msh .inp``.
+        Horizon: ``.nc``; IRAP text ``.irapasc .irapascii .fgr``; IRAP binary (float32) ``.gri
+        .irap .irapbin``; without rotation ``.zmap .zmp .cps3 .cps .asc``; its nodes ``.xyz``.
+        Lines (FaultSticks, lists, Datasets such as fault polygons): ``.pol .csv .geojson``.
+        Points: ``.xyz .poi .csv .vs .geojson .parquet``. Datasets: ``.nc``; of one dimension
+        ``.csv .parquet``; regular grids ``.vti``. CornerPointGrid: ``.grdecl`` (pillars,
+        depths, active cells, faults), ``.inc`` (zones, blocks and regions), ``.egrid`` and
+        ``.roff`` (with xtgeo). Surfaces, a list or mapping of them, Scene: ``.epc`` (RESQML).
     name : str, optional
         Name to store. Default: the object's own, else the file name without suffix.
+    crs : str, optional
+        Coordinate reference system of an object that declares none, as in ``"EPSG:23031"``.
 
     Returns
     -------
     Written
-        List of the paths written; its ``notes`` name what the format could not hold,
-        with the largest rounding error.
+        List of the paths written; its ``lost`` and ``notes`` name what the format could not hold,
+        with the largest rounding error. It prints both.
 
     Raises
     ------
     OutputError
-        If the suffix does not suit the object, the format cannot hold the values, or
-        the folder or file cannot be written. Then nothing is left behind.
+        If the suffix does not suit the object, the format cannot hold the values, `crs` is not
+        that of the object, or the folder or file cannot be written. Then nothing is left behind.
     InputError
         If a horizon has no ``positive`` or no known ``units`` and the format needs them.
     DependencyError
-        If NetCDF support is not installed.
+        If NetCDF or Parquet support is not installed.
 
     Examples
     --------
@@ -144,49 +96,108 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     path = path_of(path, "write")
     if name is not None:
         name = name_of(name, "thing to write")
-    kind = _kind(obj)
+    kind = kind_of(obj)
     if kind is None:
         raise OutputError(
             f"{path}: geosurf cannot write an object of type {type(obj).__name__}; it writes "
             f"{', '.join(WRITERS)}.{INSTEAD.get(type(obj).__name__, '')}"
         )
+    suffix = path.suffix.lower()
+    _refuse_suffix(obj, kind, path, suffix)
+    if kind != "surfaces":  # these may declare a system each
+        obj, crs = _in_crs(obj, crs, path)
+    if kind == "Dataset" and hasattr(obj, "to_dataset"):  # one column, such as scene.volumes
+        obj = obj.to_dataset(promote_attrs=True)
 
+    # writers are loaded when needed: meshio and xarray cost time
+    module, function = WRITERS[kind][suffix]
+    encode: Callable[..., Any] = getattr(import_module(f"geosurf.write.{module}"), function)
+
+    # an index and its parts replace their files together; the index is named first
+    if suffix in SETS:
+        files, lost, ours = encode(obj, path, name, crs)
+        return Written(sorted(commit_set(path, files, ours), key=path.__ne__), lost)
+    title = name or _own_name(obj)
+    if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
+        title = str(title or path.stem)
+    extra = (suffix,) if module in WITH_SUFFIX else (crs,) if suffix == ".geojson" else ()
+    data, lost = encode(obj, title, *extra)
+    if suffix in WITH_PRJ:
+        whole = getattr(obj, "attrs", {}).get("crs")  # a description goes before its code
+        described = isinstance(whole, str) and "[" in whole
+        return _with_prj(path, data, lost, whole if described else crs)
+    return Written(commit(path, data), [*lost, *_lost_crs(crs, suffix)])
+
+
+def _refuse_suffix(obj: Any, kind: str, path: Path, suffix: str) -> None:
+    """Refuse a suffix that the kind of object is not written to, with those that it is."""
     # a DataArray over other dimensions is a table, and no grid format holds it
-    suffix, known = path.suffix.lower(), WRITERS[kind]
     if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:
         raise OutputError(
             f"{path}: a DataArray over {tuple(obj.dims)} is not a horizon and cannot be "
             "written. Write scene.units (.csv, .nc) for the table of volumes, or "
             "da.to_dataset() (.nc)."
         )
+    known = WRITERS[kind]
     if suffix not in known:
         raise OutputError(
             f"{path}: {kind} cannot be written as {suffix or 'a file without suffix'!r}. Use one "
             f"of the suffixes {', '.join(known)}.{did_you_mean(suffix, known)}"
+            f"{INSTEAD.get(type(obj).__name__, '')}"
         )
 
-    # writers are loaded when needed: meshio and xarray cost time
-    module, function = known[suffix]
-    encode: Callable[..., Any] = getattr(import_module(f"geosurf.write.{module}"), function)
 
-    # an index and its parts replace their files together; the index is named first
-    if suffix == ".vtm":
-        files, notes = encode(obj, path.stem)
-        return Written(reversed(commit_set(path, files)), notes)
-    title = name or _own_name(obj)
-    if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
-        title = str(title or path.stem)
-    extra = (suffix,) if module in ("mesh", "egrid") else ()
-    data, notes = encode(obj, title, *extra)
-    return Written(commit(path, data), [*notes, *_lost_crs(obj, suffix)])
+def _in_crs(obj: Any, crs: str | None, path: Path) -> tuple[Any, str | None]:
+    """Return an object with its reference system: that which it declares, or the given one."""
+    declared = obj.crs if isinstance(obj, Noun) else crs_of(obj)
+    if crs is None:
+        return obj, declared
+    crs = name_of(crs, "coordinate reference system")
+    if declared is not None:
+        if are_same(declared, crs) is False:
+            raise OutputError(
+                f"{path}: the object is in {label(declared)}, and crs= is {label(crs)}. Leave crs= "
+                f"out, or convert the object: gs.reproject(obj, {crs!r})."
+            )
+        return obj, declared
+    if isinstance(obj, list | tuple):
+        return obj, crs
+    if hasattr(obj, "assign_attrs"):
+        return obj.assign_attrs(crs=crs), crs
+    made = copy.copy(obj)
+    if isinstance(obj, Noun):
+        object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
+    else:
+        made.attrs = {**obj.attrs, "crs": crs}
+    return made, crs
 
 
-def _lost_crs(obj: Any, suffix: str) -> list[str]:
-    """A note where the coordinate reference system of an object is not in its file."""
-    crs = getattr(obj, "crs", None) if isinstance(obj, Noun) else crs_of(obj)
+def _with_prj(path: Path, data: bytes, lost: list[Loss], crs: str | None) -> Written:
+    """Write a file, and its reference system next to it."""
+    prj = path.with_suffix(".prj")
+    content, why = (None, []) if crs is None else prj_of(crs)
+    if content is None and prj.exists():
+        raise OutputError(
+            f"{path}: {prj.name} lies next to it and would be read as its coordinate reference "
+            f"system, but there is none to write. Remove {prj.name}, or give crs=."
+        )
+    if content is None:
+        return Written(commit(path, data), [*lost, *why])
+    pair = {PurePath(path.name): data, PurePath(prj.name): content}
+    ours = re.compile("|".join(re.escape(str(name)) for name in pair))
+    return Written(sorted(commit_set(path, pair, ours), key=path.__ne__), [*lost, *why])
+
+
+def _lost_crs(crs: str | None, suffix: str) -> list[Loss]:
+    """A loss where the coordinate reference system of an object is not in its file."""
     if crs is None or suffix in KEEP_CRS:
         return []
-    return [f"The format does not store the coordinate reference system (CRS), {label(crs)}."]
+    return [
+        Loss(
+            "crs",
+            f"The format does not store the coordinate reference system (CRS), {label(crs)}.",
+        )
+    ]
 
 
 def _own_name(obj: Any) -> str | None:
@@ -197,21 +208,6 @@ def _own_name(obj: Any) -> str | None:
     return None if own is None else str(own)
 
 
-def _kind(obj: Any) -> str | None:
-    """Return the row of WRITERS for an object; xarray is only looked at if it is loaded."""
-    for kind, cls in KINDS.items():
-        if isinstance(obj, cls):
-            return kind
-
-    # an object of xarray exists only if xarray was imported
-    xr = sys.modules.get("xarray")
-    if xr is not None and isinstance(obj, xr.DataArray):
-        return "horizon (DataArray)"
-    if xr is not None and isinstance(obj, xr.Dataset):
-        return "Dataset"
-    return None
-
-
 class _Room(ModuleType):
     """The folder `geosurf.write`, which answers a call as the function of the same name.
 
@@ -219,8 +215,15 @@ class _Room(ModuleType):
     ``geosurf.write`` means to users; so the folder can be called, too.
     """
 
-    def __call__(self, obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Written:
-        return write(obj, path, name=name)
+    def __call__(
+        self,
+        obj: Any,
+        path: str | PathLike[str],
+        *,
+        name: str | None = None,
+        crs: str | None = None,
+    ) -> Written:
+        return write(obj, path, name=name, crs=crs)
 
 
 sys.modules[__name__].__class__ = _Room

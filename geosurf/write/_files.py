@@ -11,7 +11,7 @@ import errno
 import hashlib
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PurePath, PurePosixPath
 
@@ -19,26 +19,10 @@ from geosurf.errors import OutputError
 from geosurf.files.atomic import N_RANDOM, PREFIX, write_whole
 from geosurf.files.folders import Names, finish, make_stage, replace_files
 from geosurf.files.locks import Lock
+from geosurf.write.written import Loss
 
-
-class Written(list[Path]):
-    """Paths of the files written, and what the format could not hold.
-
-    Attributes
-    ----------
-    notes : tuple of str
-        One sentence per loss or convention that the file itself does not state:
-        rounding to float32, names left out, elevation or depth.
-
-    Examples
-    --------
-    >>> Written([Path("top.gri")], ["Values were rounded to float32."]).notes
-    ('Values were rounded to float32.',)
-    """
-
-    def __init__(self, paths: Iterable[Path], notes: Iterable[str] = ()) -> None:
-        super().__init__(paths)
-        self.notes = tuple(notes)
+# files by path relative to the folder of their index, what is lost, and a pattern of their names
+FileSet = tuple[dict[PurePath, bytes], list[Loss], re.Pattern[str] | None]
 
 
 def commit(path: Path, data: bytes) -> list[Path]:
@@ -54,7 +38,9 @@ def commit(path: Path, data: bytes) -> list[Path]:
     return [path]
 
 
-def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
+def commit_set(
+    index: Path, files: Mapping[PurePath, bytes], ours: re.Pattern[str] | None = None
+) -> list[Path]:
     """Write an index and the files in the folder next to it that it names: all of them or none.
 
     Files that an earlier index names and the new one does not are removed. While the files are
@@ -66,6 +52,8 @@ def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
     index : pathlib.Path
     files : mapping of pathlib.PurePath to bytes
         By path relative to the folder of the index, which is among them.
+    ours : re.Pattern, optional
+        Names that this writer makes; default: those of a ``.vtm`` and its folder.
 
     Returns
     -------
@@ -81,6 +69,7 @@ def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
     # names that this writer makes: nothing else in the folder is ever replaced or removed
     part = re.escape(parts.name) + r"/\d{3,}_[A-Za-z0-9+_-]+\.vtp"
     names = Names((re.compile(re.escape(index.name)), re.compile(part)), (parts.name,))
+    names = names if ours is None else Names((ours,), ())
 
     # lock, stage and journal belong to this index: two indexes in one folder do not wait
     mine = hashlib.sha256(index.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]

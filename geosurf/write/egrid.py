@@ -6,11 +6,14 @@ import tempfile
 from pathlib import Path
 
 from geosurf.model.grids import CornerPointGrid
+from geosurf.write.written import Loss
 
 FORMATS = {".egrid": "egrid", ".roff": "roff_binary"}
 
 
-def binary_of_grid(grid: CornerPointGrid, name: str | None, suffix: str) -> tuple[bytes, list[str]]:
+def binary_of_grid(
+    grid: CornerPointGrid, name: str | None, suffix: str
+) -> tuple[bytes, list[Loss]]:
     """Return a grid as xtgeo writes it."""
     theirs = grid.to_xtgeo()
     with tempfile.TemporaryDirectory() as folder:
@@ -18,8 +21,8 @@ def binary_of_grid(grid: CornerPointGrid, name: str | None, suffix: str) -> tupl
         theirs.to_file(path, fformat=FORMATS[suffix])
         data = path.read_bytes()
     return data, [
-        "Depths were rounded to float32; elevations are written as depths.",
-        "The format does not store faults, zones and blocks: write .grdecl and .inc, too.",
+        Loss("precision", "Depths were rounded to float32; elevations are written as depths."),
+        Loss("data", "Faults, zones and blocks were left out: write .grdecl and .inc, too."),
     ]
 
 

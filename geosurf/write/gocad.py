@@ -1,7 +1,7 @@
 """GOCAD text: TSurf for surfaces and unit shells, PLine for curves.
 
-Numbers are written as the shortest text that gives the same float64 back, so
-that a round trip is exact. NaN properties become the no-data value.
+Numbers give the same float64 back, so that a round trip is exact. NaN properties become the
+no-data value.
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ import numpy as np
 from geosurf.conventions.crs import label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, TriSurface, Unit
+from geosurf.write.decimals import Part, rows_text
+from geosurf.write.written import Loss
 
 NO_DATA = -99999.0
 
 
-def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
+def tsurf(surface: TriSurface, name: str) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a TSurf file of a surface, with numeric vertex data as properties."""
     # A property has one or more columns for each vertex; GOCAD takes numbers only.
     numeric = {
@@ -29,15 +31,12 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
 
     # what the format cannot hold is said, never dropped in silence
     lost = [key for key in surface.vertex_data if key not in numeric]
-    notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
+    words = f"Vertex data {lost} are not numeric and were left out."
+    notes = [Loss("data", words)] if lost else []
 
-    lines = _head("TSurf", name, surface.crs)
+    lines: list[str | bytes | bytearray] = [*_head("TSurf", name, surface.crs)]
     if numeric:
-        lines += [
-            "PROPERTIES " + " ".join(_quoted(key) for key in numeric),
-            "NO_DATA_VALUES " + " ".join(repr(NO_DATA) for _ in numeric),
-            "ESIZES " + " ".join(str(value.shape[1]) for value in numeric.values()),
-        ]
+        lines += _property_lines({key: value.shape[1] for key, value in numeric.items()})
 
         # No value may look like the mark of absent values, since it would be read as absent.
         table = np.concatenate(list(numeric.values()), axis=1)
@@ -53,27 +52,28 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
 
     # One TFACE holds all vertices and triangles, so that no vertex is repeated.
     lines.append("TFACE")
-    lines += _vertex_lines(word, vertices)
-    lines += _triangle_lines(surface.triangles)
+    lines += vertex_lines(word, vertices)
+    lines += triangle_lines(surface.triangles)
     return _encoded(lines), notes
 
 
-def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
-    """Return a TSurf file of a shell, one TFACE per surface that bounds it."""
-    lines = _head("TSurf", name, unit.crs)
+def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes | bytearray, list[Loss]]:
+    """Return a TSurf file of a shell; one TFACE, since xtgeo reads no second one."""
+    lines: list[str | bytes | bytearray] = [*_head("TSurf", name, unit.crs), "TFACE"]
+    lines += vertex_lines("VRTX", unit.vertices)
 
-    # Vertices stand once, before the first part; the others refer to them.
-    for i, row in enumerate(np.unique(unit.surface_of_triangle).tolist()):
-        lines.append("TFACE")
-        if i == 0:
-            lines += _vertex_lines("VRTX", unit.vertices)
-        lines += _triangle_lines(unit.triangles[unit.surface_of_triangle == row])
-    return _encoded(lines), []
+    # surface by surface, as they bound the unit
+    order = np.argsort(unit.surface_of_triangle, kind="stable")
+    lines += triangle_lines(unit.triangles[order])
+    words = (
+        "Which surface each triangle lies on is not in the file. Write all units as .ml, or .vtp."
+    )
+    return _encoded(lines), [Loss("data", words)]
 
 
-def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
+def pline(curves: Curves, name: str | None) -> tuple[bytes | bytearray, list[Loss]]:
     """Return a PLine file: one object per pair of surfaces, one ILINE per curve."""
-    lines: list[str] = []
+    lines: list[str | bytes | bytearray] = []
 
     # sorted, so that the bytes do not depend on the order of curves
     pairs = sorted({tuple(pair) for pair in curves.surfaces_of_curve.tolist()})
@@ -92,7 +92,7 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
             ids = np.arange(n_written + 1, n_written + 1 + len(rows))
             ends = np.append(ids, ids[0]) if closed else ids
             lines.append("ILINE")
-            lines += _vertex_lines("VRTX", curves.points[rows], first=n_written + 1)
+            lines += vertex_lines("VRTX", curves.points[rows], first=n_written + 1)
             lines += [f"SEG {a} {b}" for a, b in itertools.pairwise(ends)]
             n_written += len(rows)
         lines.append("END")
@@ -111,13 +111,20 @@ def _head(kind: str, name: str, crs: str | None) -> list[str]:
         "HEADER {",
         f"name:{' '.join(name.split()).replace('{', '(').replace('}', ')')}",
         "}",
-        "GOCAD_ORIGINAL_COORDINATE_SYSTEM",
-        "NAME Default" if crs is None else f'NAME "{_system(crs)}"',
-        'AXIS_NAME "X" "Y" "Z"',
-        'AXIS_UNIT "m" "m" "m"',
-        "ZPOSITIVE Elevation",
-        "END_ORIGINAL_COORDINATE_SYSTEM",
+        coordinate_system(crs).rstrip("\n"),
     ]
+
+
+def coordinate_system(crs: str | None) -> str:
+    """Return the block of the coordinate system: metres, elevation."""
+    return (
+        "GOCAD_ORIGINAL_COORDINATE_SYSTEM\n"
+        + ("NAME Default\n" if crs is None else f'NAME "{_system(crs)}"\n')
+        + 'AXIS_NAME "X" "Y" "Z"\n'
+        'AXIS_UNIT "m" "m" "m"\n'
+        "ZPOSITIVE Elevation\n"
+        "END_ORIGINAL_COORDINATE_SYSTEM\n"
+    )
 
 
 def _system(crs: str) -> str:
@@ -127,16 +134,38 @@ def _system(crs: str) -> str:
     return " ".join(text.replace('"', "'").replace("\\", "/").split())
 
 
-def _vertex_lines(word: str, vertices: np.ndarray, first: int = 1) -> list[str]:
+def vertex_lines(word: str, vertices: np.ndarray, first: int = 1) -> list[bytearray]:
     """Lines of vertices; CNXYZ (moved along all axes) is what some readers know a vertex by."""
+    if not len(vertices):
+        return []
+    parts: list[Part] = [f"{word} ".encode(), np.arange(first, first + len(vertices))]
+    for column in vertices.T:
+        parts += [b" ", column]
+    return [rows_text([*parts, b" CNXYZ\n"])]
+
+
+def triangle_lines(triangles: np.ndarray) -> list[bytearray]:
+    """Lines of triangles (n, 3), rows of vertices counted from 0."""
+    if not len(triangles):
+        return []
+    a, b, c = (triangles + 1).T
+    return [rows_text([b"TRGL ", a, b" ", b, b" ", c, b"\n"])]
+
+
+def _property_lines(sizes: dict[str, int]) -> list[str]:
+    """Header of properties with their sizes; OpenGeode reads none without all of these lines."""
+    names = " ".join(_quoted(key) for key in sizes)
+    n = len(sizes)
     return [
-        f"{word} {i} {' '.join(map(repr, row))} CNXYZ"
-        for i, row in enumerate(vertices.tolist(), first)
+        f"PROPERTIES {names}",
+        "PROP_LEGAL_RANGES" + " **none** **none**" * n,
+        "NO_DATA_VALUES" + f" {NO_DATA!r}" * n,
+        f"PROPERTY_CLASSES {names}",
+        "PROPERTY_KINDS" + ' "Real Number"' * n,
+        "PROPERTY_SUBCLASSES" + " QUANTITY Float" * n,
+        "ESIZES " + " ".join(map(str, sizes.values())),
+        "UNITS" + " unitless" * n,
     ]
-
-
-def _triangle_lines(triangles: np.ndarray) -> list[str]:
-    return [f"TRGL {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
 
 
 def _quoted(key: str) -> str:
@@ -144,5 +173,9 @@ def _quoted(key: str) -> str:
     return f'"{clean}"' if " " in clean or "'" in clean or not clean else clean
 
 
-def _encoded(lines: Sequence[str]) -> bytes:
-    return ("\n".join(lines) + "\nEND\n").encode("utf-8")
+def _encoded(lines: Sequence[str | bytes | bytearray]) -> bytearray:
+    """One text of single lines and of blocks of lines, which are bytes that end with a line end."""
+    data = bytearray()
+    for line in [*lines, "END"]:
+        data += line if not isinstance(line, str) else f"{line}\n".encode()
+    return data

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from geosurf.model.grids import AXES, CornerPointGrid
+from geosurf.write.written import Loss
 
 PER_LINE = 8
 AT_ONCE = 80_000  # numbers in one piece of text
 MOST_NAME = 8  # characters of a fault name that simulators read
 
 
-def grdecl_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[str]]:
+def grdecl_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the GRID section: SPECGRID, COORD, ZCORN, ACTNUM and FAULTS; depths grow downwards."""
     nz, ny, nx = grid.shape
     coord = grid.coord.copy()
@@ -27,16 +28,18 @@ def grdecl_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list
         *_keyword("ACTNUM", _repeats(grid.actnum.ravel().astype(np.int64))),
         *_faults(grid),
     ]
-    notes = ["Coordinates were rounded to 0.001 m; elevations are written as depths."]
+    words_lost = "Coordinates were rounded to 0.001 m; elevations are written as depths."
+    lost = [Loss("precision", words_lost, 0.0005)]
     if grid.crs is not None:
         words.insert(1, f"-- CRS: {' '.join(grid.crs.split())[:110]}\n\n")
     long = [one for one in grid.fault_names if len(one) > MOST_NAME]
     if long:
-        notes.append(f"Fault names have more than {MOST_NAME} characters: {', '.join(long)}.")
-    return "".join(words).encode(), notes
+        words_lost = f"Fault names have more than {MOST_NAME} characters: {', '.join(long)}."
+        lost.append(Loss("name", words_lost))
+    return "".join(words).encode(), lost
 
 
-def inc_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[str]]:
+def inc_of_grid(grid: CornerPointGrid, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the arrays ZONE, BLOCK and FIPNUM, which count from 1; 0 in cells without."""
     regions = [f"{zone}, {block}" for zone, block in grid.region_names]
     words = [_head(grid, name)]

@@ -19,17 +19,19 @@ import numpy as np
 
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit
+from geosurf.write.written import Loss
 
 SIGNATURE = re.compile(rb"^(# |comment )Created by meshio[^\n]*\n", re.MULTILINE)
-FACES_LOST = "Faces and their surfaces were left out; .msh stores them."
-NAMES_LOST = "The format does not store names."
-TOPOLOGY_LOST = (
+FACES_LOST = Loss("data", "Faces and their surfaces were left out; .msh stores them.")
+NAMES_LOST = Loss("name", "The format does not store names.")
+TOPOLOGY_LOST = Loss(
+    "topology",
     "STL stores three corners for every triangle. Readers merge vertices only where "
-    "coordinates are equal."
+    "coordinates are equal.",
 )
 
 
-def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes, list[str]]:
+def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes, list[Loss]]:
     """Return a surface in the format of `suffix`."""
     notes = [NAMES_LOST]
     keeps_data = suffix in (".vtu", ".vtk", ".ply")
@@ -42,13 +44,17 @@ def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes,
             data[key] = value
     lost = [key for key in surface.vertex_data if key not in data]
     if lost:
-        notes.append(f"Vertex data {lost} were left out; .vtp stores numeric data.")
+        words = f"Vertex data {lost} were left out; .vtp stores numeric data."
+        notes.append(Loss("data", words))
+    n_lost = surface.n_vertex - len(np.unique(surface.triangles)) if suffix == ".stl" else 0
+    if n_lost:
+        notes.append(Loss("data", f"{n_lost} vertices that no triangle uses were left out."))
     return _encode(surface.vertices, surface.triangles, suffix, point_data=data), _noted(
         suffix, notes
     )
 
 
-def mesh_of_patches(patches: Patches, name: str | None, suffix: str) -> tuple[bytes, list[str]]:
+def mesh_of_patches(patches: Patches, name: str | None, suffix: str) -> tuple[bytes, list[Loss]]:
     """Return all patches with surface, parent and patch of each triangle."""
     labels = {
         "surface": patches.surface_of_triangle,
@@ -56,10 +62,11 @@ def mesh_of_patches(patches: Patches, name: str | None, suffix: str) -> tuple[by
         "patch": patches.patch_of_triangle,
     }
     data = _encode(patches.vertices, patches.triangles, suffix, cell_data=labels)
-    return data, [f"{NAMES_LOST} Row i of 'surface' is the i-th of {list(patches.names)}."]
+    words = f"{NAMES_LOST} Row i of 'surface' is the i-th of {list(patches.names)}."
+    return data, [Loss("name", words)]
 
 
-def mesh_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[str]]:
+def mesh_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[Loss]]:
     """Return the shell of a unit."""
     # only VTK formats have numbers for each triangle
     labels = {"surface": unit.surface_of_triangle} if suffix in (".vtu", ".vtk") else {}
@@ -67,13 +74,13 @@ def mesh_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[str]]:
     return data, _noted(suffix, [NAMES_LOST])
 
 
-def mesh_of_tets(mesh: TetMesh, name: str | None, suffix: str) -> tuple[bytes, list[str]]:
+def mesh_of_tets(mesh: TetMesh, name: str | None, suffix: str) -> tuple[bytes, list[Loss]]:
     """Return tetrahedra with the unit of each; Gmsh also has faces and names."""
     tets, region = mesh.tetrahedra, mesh.region
     rows = f"Row i of 'unit' is the i-th of {list(mesh.unit_names)}."
     if suffix == ".vtu":
         data = _encode(mesh.vertices, tets, suffix, cell_data={"unit": region}, kind="tetra")
-        return data, [f"{NAMES_LOST} {rows}", FACES_LOST]
+        return data, [Loss("name", f"{NAMES_LOST} {rows}"), FACES_LOST]
     if suffix == ".inp":
         # labels of Abaqus: letters, numbers and underscores, at most 80 of them
         sets = {
@@ -81,7 +88,7 @@ def mesh_of_tets(mesh: TetMesh, name: str | None, suffix: str) -> tuple[bytes, l
             for k, unit in enumerate(mesh.unit_names)
         }
         data = _encode(mesh.vertices, tets, suffix, kind="tetra", cell_sets=sets)
-        return data, [f"Element sets are named {list(sets)}.", FACES_LOST]
+        return data, [Loss("name", f"Element sets are named {list(sets)}."), FACES_LOST]
     return _gmsh(mesh), []
 
 
@@ -109,7 +116,7 @@ def _gmsh(mesh: TetMesh) -> bytes:
     )
 
 
-def _noted(suffix: str, notes: list[str]) -> list[str]:
+def _noted(suffix: str, notes: list[Loss]) -> list[Loss]:
     return [*notes, TOPOLOGY_LOST] if suffix == ".stl" else notes
 
 

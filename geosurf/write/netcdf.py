@@ -1,4 +1,8 @@
-"""CF NetCDF, through xarray: horizons, fault grids, tables of units."""
+"""CF NetCDF, through xarray: horizons, fault grids, tables of units.
+
+The coordinate reference system is the attribute ``crs``, and for other programs the grid mapping
+``spatial_ref``, as rioxarray and GDAL have it.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +14,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
-from geosurf.conventions.crs import crs_of
+from geosurf.conventions.crs import crs_of, epsg_of
 from geosurf.errors import DependencyError, OutputError
+from geosurf.write.regular_grid import refuse_odd_nodes
+from geosurf.write.table import TABLE_ONLY
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
     from geosurf.model import Units
+    from geosurf.write.written import Loss
 
+MAPPING = "spatial_ref"  # the name that rioxarray looks for
 STANDARD_NAMES = {"easting": "projection_x_coordinate", "northing": "projection_y_coordinate"}
 
 
-def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
+def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[Loss]]:
     """Return a horizon as one variable ``elevation`` (or ``depth``) with CF attributes."""
     # The name of the variable says what is positive, as CF readers expect.
     what = f"horizon {name!r}"
@@ -29,25 +37,27 @@ def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str
     metres_per_unit(horizon.attrs.get("units"), what)
     key = "elevation" if sign > 0 else "depth"
 
+    refuse_odd_nodes(horizon, name)
     data = horizon.rename(key)
     data.attrs = dict(horizon.attrs) | {"long_name": name}
     if (crs := crs_of(horizon)) is not None:
         data.attrs["crs"] = crs
     data.attrs["standard_name"] = "height_above_mean_sea_level" if sign > 0 else "depth"
-    return _bytes(data.to_dataset(), what)
+    return _bytes(data.to_dataset(), what, crs)
 
 
-def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
+def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the table of units; names are stored as strings."""
-    return _bytes(units.table, "table of units")
+    data, lost = _bytes(units.table, "table of units")
+    return data, [TABLE_ONLY, *lost]
 
 
-def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[str]]:
+def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return any dataset, such as a table or a parametric fault."""
-    return _bytes(dataset, "dataset")
+    return _bytes(dataset, "dataset", crs_of(dataset))
 
 
-def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
+def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[bytes, list[Loss]]:
     """Return NetCDF-4 bytes; attributes that it cannot hold become text."""
     if find_spec("h5netcdf") is None:
         raise DependencyError(
@@ -68,6 +78,8 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
             variable.attrs.setdefault("standard_name", STANDARD_NAMES[str(key)])
 
     dataset.attrs.setdefault("Conventions", "CF-1.11")
+    if crs is not None:
+        dataset = _with_mapping(dataset, crs)
     # h5netcdf writes to a path; the bytes then take the way of all other files.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         file = Path(folder) / "out.nc"
@@ -79,6 +91,43 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
                 "convert that variable."
             ) from error
         return file.read_bytes(), []
+
+
+def _with_mapping(dataset: xr.Dataset, crs: str) -> xr.Dataset:
+    """Add the grid mapping ``spatial_ref`` for all variables in space, unless there is one."""
+    axes = [dataset[key].dims for key in STANDARD_NAMES if key in dataset.variables]
+    dims = {dim for one in axes for dim in one}
+    named = [key for key, one in dataset.data_vars.items() if dims and dims <= set(one.dims)]
+    if not named or any("grid_mapping" in dataset[key].attrs for key in named):
+        return dataset
+    mapping = dataset.variables.get(MAPPING)
+    if mapping is not None and mapping.ndim:
+        return dataset  # data of that name
+    if mapping is None or not mapping.attrs:
+        dataset = dataset.drop_vars(MAPPING, errors="ignore")
+        dataset[MAPPING] = ((), 0, _mapping(crs))
+    for key in named:
+        dataset[key].attrs["grid_mapping"] = MAPPING
+    return dataset
+
+
+def _mapping(crs: str) -> dict[str, Any]:
+    """Attributes of a grid mapping: those of CF where pyproj is installed, else the text alone."""
+    found: dict[str, Any] = {"spatial_ref": crs}
+    if epsg_of(crs) is not None:
+        found["epsg_code"] = f"EPSG:{epsg_of(crs)}"
+    elif "[" in crs:
+        found["crs_wkt"] = crs
+    try:
+        from pyproj import CRS
+        from pyproj.exceptions import CRSError
+    except ImportError:
+        return found
+    try:
+        words = CRS.from_user_input(crs).to_cf()
+    except CRSError:
+        return found  # a name that PROJ does not know is still a text
+    return found | _plain(words) | {"spatial_ref": words.get("crs_wkt", crs)}
 
 
 def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:

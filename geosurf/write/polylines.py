@@ -1,59 +1,162 @@
-"""Polylines in text.
+"""Polylines: ``.pol``, ``.csv`` and GeoJSON of curves, cut-offs, fault polygons, outlines, sticks.
 
 ``.pol`` has ``x y z`` per line, each polyline ended by ``999 999 999``; ``.csv`` a row for each
-point, with the number of its line and all words and numbers of the line.
+point, with the number of its line and all words and numbers of the line. GeoJSON has a feature for
+each line. RFC 7946 knows degrees of WGS 84 only; programs for maps know the member ``crs`` of the
+standard before it, and without one they take metres for degrees. So geosurf writes that member, and
+refuses lines without an EPSG code.
 """
 
 from __future__ import annotations
 
+import json
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions.crs import crs_of, epsg_of, label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks
+from geosurf.model.base import Noun
+from geosurf.write.decimals import rows_text
 from geosurf.write.table import csv_of_rows
+from geosurf.write.written import Loss
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-END_OF_LINE = "999.0 999.0 999.0"
-DIRECTION = "z is elevation in metres, which .pol does not store: read the file with positive='up'."
+END_OF_LINE = 999.0
+DIRECTION = Loss(
+    "direction",
+    "z is elevation in metres, which .pol does not store: read the file with positive='up'.",
+)
+NAMES = Loss("name", "The format does not store names of lines and surfaces; .csv and .geojson do.")
+OLD_STANDARD = Loss(
+    "other",
+    "Coordinates are those of the member 'crs' of GeoJSON 2008, which GIS programs read. RFC 7946 "
+    "knows degrees of WGS 84 only.",
+)
 
 
-def pol_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
-    """Return the curves as polylines; which surfaces meet there is lost."""
-    if curves.n_curve == 0:
-        raise OutputError(
-            "there are no curves to write, and a .pol file needs at least one. Write .vtp instead."
-        )
-    lost = "The format does not store the names of the surfaces; .vtp and .pl do."
-    return _text([curves.points[curve] for curve in curves.curves]), [DIRECTION, lost]
+@dataclass(frozen=True)
+class LineSet:
+    """
+    Lines in space, whatever they come from.
+
+    Attributes
+    ----------
+    parts : list of ndarray of float64, each (n, 3)
+        Easting, northing, elevation [m]; closed lines end with their first point.
+    words : dict of str to list
+        Names and numbers of each line.
+    """
+
+    parts: list[np.ndarray]
+    words: dict[str, list[Any]]
 
 
-def pol_of_sticks(fault: FaultSticks, name: str | None) -> tuple[bytes, list[str]]:
-    """Return the sticks of a fault."""
-    return _text(list(fault.sticks)), [DIRECTION]
+def pol_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return polylines as text; what is known of each line is lost."""
+    found = line_set(lines)
+    pieces = []
+    for part in found.parts:
+        if (part == END_OF_LINE).all(axis=1).any():
+            raise OutputError(
+                "a line has the point (999, 999, 999), which ends a line in .pol. Write .csv."
+            )
+        x, y, z = part.T
+        pieces.append(rows_text([x, b" ", y, b" ", z, b"\n"]) + b"999.0 999.0 999.0\n")
+    return b"".join(pieces), [DIRECTION, *([NAMES] if found.words else [])]
 
 
-def pol_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
-    """Return fault polygons or other lines of a model; closed ones repeat their first point."""
-    parts = lines_in_space(lines)
-    lost = "The format does not store the names of the faults; .csv and .nc do."
-    return _text([part for _, part in parts]), [DIRECTION, lost]
-
-
-def csv_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
+def csv_of_lines(lines: Any, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the same as a table: one row for each point, closed lines with their first again."""
-    # one column for each word or number that belongs to a whole line
-    words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
-    header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in words)]
+    found = line_set(lines)
+    header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in found.words)]
     rows: list[list[Any]] = []
-    for row, part in lines_in_space(lines):
-        labels = [lines[word].values[row].item() for word in words]
+    for row, part in enumerate(found.parts):
+        labels = [values[row] for values in found.words.values()]
         rows += [[*point, row + 1, *labels] for point in part.tolist()]
-    data, notes = csv_of_rows(header, rows)
-    return data, ["Z is elevation in metres, positive up.", *notes]
+    data, lost = csv_of_rows(header, rows)
+    return data, [Loss("direction", "Z is elevation in metres, positive up."), *lost]
+
+
+def geojson_of_lines(lines: Any, name: str | None, crs: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a feature for each line, in projected metres with the member ``crs``."""
+    found = line_set(lines)
+    features = []
+    for row, part in enumerate(found.parts):
+        if len(part) < 2:
+            raise OutputError("a line has 1 point, and GeoJSON needs 2. Write .csv.")
+        closed = len(part) > 3 and bool((part[0] == part[-1]).all())
+        points = part.tolist()
+        shape = {
+            "type": "Polygon" if closed else "LineString",
+            "coordinates": [points] if closed else points,
+        }
+        words = {key: _plain(values[row]) for key, values in found.words.items()}
+        features.append({"type": "Feature", "properties": words, "geometry": shape})
+    return collection(features, name, crs), [OLD_STANDARD]
+
+
+def collection(features: list[dict[str, Any]], name: str | None, crs: str | None) -> bytes:
+    """Return the bytes of a feature collection with its reference system."""
+    code = None if crs is None else epsg_of(crs)
+    if code is None:
+        found = "no coordinate reference system" if crs is None else f"{label(crs)!r}, no EPSG code"
+        raise OutputError(
+            f"GeoJSON needs a coordinate reference system with an EPSG code, and found {found}. "
+            "Without one, programs take metres for degrees. Give it: crs='EPSG:23031'."
+        )
+    head: dict[str, Any] = {"type": "FeatureCollection"}
+    if name:
+        head["name"] = name
+    head["crs"] = {"type": "name", "properties": {"name": f"urn:ogc:def:crs:EPSG::{code}"}}
+    head |= {"positive": "up", "units": "m"}  # members of our own, which `read_polygons` knows
+    lines = ",\n".join(json.dumps(feature, allow_nan=False) for feature in features)
+    body = json.dumps(head, ensure_ascii=False)[:-1] + f', "features": [\n{lines}\n]}}\n'
+    return body.encode("utf-8")
+
+
+def line_set(lines: Any) -> LineSet:
+    """Return the lines of a Dataset of lines, Curves, FaultSticks or a list of arrays (n, 3).
+
+    Raises
+    ------
+    OutputError
+        If there are none, or a point has no place.
+    """
+    found = _line_set(lines)
+    for row, part in enumerate(found.parts):
+        if not np.isfinite(part).all():
+            raise OutputError(
+                f"line {row} (counted from 0) has coordinates that are not finite. Drop these "
+                "points."
+            )
+    return found
+
+
+def _line_set(lines: Any) -> LineSet:
+    """The lines as they are."""
+    if isinstance(lines, Curves):
+        if lines.n_curve == 0:
+            raise OutputError(
+                "there are no curves to write, and the file needs at least one. Write .vtp instead."
+            )
+        pairs = lines.surfaces_of_curve.tolist()
+        names = {
+            key: [lines.names[pair[k]] for pair in pairs]
+            for k, key in enumerate(("surface", "other"))
+        }
+        return LineSet([lines.points[curve] for curve in lines.curves], names)
+    if isinstance(lines, FaultSticks):
+        return LineSet(list(lines.sticks), {})
+    if isinstance(lines, list | tuple):
+        return LineSet([_points(part) for part in lines], {})
+    words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
+    parts = [part for _, part in lines_in_space(lines)]
+    return LineSet(parts, {word: lines[word].values.tolist() for word in words})
 
 
 def lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
@@ -75,9 +178,39 @@ def lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
     return list(enumerate(np.concatenate([p, p[:1]]) if closed else p for p in parts))
 
 
-def _text(polylines: list[np.ndarray]) -> bytes:
-    lines = []
-    for polyline in polylines:
-        lines += [" ".join(map(repr, row)) for row in polyline.tolist()]
-        lines.append(END_OF_LINE)
-    return ("\n".join(lines) + "\n").encode("ascii")
+def crs_of_any(obj: Any) -> str | None:
+    """Return the reference system that an object declares."""
+    if isinstance(obj, Noun):
+        return obj.crs
+    return None if isinstance(obj, list | tuple) else crs_of(obj)
+
+
+def _points(part: Any) -> np.ndarray:
+    """One line of a list as an array (n, 3)."""
+    points = np.asarray(part, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points):
+        raise OutputError(
+            f"a line has the shape {points.shape}, expected (n, 3): easting, northing, elevation. "
+            "Give a list of such arrays, as read_polygons and Scene.cutoffs return."
+        )
+    return points
+
+
+def _plain(value: Any) -> Any:
+    """A word or number that JSON holds; what is not finite becomes null."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool) or value is None else str(value)
+
+
+__all__ = [
+    "collection",
+    "crs_of_any",
+    "csv_of_lines",
+    "geojson_of_lines",
+    "line_set",
+    "lines_in_space",
+    "pol_of_lines",
+]

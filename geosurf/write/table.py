@@ -1,37 +1,123 @@
-"""Tables as csv: the table of units, one row per unit, the unit of measure in the column name."""
+"""Tables as csv and Parquet: units, wells, tops; the unit of measure is in the column name."""
 
 from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from typing import Any
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
+from geosurf.errors import DependencyError, OutputError
 from geosurf.model import Units
+from geosurf.write.written import Loss
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import pandas
+    import xarray as xr
 
 # what spreadsheets take for the beginning of a formula, also in the wide letters of East Asia
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 LABELS = ("zone", "block", "contact", "zone_index", "sliver")
-GUARDED = (
+GUARDED = Loss(
+    "data",
     "Texts that begin with = + - or @ start with an apostrophe in the file, so that "
-    "spreadsheets do not run them as formulas."
+    "spreadsheets do not run them as formulas.",
 )
+TABLE_ONLY = Loss("data", "The file holds the table of the units, not their surfaces; .vtm does.")
+
+Columns = dict[str, list[Any]]
 
 
-def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
+def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return name, zone, block (contact) and all numbers of each unit, full precision."""
+    data, lost = csv_of_columns(columns_of_units(units))
+    return data, [TABLE_ONLY, *lost]
+
+
+def csv_of_table(table: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of one dimension."""
+    return csv_of_columns(columns_of_table(table))
+
+
+def csv_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of pandas, without its index."""
+    return csv_of_columns({str(key): frame[key].tolist() for key in frame.columns})
+
+
+def parquet_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return the same columns as in csv."""
+    data, lost = _parquet(columns_of_units(units), units.crs)
+    return data, [TABLE_ONLY, *lost]
+
+
+def parquet_of_table(table: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of one dimension."""
+    from geosurf.conventions.crs import crs_of
+
+    return _parquet(columns_of_table(table), crs_of(table))
+
+
+def parquet_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, list[Loss]]:
+    """Return a table of pandas, without its index."""
+    return _parquet(
+        {str(key): frame[key].tolist() for key in frame.columns}, frame.attrs.get("crs")
+    )
+
+
+def columns_of_units(units: Units) -> Columns:
+    """Columns of the table of units, by their names with the unit of measure."""
     table = units.table
     labels = [key for key in LABELS if key in table.coords]
     numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
+    columns = {"unit": table["unit"].values.tolist()}
+    columns |= {key: table[key].values.tolist() for key in labels}
 
     # the unit stands in the name of the column: csv has no other place for it
-    heads = [f"{key}_{table[key].attrs.get('units', '')}".rstrip("_") for key in numbers]
-    columns = [table["unit"].values.tolist()]
-    columns += [table[key].values.tolist() for key in labels + numbers]
-    return csv_of_rows(["unit", *labels, *heads], zip(*columns, strict=True))
+    return columns | {_head(table, key): table[key].values.tolist() for key in numbers}
 
 
-def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[bytes, list[str]]:
+def columns_of_table(table: xr.Dataset) -> Columns:
+    """Columns of a Dataset whose variables all lie along one dimension."""
+    dims = {dim for variable in table.data_vars.values() for dim in variable.dims}
+    if len(dims) != 1:
+        raise OutputError(
+            f"this Dataset lies along {sorted(map(str, dims))}; a table has one dimension. "
+            "Write .nc instead."
+        )
+    keys = [key for key, variable in table.variables.items() if set(variable.dims) == dims]
+    return {_head(table, str(key)): table[key].values.tolist() for key in keys}
+
+
+def csv_of_columns(columns: Columns) -> tuple[bytes, list[Loss]]:
+    """Return csv of columns of one length."""
+    return csv_of_rows(list(columns), zip(*columns.values(), strict=True))
+
+
+def _head(table: xr.Dataset, key: str) -> str:
+    """Name of a column with its unit of measure."""
+    unit = table[key].attrs.get("units", "")
+    return f"{key}_{unit}".rstrip("_")
+
+
+def _parquet(columns: Columns, crs: str | None) -> tuple[bytes, list[Loss]]:
+    """Return Parquet by pandas and pyarrow; the reference system is in the metadata of pandas."""
+    if find_spec("pyarrow") is None:
+        raise DependencyError(
+            "writing Parquet needs pyarrow, which is not installed. Install the extra: "
+            'pip install "geosurf[table]"; or write .csv.'
+        )
+    import pandas
+
+    frame = pandas.DataFrame(columns)
+    if crs is not None:
+        frame.attrs["crs"] = crs
+    out = io.BytesIO()
+    frame.to_parquet(out, engine="pyarrow", index=False)
+    return out.getvalue(), []
+
+
+def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[bytes, list[Loss]]:
     r"""
     Return csv whose words are words in spreadsheets, too, and a note if one had to be changed.
 

@@ -13,11 +13,12 @@ from geosurf.write.vtp import array_xml, attribute_xml, comment_xml, string_arra
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
+    from geosurf.write.written import Loss
 AXES = ("easting", "northing", "elevation")
 UNEVEN = 1e-6  # of a step, that steps may differ by: VTK stores one step
 
 
-def vti_of_grid(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[str]]:
+def vti_of_grid(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return a regular grid: its places are the middles of cells, its variables cell data.
 
     Names become whole numbers; field data list them, as ``unit_names`` for ``unit``.

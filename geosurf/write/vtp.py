@@ -9,13 +9,15 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
+from geosurf.write._files import FileSet
+from geosurf.write.written import Loss
 
 TYPES = {
     f"{kind}{bits // 8}": f"{word}{bits}"
@@ -24,18 +26,19 @@ TYPES = {
 }
 
 
-def vtp_of_surface(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
+def vtp_of_surface(surface: TriSurface, name: str) -> tuple[bytes, list[Loss]]:
     """Return a surface with its numeric vertex data, name and role."""
     # VTK arrays hold numbers; what is lost is said
     numeric = {k: v for k, v in surface.vertex_data.items() if v.dtype.kind in "biuf"}
     lost = [key for key in surface.vertex_data if key not in numeric]
-    notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
+    words_lost = f"Vertex data {lost} are not numeric and were left out."
+    notes = [Loss("data", words_lost)] if lost else []
     words = {"name": [name], "role": [surface.role], **_crs(surface)}
     data = _polydata(surface.vertices, triangles=surface.triangles, point_data=numeric, words=words)
     return data, notes
 
 
-def vtp_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
+def vtp_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return polylines with their pair of surfaces as cell data."""
     cell_data = {
         "surfaces": np.asarray(curves.surfaces_of_curve, dtype=np.int64).reshape(-1, 2),
@@ -45,7 +48,7 @@ def vtp_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
     return _polydata(curves.points, lines=curves.curves, cell_data=cell_data, words=words), []
 
 
-def vtp_of_patches(patches: Patches, name: str | None) -> tuple[bytes, list[str]]:
+def vtp_of_patches(patches: Patches, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return all patches with surface, parent and patch of each triangle."""
     cell_data = {
         "surface": patches.surface_of_triangle,
@@ -58,7 +61,7 @@ def vtp_of_patches(patches: Patches, name: str | None) -> tuple[bytes, list[str]
     ), []
 
 
-def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
+def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[Loss]]:
     """Return the shell of a unit with the surface of each triangle, zone and block."""
     words = {
         "name": [name],
@@ -76,9 +79,10 @@ def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
     ), []
 
 
-def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[str]]:
-    """Return the files of a multiblock, by path relative to its folder: index file last."""
+def vtm_of_units(units: Units, path: Path, name: str | None, crs: str | None) -> FileSet:
+    """Return the files of a multiblock; units have their own names and their own system."""
     files: dict[PurePath, bytes] = {}
+    stem = path.stem
     entries = []
     for i, unit in enumerate(units.values()):
         # File names keep letters and digits only; the index keeps the true name.
@@ -100,7 +104,7 @@ def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[s
 
     # the index is made last, when all its parts are known
     files[PurePath(f"{stem}.vtm")] = ("\n".join(lines) + "\n").encode("utf-8")
-    return files, []
+    return files, [], None
 
 
 def _crs(obj: Any) -> dict[str, list[str]]:

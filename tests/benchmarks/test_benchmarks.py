@@ -66,7 +66,8 @@ class Links(HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         self.tables += tag == "div" and "wide" in dict(attrs).get("class", "").split()
-        self.sources += [value for key, value in attrs if key in ("src", "href")]
+        loads = (value for key, value in attrs if key in ("src", "href"))
+        self.sources += [value for value in loads if not value.startswith("#")]
 
 
 def test_quick_writes_all_files(without_processes, tmp_path, capsys):

@@ -70,7 +70,7 @@ def whole_files(folder: Path) -> dict[str, bytes]:
     found["packed.vtp"] = packed_vtp(corners.ravel(), 3)
     found["model.ml"] = MODEL.encode()
     found["properties.ts"] = PROPERTIES.encode()
-    found["horizon.irap"] = gs.write(spoiled.horizon(), folder / "x.irap")[0].read_bytes()
+    found["horizon.irap"] = gs.write(spoiled.horizon(), folder / "x.irapasc")[0].read_bytes()
     found["points_ijxyz.dat"] = b"815 1210 7.5 6.5 1.0\n816 1210 8.5 9.5 2.0\n999 999 999\n"
     found["points_comma.csv"] = b"X;Y;Z;name\n1,5;2,5;3,5;a\n4,5;5,5;6,5;b\n"
     return found

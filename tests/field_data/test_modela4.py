@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate import certify
-from geosurf.read.model3d import read_model3d
+from geosurf.read.model3d import read_model3d, read_regions
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +112,16 @@ def region_volumes(path) -> dict[str, float]:
     }
     volumes.pop("Universe")
     return volumes
+
+
+def test_its_regions_are_units_and_come_back(path, tmp_path):
+    units = gs.read_units(path)
+    volumes = {unit.name: unit.volume for unit in units.values()}
+    assert volumes == pytest.approx(read_regions(path), rel=1e-13)
+    assert {unit.zone for unit in units.values()} == {"H1b", "H2b", "H3b", "model3b_boundary"}
+
+    # what is written has the same faces: each between the same units
+    back = gs.read_units(gs.write(units, tmp_path / "again.ml")[0])
+    assert {unit.name: unit.volume for unit in back.values()} == pytest.approx(volumes, rel=1e-13)
+    pairs = [Counter(map(tuple, one.sides.tolist())) for one in (units, back)]
+    assert pairs[0] == pairs[1]

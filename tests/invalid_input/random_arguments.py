@@ -93,10 +93,11 @@ def files_of(scene: gs.Scene, world: Any) -> dict[str, str]:
     found = {
         "read_horizon": "top.nc", "read_fault": "f1.ts", "read_points": "points.xyz",
         "read_polygons": "lines.pol", "run_scenario": "s.toml", "read_tops": "tops.csv",
-        "info": "points.xyz",
+        "info": "points.xyz", "read_units": "model.ml",
     }  # fmt: skip
     gs.write(world.horizons["Top"], "top.nc")
     gs.write(scene.surface("F1"), "f1.ts")
+    gs.write(scene.units, "model.ml")
     Path("points.xyz").write_text("0 0 -1\n1 0 -2\n0 1 -2\n")
     Path("lines.pol").write_text("0 0 0\n1 0 0\n1 1 0\n999 999 999\n")
     Path("tops.csv").write_text("Well,X,Y,Z,Top\nW1,1000,1000,-2100,Top\n")

@@ -24,6 +24,7 @@ SHOWING = {
     "read_fault.format": (
         lambda g, v: gs.read_fault("F1.ts", format=v), lambda g: wrong.words(),
     ),
+    "read_units": (lambda g, v: gs.read_units(v), lambda g: wrong.paths(".")),
     "info": (lambda g, v: gs.info(v), lambda g: [v for v in wrong.paths(".") if v != "x"]),
     "mesh_units": (lambda g, v: gs.mesh_units(v), lambda g: wrong.things(g.scene)),
     "mesh_units.size": (

@@ -41,7 +41,11 @@ def test_depth_and_units_of_a_mesh(tmp_path):
         ("a.obj", OBJ.replace("9 9 9", "9 nan 9"), r"vertices are not finite.*vertex 2"),
         ("a.obj", "v 0 0 0\n", r"a.obj: .*"),
         ("a.stl", "solid\nfacet normal 0 0 1\n", r"the last line is 'facet.*expected 'endsolid'"),
-        ("a.vtk", "# vtk DataFile Version 4.2\nx\nASCII\nDATASET POLYDATA\n", r"export.*.vtp"),
+        (
+            "a.vtk",
+            "# vtk DataFile Version 4.2\nx\nASCII\nDATASET UNSTRUCTURED_GRID\n",
+            r"export.*.vtp",
+        ),
         ("a.vtu", "<VTKFile>", r"a\.vtu: the XML is incomplete"),
         ("a.ply", "", r"empty"),
         ("a.off", "OFF\n# made by\n\n", r"missing after the first line.*export"),

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 import geosurf as gs
 from geosurf.errors import InputError, OutputError
-from geosurf.render import render_map, render_throw
+from geosurf.render import palette, render_map, render_throw
+from geosurf.render.map import plot_map
 
 X, Y = 456_000.0, 6_780_000.0
 
@@ -124,3 +125,33 @@ def test_a_wrong_suffix_or_wrong_axes_are_refused(scene, tmp_path):
         scene.plot_map("Top", Figure())
     with pytest.raises(InputError, match=r"throws\['Top'\] is a int without throw"):
         render_throw({"Top": 3}, tmp_path / "throw.svg")
+
+
+def test_names_on_a_map_do_not_lie_over_each_other():
+    """Short lines at one place: only the longest is named there."""
+    flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [900, 0, 0], [900, 900, 0], [0, 900, 0]],
+                         [[0, 1, 2], [0, 2, 3]])  # fmt: skip
+    walls = [
+        gs.TriSurface(f"Wall {k}", "fault", [[400, y, -9], [500 + 50 * k, y, -9], [450, y, 9]],
+                      [[0, 1, 2]])
+        for k, y in enumerate((450.0, 452.0, 454.0))
+    ]  # fmt: skip
+    curves = gs.intersect_surfaces([flat, *walls])
+    figure = plot_map(flat, curves, faults=[wall.name for wall in walls])
+    words = [text.get_text() for text in figure.axes[1].texts]
+    assert [word for word in words if word.startswith("Wall")] == ["Wall 2"]
+
+
+def test_zones_of_a_grid_have_the_colours_of_sections(scene, tmp_path):
+    """The first zone of a grid is the second of the model."""
+    from matplotlib.image import imread
+
+    grid = gs.build_grid(scene, cell=500, layers={"Top/Base": 2})
+    path = gs.render_grid_section(grid, tmp_path / "row.png", size=(400, 250))
+    pixels = np.round(255 * imread(path)[:, :, :3]).astype(int).reshape(-1, 3)
+    counts = [
+        (np.abs(pixels - np.round(255 * np.array(palette.stratum(k)))) <= 1).all(axis=1).sum()
+        for k in range(3)
+    ]
+    assert counts[1] > 500
+    assert counts[0] == counts[2] == 0

@@ -2,7 +2,6 @@
 
 import re
 from html.parser import HTMLParser
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,93 +13,27 @@ from geosurf.model import (
     Clipped,
     Curves,
     Remnant,
-    TriSurface,
-    Unit,
-    Units,
 )
 from geosurf.report import report_scene, run_tables, tables
 from geosurf.report.page import PAPER, groups_of_columns, html_table
 from geosurf.report.table import Table
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
-BOX = (0.0, 1000.0, 0.0, 1000.0, -300.0, 0.0)
-
-
-def unit(zone, zone_index, block, volume):
-    return Unit(
-        name=f"{zone}, {block}",
-        zone=zone,
-        zone_index=zone_index,
-        block=block,
-        local=np.zeros((3, 3)),
-        origin=np.zeros(3),
-        triangles=np.array([[0, 1, 2]]),
-        surface_of_triangle=np.zeros(1, dtype=int),
-        surface_names=("Top",),
-        volume=volume,
-        area=1.0,
-    )
-
-
-# the other members that a report asks for, of a model that has nothing to tell there
-NOTHING_ELSE = {
-    **dict.fromkeys(("warnings", "contacts", "fault_actions", "faults_inside"), ()),
-    **dict.fromkeys(("horizons_inside", "horizon_names", "fault_names", "virtual_walls"), ()),
-    **dict.fromkeys(("surface", "search", "cutoffs", "thickness", "fault_polygons"), None),
-    **dict.fromkeys(
-        ("juxtaposition", "allan", "section", "aoi", "tolerance", "tops", "misfit"), None
-    ),
-    "sheets": {},
-    "volume_error_bound": 0.0,
-    "explain": lambda **_: "",
-    "render_pictures": lambda *_, **__: {},
-}
-
-
-@pytest.fixture
-def scene():
-    top = TriSurface("Top <&>", "horizon", [[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]], [[0, 1, 2]])
-    fault = TriSurface("F1", "fault", [[5, 0, 0], [5, 1e3, 0], [9, 0, -300]], [[0, 1, 2]])
-    line = np.array([[5.0, 0, -9], [5.0, 900.0, -9]])
-    pair = np.array([[0, 1]])
-    return SimpleNamespace(
-        surfaces=(top, fault),
-        coverage={top.name: 1.0, fault.name: 0.5},
-        curves=Curves(
-            names=("Top <&>", "F1"),
-            local=line,
-            origin=np.zeros(3),
-            segments=pair,
-            surfaces_of_segment=pair,
-            curves=(np.array([0, 1]),),
-            surfaces_of_curve=pair,
-            closed=np.array([False]),
-            cost={"n_pair_tested": 123456},
-        ),
-        patches=SimpleNamespace(report={"n_cut": 2, "repaired": []}),
-        units=Units(
-            [unit("above Top", 0, "F1-", 1e8), unit("below Top", 1, "F1+", 2e8)],
-            BOX,
-            {"open_rim": {"F1": 12.5}},
-        ),
-        box=BOX,
-        check=lambda: Certificate((Check("closed", True, 0.0, "2 of 2 units are closed"),)),
-        **NOTHING_ELSE,
-    )
 
 
 class Reader(HTMLParser):
     """Collects tags, links and words; notes tags that do not match."""
 
-    VOID = frozenset({"meta", "img", "link", "br"})
+    VOID = frozenset({"meta", "img", "link", "br", "input"})
 
     def __init__(self, html):
         super().__init__()
-        self.open, self.crossed, self.links, self.words = [], [], [], []
+        self.open, self.crossed, self.links, self.words, self.ids = [], [], [], [], []
         self.feed(html)
 
     def handle_starttag(self, tag, attrs):
         self.links += [value for key, value in attrs if key in ("src", "href")]
+        self.ids += [value for key, value in attrs if key == "id"]
         if tag not in self.VOID:
             self.open.append(tag)
 
@@ -119,7 +52,11 @@ def test_the_page_holds_everything_and_asks_for_nothing(scene, tmp_path):
     html = path.read_text(encoding="utf-8")
     page = Reader(html)
     assert (page.open, page.crossed) == ([], [])
-    assert [link[:22] for link in page.links] == ["data:image/png;base64,"]
+    inner = [link[1:] for link in page.links if link.startswith("#")]
+    assert inner == page.ids
+    assert len(set(page.ids)) == len(page.ids) > 5
+    others = [link[:22] for link in page.links if not link.startswith("#")]
+    assert others == ["data:image/png;base64,"]
     assert not re.search(r"https?://|@import|url\(", html)
     words = " ".join(page.words)
     for wanted in ("Top <&>", "A <view>", "all 1 check passed", "2 of 2 units", "numpy", "0.9"):

@@ -41,3 +41,23 @@ def test_layers_that_mean_nothing_are_refused(folder, layers):
     (folder / "scenario.toml").write_text(f"{HEAD}[grid]\nlayers = {layers}\n")
     with pytest.raises(gs.errors.ScenarioError, match=r"grid\.layers"):
         gs.run_scenario(folder / "scenario.toml", folder / "out", pictures=False)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ('layers = {"Top/Bse" = 3}', r"grid\.layers: .*Did you mean 'Top/Base'"),
+        ("cell_m = [100]", r"grid\.cell_m is \[100\]; it must be a number above 0, or two"),
+        ("min_dip = 120", r"grid\.min_dip is 120; it must be a number above 0 and below 90"),
+    ],
+)
+def test_a_wrong_key_is_found_before_a_model_is_built(folder, words, message):
+    (folder / "scenario.toml").write_text(f"{HEAD}[grid]\n{words}\n")
+    with pytest.raises(gs.errors.ScenarioError, match=message):
+        gs.scenario.read_scenario(folder / "scenario.toml")
+
+
+def test_cells_may_have_two_sizes(folder):
+    (folder / "scenario.toml").write_text(f"{HEAD}[grid]\ncell_m = [500, 250]\n")
+    wanted = gs.scenario.read_scenario(folder / "scenario.toml").grid
+    assert wanted.cell_m == (500.0, 250.0)

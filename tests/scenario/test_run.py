@@ -42,6 +42,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
         *("pictures/view_southwest.png", "pictures/units_exploded.png", "pictures/search.png"),
         *("pictures/map_00_Top.png", "pictures/map_01_Base.png", "report/index.html"),
         *("pictures/isochore_00_Top_Base.png", "pictures/allan_00_F1.png"),
+        *("pictures/throw_00_F1.png",),
         *("pictures/section_00.png", "pictures/section_01.png"),
         *(f"units/{path.name}" for path in (out / "units").iterdir()),
     }
@@ -52,7 +53,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
     assert sum(volumes) == pytest.approx(4000 * 3000 * 800, rel=1e-12)
     assert {line.split()[0] for line in lines} >= {"read", "rebuild", "carve", "check", "draw"}
     assert all(line.endswith(" s") for line in lines)
-    assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 9
+    assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 10
 
     run_scenario(scenario(), out)
     assert digests(out) == first
@@ -80,7 +81,8 @@ keep = "hanging wall"
     assert {type(a).__name__ for a in scene.fault_actions} == {"Extension", "Truncation"}
     assert len({u.block for u in scene.units.values()}) == 3
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert "Extended and truncated faults" in page
+    assert ">Extended</h4>" in page
+    assert ">Truncated</h4>" in page
     assert "hanging wall (+)" in page
     around = scenario(("[box]", more.replace('main = "F1"', 'main = "F2"')))
     with pytest.raises(ScenarioError, match=r"\.toml: truncations form a circle: F2 ends at"):
@@ -126,7 +128,7 @@ def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, m
     )
     drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
     assert [name.partition("_")[0] for name in drawn] == [
-        *("allan", "isochore", "map", "map", "section", "section"),
+        *("allan", "isochore", "map", "map", "section", "section", "throw"),
     ]
     assert outcome.certificate.ok
 
@@ -155,7 +157,7 @@ def test_an_error_of_one_picture_costs_no_other_result(
     assert reason in note.effect
     assert note.remedy.endswith("Set allan = false in [output] to run without it.")
     page = (out / "report" / "index.html").read_text(encoding="utf-8")
-    assert page.index("was not drawn") < page.index("Volumes [")
+    assert page.index("was not drawn") < page.index("<h2>Volumes [")
     there = digests(out)
     assert {"volumes.csv", "certificate.txt", "report/index.html", "pictures/search.png"} <= {
         *there

@@ -39,7 +39,7 @@ def test_fault_polygons_come_back_from_pol_and_csv(scene, tmp_path):
 
 def test_tables_without_lines_are_refused(scene, tmp_path):
     with pytest.raises(
-        OutputError, match=r"no lines in space such as those of Scene.fault_.*Write .nc"
+        OutputError, match=r"Dataset cannot be written as '.pol'. Use one of the suffixes .nc"
     ):
         gs.write(scene.juxtaposition("F1"), tmp_path / "a.pol")
     with pytest.raises(OutputError, match=r"no lines in space"):
@@ -48,7 +48,7 @@ def test_tables_without_lines_are_refused(scene, tmp_path):
 
 def test_what_is_no_file_says_what_is(scene, tmp_path):
     with pytest.raises(
-        OutputError, match=r"cannot write an object of type Scene;.*Write its scene.units"
+        OutputError, match=r"suffixes .epc\. Or write its scene.units, scene.curves or"
     ):
         gs.write(scene, tmp_path / "a.vtm")
     world = gs.synthetic.torn("normal", n=21)

@@ -29,6 +29,7 @@ from geosurf.read import (
 )
 from geosurf.read._common import is_number, read_text
 from geosurf.read._detect import detect
+from geosurf.read.line_names import NAMED_LINES, fault_names
 from geosurf.read.netcdf import holds_fault
 from geosurf.scenario.new.found import OUT, Found
 from geosurf.scenario.new.shape import mean_dip, plane_dip, thinned
@@ -94,6 +95,8 @@ def _by_suffix(path: Path) -> list[Found]:
         return _tsurfs(path)
     if among(MESH_FORMATS):
         return [_mesh(path, path.stem, lambda words: read_horizon(path, **words))]
+    if shown in NAMED_LINES:
+        return _named_faults(path, shown)
     points, lines = (
         any(suffix in suffixes for *_, suffixes in formats.values())
         for formats in (POINT_FORMATS, POLYGON_FORMATS)
@@ -319,6 +322,20 @@ def _lines(path: Path, header: str) -> Found:
         return one
     one.data = read_fault(path, positive="up")
     return one
+
+
+def _named_faults(path: Path, key: str) -> list[Found]:
+    """Each fault of a file of named lines; a run picks it by its name."""
+    found = []
+    for name in fault_names(path, key):
+        fault: Any = read_fault(path, name=name or None, **UP)
+        lines = list(fault.sticks)
+        note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
+        one = Found(path, "fault", "sticks", note, name, np.concatenate(lines), data=fault)
+        if len(lines) < 2:
+            one.leave_out("1 stick: a fault needs two")
+        found.append(one)
+    return found
 
 
 def _stick_dip(lines: list[np.ndarray]) -> float:

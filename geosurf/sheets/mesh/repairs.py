@@ -1,9 +1,9 @@
 """How to close the holes of a sheet: the smallest repair that may do is tried first.
 
-At a tip the tear ends a link earlier. Elsewhere the ghosts at the hole get another ring. Where the
-data show no throw, the tear is left out. At any cost the nearest end of a tear is moved, the sheet
-goes on level past the fault (one that is extrapolated along the dip of its fault never meets it),
-or a part of the trace with the smallest throw there is left out.
+The ghosts at the hole get another ring. If that does not close a hole at a tip, the tear ends a
+link earlier. Where the data show no throw, the tear is left out. At any cost the nearest end of a
+tear is moved, the sheet goes on level past the fault (one that is extrapolated along the dip of its
+fault never meets it), or a part of the trace with the smallest throw there is left out.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ from geosurf.sheets.mesh.tear_ends import (
 )
 from geosurf.sheets.mesh.torn_mesh import Torn
 
-PATIENCE = 3  # rings that are tried before a reverse tear ends early, or one without throw at all
+PATIENCE = 3  # rings that are tried before a reverse tear ends early, or a part without throw
+AT_END = 1  # rings that are tried before any tear ends early, by its first two links each
 RINGS, RINGS_OVER = 6, 12  # that are tried at a hole: at a gap, and where the horizon overlaps
 LEVELLED = 2  # further ones, which are level
 NEAR_LEAK = 4.0  # cells from a hole within which an outer edge that leaks gets a ring with it
@@ -138,8 +139,8 @@ def _plan_for(
 
     # an end of a tear that is near
     end = tears.nearest(at, AT_TIP, ("tip",))
-    if end in reverse_ends(state) and tried < PATIENCE:
-        end = None  # a reverse fault overlaps right up to its tip, which another ring may cover
+    if end is not None and tried < _rings_first(end, repairs, state):
+        end = None  # another ring may cover it, without any loss of throw
     over = is_overlapping(state, at)
     most = RINGS_OVER if over else RINGS
     if is_stuck and not over:
@@ -168,6 +169,14 @@ def _plan_for(
             plan.level.append((float(at[0]), float(at[1])))
     elif at_any_cost:
         plan.untorn = with_part_at(plan.untorn, state, at)
+
+
+def _rings_first(end: End, repairs: Repairs, state: Heights) -> int:
+    """How many rings are tried before a tear ends earlier, at an end."""
+    if end in reverse_ends(state):
+        return PATIENCE
+    # a hole that moves with the end of a tear would take a ring at each link
+    return AT_END if repairs.shortened.get(end, -1) < 1 else 0
 
 
 def _leaks_near(at: np.ndarray, cut: Cut, torn: Torn, frame: Frame) -> set[Pair]:

@@ -33,9 +33,9 @@ __all__ = ["FieldTruth", "field_export"]
 
 # variant -> suffix of each horizon's file
 _HORIZON_FILES = {
-    "grids": {"Top": ".gri", "Middle": ".gri", "Base": ".irap"},
+    "grids": {"Top": ".gri", "Middle": ".gri", "Base": ".irapasc"},
     "points": {"Top": ".poi", "Middle": ".poi", "Base": ".poi"},
-    "network": {"Top": ".gri", "Middle": ".poi", "Base": ".irap"},
+    "network": {"Top": ".gri", "Middle": ".poi", "Base": ".irapasc"},
 }
 _MESH = "F3"
 _NOTCH = {"grids": 15.0, "points": 15.0, "network": 15.0}  # above the cut-off lines [m]

@@ -1,0 +1,134 @@
+"""The format matrix as a page of the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from benchmarks.formats.round_trips import Row
+from benchmarks.formats.speed import Timing
+from geosurf.read.registry import TITLES, known_formats
+
+HEAD = """# The format matrix
+
+**What.** Every kind of object is written in every format that `gs.write` knows, read back by
+geosurf, and opened by other packages. Difference: the largest distance between a place that was
+written and the nearest one that was read, in both directions. Loss: what the writer lists.
+
+**Command.** `python -m benchmarks.formats --peer PYTHON -o docs/validation/formats.md`, where
+PYTHON is an interpreter with the other packages; `--peer` may be repeated. Times are processor
+times, the best of three, while others used the machine.
+
+**When.** {date}. Other packages: {peers}.
+"""
+KINDS = """
+## Written
+
+Maps have a rim and a hole without values; they are rotated by 30 degrees where the format has a
+rotation. `no peer` means that none of the packages above reads the format.
+
+| object | suffix | read back with | difference [m] | other packages: difference [m] | loss |
+|---|---|---|---|---|---|
+"""
+HOSTILE = """
+## Hostile objects
+
+Maps of one node, without values, with values that formats take for undefined, with odd axes;
+surfaces with odd names and data; lines and points that end files. Each comes back, or is refused
+in a sentence and leaves no file.
+
+| object | suffix | came back | refused | wrong |
+|---|---|---|---|---|
+"""
+SPEED = """
+## Speed
+
+Maps of 1000 x 1000 nodes (rotated where the format has a rotation) and a mesh of 1 000 000
+triangles, all numbers with 16 digits. Asked: for writing and reading together. Ratio: the time of
+the other package to read the same file, over that of geosurf. Memory: the peak while writing, over
+the arrays.
+
+| suffix | write [s] | read [s] | asked [s] | other | its time to read [s] | ratio | memory |
+|---|---|---|---|---|---|---|---|
+"""
+READ = """
+## Read
+
+Which function reads which format; the content of a file picks the format, and suffixes decide
+where the content is open.
+
+| format | function | suffixes |
+|---|---|---|
+"""
+
+
+def page(
+    rows: Sequence[Row],
+    hostile: Sequence[tuple[str, str, int, int, list[str]]],
+    speed: Sequence[Timing],
+    peers: Sequence[str],
+    date: str,
+) -> str:
+    """Return the page in Markdown."""
+    parts = [HEAD.format(date=date, peers=", ".join(peers) or "none")]
+    parts += [KINDS, *(_written(row) for row in rows)]
+    parts += [HOSTILE, *(_hostile(*row) for row in hostile)]
+    parts += [SPEED, *(_speed(one) for one in speed)]
+    parts += [READ, *_read()]
+    return "".join(parts)
+
+
+def _written(row: Row) -> str:
+    """One row of what is written."""
+    if row.missing:
+        return f"| {row.kind} | `{row.suffix}` | needs {row.missing} | | | |\n"
+    peers = "; ".join(f"{name} {_difference(value)}" for name, value in row.peers.items())
+    lost = ", ".join(dict.fromkeys(one.what for one in row.lost)) or "none"
+    back = "" if row.back is None else _difference(row.back)
+    function = f"`{row.read_with}`" if row.read_with else "not read"
+    return (
+        f"| {row.kind} | `{row.suffix}` | {function} | {back} | {peers or 'no peer'} | {lost} |\n"
+    )
+
+
+def _difference(value: float | str) -> str:
+    """A difference in metres, or the answer of another package."""
+    if isinstance(value, str):
+        first = " ".join(value.split()).split(": ")[0]
+        return value if value == "opens" else f"refuses ({first})"
+    return "0" if value == 0 else f"{value:.1e}"
+
+
+def _hostile(kind: str, suffix: str, back: int, refused: int, wrong: list[str]) -> str:
+    """One row of hostile objects."""
+    words = "; ".join(" ".join(one.replace("|", " ").split())[:120] for one in wrong) or "0"
+    return f"| {kind} | `{suffix}` | {back} | {refused} | {words} |\n"
+
+
+def _speed(one: Timing) -> str:
+    """One row of times."""
+    asked = "" if one.asked is None else f"{one.asked:g}"
+    theirs, ratio = "", ""
+    if one.peer_read is not None:
+        theirs, ratio = f"{one.peer_read:.2f}", f"{one.peer_read / max(one.read, 1e-9):.1f}"
+    return (
+        f"| `{one.suffix}` | {one.write:.2f} | {one.read:.2f} | {asked} "
+        f"| {one.peer or 'no peer'} | {theirs} | {ratio} | {one.memory:.1f} |\n"
+    )
+
+
+def _read() -> list[str]:
+    """Rows of what is read, from the registry."""
+    functions: dict[str, list[str]] = {}
+    suffixes: dict[str, tuple[str, ...]] = {}
+    for function, formats in known_formats().items():
+        for key, (_, _, names) in formats.items():
+            functions.setdefault(key, []).append(f"`{function}`")
+            suffixes[key] = tuple(dict.fromkeys([*suffixes.get(key, ()), *names]))
+    return [
+        f"| {TITLES.get(key, key)} | {', '.join(found)} | "
+        f"{' '.join(f'`{suffix}`' for suffix in suffixes[key]) or 'by content'} |\n"
+        for key, found in functions.items()
+    ]
+
+
+__all__ = ["page"]

@@ -1,0 +1,239 @@
+"""The command ``convert``: one file to another format, and what that format cannot hold."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.cli.answer import Answer
+from geosurf.errors import InputError, OutputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.write.written import Loss, Written
+
+FUNCTIONS = {
+    "horizon": "read_horizon",
+    "fault": "read_fault",
+    "points": "read_points",
+    "polygons": "read_polygons",
+    "tops": "read_tops",
+}
+SPLIT = re.compile(rb"[,;\t]")
+
+
+@dataclass
+class Source:
+    """
+    What a file holds.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+    key : str
+        Name of its format.
+    function : str
+        Which function of geosurf reads it.
+    obj : object
+        What that function returned.
+    crs : str or None
+        Reference system, where the object has no place for it.
+    is_open : bool
+        The file does not state whether z is elevation or depth, and neither does the user.
+    lost : list of Loss
+        What the reader left out.
+    """
+
+    path: Path
+    key: str
+    function: str
+    obj: Any = None
+    crs: str | None = None
+    is_open: bool = False
+    lost: list[Loss] = field(default_factory=list)
+
+
+def convert_command(options: argparse.Namespace) -> Answer:
+    """Read one file, write another, and list what was lost."""
+    from geosurf.read.registry import TITLES
+
+    source, written = _converted(options)
+    data = {"source": str(source.path), "format": source.key, "read_with": source.function}
+    title = TITLES.get(source.key, source.key)
+    lost = "" if written.lost else "\n  nothing was lost"
+    return Answer(
+        data | written.to_dict(),
+        f"{source.path}: {title}, read with {source.function}\n{written}{lost}",
+    )
+
+
+def _converted(options: argparse.Namespace) -> tuple[Source, Written]:
+    """Return what was read, and what was written of it."""
+    from geosurf.conventions.crs import are_same, label
+    from geosurf.write import write
+    from geosurf.write.written import Loss, Written
+
+    path, target = Path(options.source), Path(options.target)
+    suffix = target.suffix.lower()
+    _refuse_unknown(target, suffix)
+    if target.exists() and path.exists() and target.samefile(path):
+        raise InputError(f"{path}: source and target are the same file. Name another target.")
+    source = _read(path, suffix, options)
+    _fit(source, suffix, options.name)
+
+    crs = options.crs
+    if crs is None or source.crs is None:
+        crs = crs or source.crs
+    elif are_same(crs, source.crs) is False:
+        raise InputError(
+            f"{path}: the file is in {label(source.crs)}, and --crs is {label(crs)}. Leave --crs "
+            "out; geosurf.reproject converts."
+        )
+    written = write(source.obj, target, name=options.name, crs=crs)
+    lost = [*source.lost, *written.lost]
+    if source.is_open:
+        # the writer states a direction that nobody knows
+        words = f"{path.name} does not state whether z is elevation or depth, nor its unit"
+        lost = [one for one in lost if one.what not in ("direction", "unit")]
+        lost.append(Loss("direction", f"{words}: values are as in the source."))
+    return source, Written(written, lost)
+
+
+def _refuse_unknown(target: Path, suffix: str) -> None:
+    """Refuse a suffix that nothing is written to, with the nearest one and all others."""
+    from geosurf.conventions import did_you_mean
+    from geosurf.write.registry import WRITERS
+
+    known = sorted({one for suffixes in WRITERS.values() for one in suffixes})
+    if suffix not in known:
+        raise OutputError(
+            f"{target}: geosurf writes no files with the suffix {suffix!r}."
+            f"{did_you_mean(suffix, known)} It writes {', '.join(known)}."
+        )
+
+
+def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
+    """Read a file by its content; z keeps the direction of the file where nobody states one."""
+    import geosurf
+    from geosurf import read
+    from geosurf.read._common import otherwise
+    from geosurf.read._noted import collected
+    from geosurf.read.file_info import kind_of_file
+    from geosurf.read.registry import MESH_FORMATS
+    from geosurf.write.registry import NO_DIRECTION, kind_of
+
+    key, functions = kind_of_file(path)
+    source = Source(path, key, _function(path, functions, suffix, options.read_as))
+    words = otherwise({"positive": options.positive or "up", "length_unit": options.length_unit})
+    if options.name is not None and key in MESH_FORMATS:
+        words["name"] = options.name
+    with collected() as notes:
+        if key == "netcdf" and options.read_as is None:
+            source.function = _of_netcdf(path)
+        module = read if hasattr(read, source.function) else geosurf
+        source.obj = getattr(module, source.function)(path, **words)
+
+    is_open = notes.get("sign", "").startswith("open")
+    meshes = (*MESH_FORMATS, "pline", "vset", "model3d")  # elevations where they state nothing
+    source.is_open = is_open and options.positive is None and key not in meshes
+    if isinstance(source.obj, list) and not any(line[:, 2].any() for line in source.obj):
+        source.is_open = False  # drawn on a map
+    if source.is_open and suffix not in NO_DIRECTION:
+        raise InputError(
+            f"{path}: the file does not state whether z is elevation or depth, and {suffix} files "
+            "do. Add --positive down for depth, or --positive up."
+        )
+    obj: Any = source.obj
+    if is_open and options.positive == "down" and kind_of(obj) == "horizon (DataArray)":
+        # a map of depths stays one, where the format lets it
+        source.obj = (0.0 - obj).assign_attrs(obj.attrs | {"positive": "down"})
+    _attributes(source)
+    return source
+
+
+def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> str:
+    """Return which function reads a file: the one asked for, or the one that fits the target."""
+    from geosurf.write.registry import WRITERS
+
+    if read_as is not None:
+        return FUNCTIONS[read_as]
+    if not functions:
+        raise InputError(
+            f"{path}: geosurf does not know what this file holds. See geosurf info {path}, and add "
+            "--as horizon, fault, points or polygons."
+        )
+    if "model3d" in functions:
+        return "read_units"
+    names = functions.split(" or ")
+    if "read_polygons" in names and suffix not in WRITERS["list of lines"]:
+        return "read_fault"
+    return names[-1] if names[0] == "read_horizon" else names[0]
+
+
+def _of_netcdf(path: Path) -> str:
+    from geosurf.read.netcdf import holds_fault
+
+    return "read_fault" if holds_fault(path) else "read_horizon"
+
+
+def _attributes(source: Source) -> None:
+    """Names and numbers of lines and points: carried along where readers know them, else listed."""
+    from geosurf.write.written import Loss
+
+    if source.key in ("geojson", "shapefile"):
+        _features(source)
+    elif source.key in ("xyz", "polygons") and source.path.suffix.lower() == ".csv":
+        with source.path.open("rb") as file:
+            n_column = len(SPLIT.split(file.readline()))
+        if n_column > (3 if source.key == "xyz" else 4):
+            words = f"{source.function} reads coordinates only: other columns were left out."
+            source.lost.append(Loss("data", words))
+
+
+def _features(source: Source) -> None:
+    """Lines of GeoJSON and shapefiles with their attributes, and their reference system."""
+    from geosurf.measure.lines import ragged
+    from geosurf.read.features import geojson, shapefile
+
+    found = (geojson if source.key == "geojson" else shapefile).features(source.path)
+    source.crs = found.crs
+    items = [one for one in found.items if one.kind != "point"]
+    if source.function != "read_polygons" or len(items) != len(source.obj):
+        return
+    keys = list(dict.fromkeys(key for one in items for key in one.words))
+    words: dict[str, tuple[list[Any], dict[str, str]]] = {
+        key: ([one.words.get(key) for one in items], {}) for key in keys
+    }
+    axes = {axis: ("m", axis) for axis in ("easting", "northing", "elevation")}
+    attrs = {} if found.crs is None else {"crs": found.crs}
+    source.obj = ragged(source.obj, axes, words, attrs)
+
+
+def _fit(source: Source, suffix: str, name: str | None) -> None:
+    """Make a surface of what is none, where the target holds surfaces only."""
+    from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
+    from geosurf.write.registry import WRITERS, kind_of
+    from geosurf.write.written import Loss
+
+    kind = kind_of(source.obj)
+    if kind is None or suffix in WRITERS[kind] or suffix not in WRITERS["TriSurface"]:
+        return
+    name = name or source.path.stem
+    if kind == "horizon (DataArray)":
+        source.obj = triangulate_horizon(source.obj, name=name)
+        words = "rows, columns and steps of the grid are lost"
+    elif kind == "FaultSticks":
+        source.obj = triangulate_sticks(source.obj, name=name)
+        words = "which points are one stick is lost"
+    elif source.function == "read_fault":
+        source.obj = triangulate_fault(source.obj, name=name)
+        words = "rows and columns of the grid are lost"
+    else:
+        return
+    n = source.obj.n_triangle
+    source.lost.append(Loss("grid", f"The file holds {n} triangles: {words}."))
+
+
+__all__ = ["convert_command"]

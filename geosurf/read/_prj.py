@@ -1,0 +1,49 @@
+"""The file ``.prj`` next to another one: its coordinate reference system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from geosurf.conventions.crs import label
+from geosurf.read._guard import read_bytes
+from geosurf.read._noted import noted
+from geosurf.read.features.collection import crs_from
+
+SUFFIXES = (".prj", ".PRJ")
+
+
+def crs_of_prj(path: Path) -> str | None:
+    """
+    Return the reference system in the ``.prj`` of the same name, or None without one.
+
+    ESRI writes no EPSG codes into it: pyproj finds the code, where it is installed.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file next to it.
+    """
+    found = next((one for word in SUFFIXES if (one := path.with_suffix(word)).exists()), None)
+    crs = None if found is None else crs_from(read_bytes(found).decode("latin-1"))
+    if crs is not None and "[" in crs:
+        crs = _with_code(crs)
+    if crs is not None:
+        noted("crs", f"{label(crs)}, from the file .prj")
+    return crs
+
+
+def _with_code(crs: str) -> str:
+    """A description as its EPSG code, if pyproj knows it."""
+    try:
+        from pyproj import CRS
+        from pyproj.exceptions import CRSError
+    except ImportError:
+        return crs
+    try:
+        code = CRS.from_wkt(crs).to_epsg()
+    except CRSError:
+        return crs
+    return crs if code is None else f"EPSG:{code}"
+
+
+__all__ = ["crs_of_prj"]

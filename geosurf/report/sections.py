@@ -1,0 +1,205 @@
+"""The sections of the page, in the order of a reader's questions.
+
+What is wrong, how much is there, what does it look like, what was it made of; then what geosurf
+changed, how the model fits the wells, each fault, the proof, and the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from html import escape
+from pathlib import Path
+
+from geosurf.conventions import counted
+from geosurf.conventions.crs import label
+from geosurf.model import Certificate
+from geosurf.model.protocols import ReportedModel
+from geosurf.report import fault_tables, input_tables, page, run_tables, tables, well_tables
+from geosurf.report.fault_parts import fault_parts, pictures_of_faults
+from geosurf.report.input_tables import InputFile
+from geosurf.report.page import Section
+from geosurf.report.table import Table, number
+from geosurf.report.viewer import viewer_part
+
+
+def build_page(
+    scene: ReportedModel,
+    pictures: Mapping[str, Path],
+    title: str,
+    made: str,
+    certificate: Certificate,
+    regions: Mapping[str, tuple[float, str]] | None = None,
+    files: Iterable[InputFile] = (),
+) -> str:
+    """Return the whole page as text."""
+    surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
+    slivers = counted(len(units.slivers), "sliver")
+    apart = f" ({slivers} among them)" if units.slivers else ""
+    facts = (
+        f"{counted(len(units), 'unit')} from {counted(len(surfaces), 'surface')}{apart}; "
+        f"{number(curves.length / 1000.0, 1)} km of intersection lines."
+    )
+
+    # whole metres where the box has them, decimetres otherwise
+    west, east, south, north, bottom, top = map(_metres, scene.box)
+    box = (
+        f"Model box: easting {west} to {east} m, northing {south} to {north} m, "
+        f"elevation {bottom} to {top} m."
+    )
+    if units.crs is not None:
+        box += f" Coordinate reference system: {label(units.crs)}."
+    header = "\n".join(
+        [
+            *([page.paragraph(made, "faint")] if made else []),
+            page.paragraph(facts),
+            page.paragraph(box, "faint"),
+            page.verdict(certificate.ok, len(certificate.checks)),
+        ]
+    )
+    return page.fill_page(
+        title, header, _sections(scene, pictures, certificate, regions or {}, tuple(files))
+    )
+
+
+def _sections(
+    scene: ReportedModel,
+    pictures: Mapping[str, Path],
+    certificate: Certificate,
+    regions: Mapping[str, tuple[float, str]],
+    files: tuple[InputFile, ...],
+) -> list[Section]:
+    """All sections; those without content are left out by the page."""
+    of_faults, others = pictures_of_faults(scene, pictures)
+    view, others = _view(scene, others)
+    faults = fault_parts(scene, of_faults)
+    return [
+        *_listed("Warnings", run_tables.warning_table(scene.warnings)),
+        Section("Volumes [million m³]", _volumes(scene), name="volumes"),
+        Section("Interactive view", view, name="view"),
+        Section("Inputs", _inputs(scene, files)),
+        *_listed("Regions of the input file and the units",
+                 tables.region_table(scene.units, regions)),
+        *_changes(scene),
+        Section("Well tops and the model", _wells(scene)),
+        Section("Pictures", page.html_pictures(others)),
+        Section("Faults", "\n".join(html for _, html in faults), tuple(n for n, _ in faults)),
+        Section("Fault polygons", _polygons(scene)),
+        Section("Reports of torn horizons", _sheets(scene)),
+        Section("Certificate", page.html_table(run_tables.check_table(certificate))),
+        Section("Intersection lines", _lines(scene)),
+        Section("Run log", _run_log(scene)),
+        Section("Versions", page.html_table(run_tables.version_table())),
+    ]  # fmt: skip
+
+
+def _volumes(scene: ReportedModel) -> str:
+    """The table of volumes and what it adds up to."""
+    balance = [tables.balance(scene.units), *tables.accuracy(scene)]
+    table = page.html_table(tables.volume_table(scene.units))
+    return "\n".join([table, *map(page.paragraph, balance)])
+
+
+def _view(scene: ReportedModel, pictures: Mapping[str, Path]) -> tuple[str, dict[str, Path]]:
+    """The interactive view with a still picture for paper, and the other pictures."""
+    view = scene.view_3d()
+    others = dict(pictures)
+    if view is None or not view.bodies:
+        return "", others
+
+    # the exploded view shows the same units: where WebGL is missing, it is what readers see
+    still = next((key for key, path in others.items() if path.name == "units_exploded.png"), None)
+    html = viewer_part(view)
+    if still is not None:
+        html += f'\n<div class="still">{page.figure(still, others.pop(still))}</div>'
+    return html, others
+
+
+def _inputs(scene: ReportedModel, files: tuple[InputFile, ...]) -> str:
+    """Files of the inputs, and how much of each surface is inside the model."""
+    crs = "" if scene.units.crs is None else label(scene.units.crs)
+    listed = page.html_table(input_tables.file_table(files, crs))
+    surfaces = page.html_table(tables.surface_table(scene.surfaces, scene.coverage))
+    words = page.paragraph("Share of each surface inside the model, and its extent [m].")
+    return "\n".join(filter(None, [listed, words, surfaces]))
+
+
+def _changes(scene: ReportedModel) -> Iterable[Section]:
+    """What geosurf made of the inputs: contacts, slivers, pieces, clipped horizons."""
+    units = scene.units
+    clipped, thin = (units.report.get(key, ()) for key in ("clipped", "thin"))
+    small = {sliver.name for sliver in units.slivers}
+    pieces = [piece for piece in units.remnants() if piece.name not in small]
+    yield from _listed("Virtual walls", tables.virtual_table(scene.virtual_walls))
+    yield from _listed("Compartments of blocks", tables.compartment_table(units))
+    yield from _listed(
+        "Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)
+    )
+    yield from _listed("Fluid contacts", tables.contact_table(scene))
+    yield from _listed("Units not covered by a fluid contact", tables.left_out_table(units))
+    if units.slivers:
+        table = page.html_table(tables.remnant_table(units.slivers))
+        count = counted(len(units.slivers), "sliver")
+        heading = f"Slivers: units {units.sliver_settings.rule}"
+        yield Section(heading, page.folded(count, table), name="slivers")
+    yield from _listed("Slivers merged into their neighbours", tables.merged_table(units.merged))
+    yield from _listed("Detached pieces", tables.remnant_table(pieces))
+    yield from _listed("Units thinner than the rounding error", tables.thin_table(thin))
+
+
+def _lines(scene: ReportedModel) -> str:
+    """Intersection lines of all pairs of surfaces."""
+    lengths = page.html_table(tables.curve_table(scene.curves))
+    return lengths or page.paragraph("No two surfaces intersect.")
+
+
+def _run_log(scene: ReportedModel) -> str:
+    """Counts of the stages, and the steps that ran or were skipped."""
+    # these entries have sections of their own, or `explain` lists them
+    elsewhere = ("clipped", "without_contact", "outside", "thin")
+    carved = {key: value for key, value in scene.units.report.items() if key not in elsewhere}
+    rebuilt = dict(scene.patches.report)
+    if "dropped_area" in rebuilt:  # the keys are rows of surfaces: the page prints names
+        names = scene.patches.names
+        rebuilt["dropped_area"] = {names[i]: a for i, a in rebuilt["dropped_area"].items()}
+
+    # work counts instead of seconds: they do not depend on the machine, so pages can be compared
+    costs = run_tables.count_table(
+        ("intersect", scene.curves.cost), ("rebuild", rebuilt), ("carve", carved)
+    )
+    return f"{page.html_table(costs)}\n<pre>{escape(scene.explain(seconds=False))}</pre>"
+
+
+def _wells(scene: ReportedModel) -> str:
+    """Misfits of well tops, if the scene has some."""
+    if scene.tops is None:
+        return ""
+    misfit = scene.misfit()
+    words = map(page.paragraph, well_tables.misfit_words(misfit))
+    return "\n".join([page.html_table(well_tables.misfit_table(misfit)), *words])
+
+
+def _polygons(scene: ReportedModel) -> str:
+    """Fault polygons of all horizons inside the model, if there are faults."""
+    if not scene.faults_inside:
+        return ""
+    names = scene.horizons_inside
+    return page.html_table(fault_tables.polygon_table(scene.fault_polygons(name) for name in names))
+
+
+def _sheets(scene: ReportedModel) -> str:
+    """The report of each torn sheet."""
+    sheets = scene.sheets
+    reports = "\n\n".join(f"{name}\n{sheet.report}" for name, sheet in sheets.items())
+    return f"<pre>{escape(reports)}</pre>" if sheets else ""
+
+
+def _listed(heading: str, table: Table) -> list[Section]:
+    """A section of its own, if the table has rows."""
+    return [Section(heading, page.html_table(table))] if table.rows else []
+
+
+def _metres(value: float) -> str:
+    return number(value, 0 if value == round(value) else 1)
+
+
+__all__ = ["build_page"]

@@ -1,0 +1,60 @@
+"""Whether a sheet is the same at a fault that became longer elsewhere.
+
+A tear reads its faults where they are near the horizon: distances of data at their own height,
+traces, tips and branches. What a fault has farther away changes no number of it. So a horizon is
+torn again only where a longer fault comes near it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from geosurf.model import Sheet, TriSurface
+from geosurf.sheets.faults.fault_distance import blocks_between, side_at_own_height
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.lattice.frame import frame_of_lattice
+
+NEAR = 12.0  # cells: as far as any datum or node is compared with a fault
+
+
+def is_unchanged(
+    sheet: Sheet, before: Mapping[str, TriSurface], after: Mapping[str, TriSurface]
+) -> bool:
+    """Whether a sheet that ends on some faults is that of longer ones, too.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    before, after : mapping of str to TriSurface
+        Faults that it was torn at, and the same or longer ones.
+    """
+    return all(_is_far(sheet, fault, after[name]) for name, fault in before.items())
+
+
+def _is_far(sheet: Sheet, fault: TriSurface, longer: TriSurface) -> bool:
+    """Whether a fault became longer only where the sheet is not near, or not at all."""
+    if fault is longer:
+        return True
+
+    # an extension leaves what was given as it is, and adds to it
+    n, m = fault.n_vertex, fault.n_triangle
+    if not np.array_equal(fault.vertices, longer.vertices[:n]):
+        return False
+    if not np.array_equal(fault.triangles, longer.triangles[:m]):
+        return False
+
+    # at their own height, as data are compared with a fault: nodes, and ghosts beyond them
+    frame, _ = frame_of_lattice(sheet.lattice, sheet.name)
+    mesh = mesh_in_frame(longer, frame)
+    mesh = replace(mesh, triangles=mesh.triangles[m:], normals=mesh.normals[m:])
+    points = sheet.surface.vertices
+    uv = frame.to_lattice(points[:, :2]) * frame.stretch
+    z = points[:, 2]
+    added, blocks = blocks_between(mesh, NEAR, float(z.min()), float(z.max()))
+    if blocks is None:
+        return True
+    _, side = side_at_own_height(added, blocks, np.column_stack([uv, z]), NEAR)
+    return not side.any()

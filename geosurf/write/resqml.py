@@ -1,0 +1,290 @@
+"""RESQML 2.0.1: horizons and faults with their interpretations, ``.epc`` and ``.h5`` (decision 40).
+
+Grids are ``Grid2dRepresentation``: origin, steps and elevations where these give all nodes
+exactly, else all coordinates. Meshes are ``TriangulatedSetRepresentation``. Arrays are float64 in
+the HDF5 file. Identifiers follow from what is written, so that the same surfaces give the same
+bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import itertools
+import re
+import uuid
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import elevation_sign, metres_per_unit
+from geosurf.conventions.crs import are_same, crs_of, epsg_of, label
+from geosurf.errors import DependencyError, OutputError
+from geosurf.model import TriSurface
+from geosurf.model.base import Noun
+from geosurf.write._files import FileSet
+from geosurf.write.regular_grid import refuse_odd_nodes
+from geosurf.write.resqml_xml import (
+    Part,
+    crs_body,
+    dataset,
+    explicit_points,
+    lattice_points,
+    package,
+    reference,
+)
+from geosurf.write.written import Loss
+
+LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the first date that a zip file can state
+TAKES = "RESQML takes horizons, fault surfaces, a list or mapping of these, or a Scene."
+
+
+def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) -> FileSet:
+    """
+    Return the files ``path`` (``.epc``) and the ``.h5`` next to it.
+
+    Parameters
+    ----------
+    obj : TriSurface, DataArray, Scene, or list or mapping of surfaces
+    path : pathlib.Path
+    name : str or None
+        Of a single surface.
+    crs : str or None
+        For surfaces that declare none.
+
+    Returns
+    -------
+    FileSet
+
+    Raises
+    ------
+    OutputError
+        If something else is among them, names repeat, or coordinate systems differ.
+    DependencyError
+        If h5py is not installed.
+    """
+    surfaces = _surfaces(obj, name, path)
+    declared = {crs: None} if crs is not None else {}
+    declared |= {one: None for one in (_crs(each) for _, each in surfaces) if one is not None}
+    first, *others = declared or (None,)
+    for other in others:
+        if first is None or other is None or not are_same(first, other):
+            raise OutputError(
+                f"{path}: surfaces are in different coordinate reference systems, "
+                f"{label(str(first))} and {label(str(other))}. Reproject them with gs.reproject."
+            )
+
+    h5_name = path.with_suffix(".h5").name
+    parts, arrays = _objects([_geometry(title, one) for title, one in surfaces], first)
+    files = {
+        PurePath(path.name): _zipped(package(parts, h5_name)),
+        PurePath(h5_name): _hdf5(arrays, parts[0].uuid),
+    }
+    lost = [
+        Loss("other", f"Arrays are in {h5_name}: move both files together."),
+        Loss("topology", "Surfaces are separate: the sealed model is .ml."),
+    ]
+    if first is not None and epsg_of(first) is None:
+        lost.append(Loss("crs", f"RESQML stores {label(first)} as an unknown system with a name."))
+    pattern = re.compile(f"{re.escape(path.name)}|{re.escape(h5_name)}")
+    return files, lost, pattern
+
+
+def _surfaces(obj: Any, name: str | None, path: Path) -> list[tuple[str, Any]]:
+    """Names and surfaces of whatever holds them."""
+    if hasattr(obj, "surfaces") and hasattr(obj, "units"):  # a Scene, which lies above this room
+        obj = obj.surfaces
+    if _is_surface(obj):
+        found = [(str(name or _own_name(obj) or path.stem), obj)]
+    elif isinstance(obj, Mapping):
+        found = [(str(key), value) for key, value in obj.items()]
+    else:
+        found = [(_own_name(one) or f"surface {k}", one) for k, one in enumerate(obj, 1)]
+
+    wrong = [type(one).__name__ for _, one in found if not _is_surface(one)]
+    if wrong:
+        raise OutputError(f"{path}: cannot write {wrong[0]}. {TAKES}")
+    names = [title for title, _ in found]
+    twice = sorted({title for title in names if names.count(title) > 1})
+    if twice:
+        raise OutputError(f"{path}: two surfaces are called {twice[0]!r}. Rename one of them.")
+    return found
+
+
+def _own_name(obj: Any) -> str:
+    """What a surface calls itself, or nothing."""
+    return str(getattr(obj, "name", None) or getattr(obj, "attrs", {}).get("long_name") or "")
+
+
+def _is_surface(obj: Any) -> bool:
+    """Whether something is a mesh or a grid of two dimensions with coordinates."""
+    if isinstance(obj, TriSurface):
+        return True
+    coords = getattr(obj, "coords", ())
+    return getattr(obj, "ndim", 0) == 2 and "easting" in coords and "northing" in coords
+
+
+def _crs(surface: Any) -> str | None:
+    return surface.crs if isinstance(surface, Noun) else crs_of(surface)
+
+
+def _geometry(title: str, surface: Any) -> tuple[str, str, dict[str, np.ndarray]]:
+    """Name, role, and either arrays of a grid or vertices and triangles."""
+    if not isinstance(surface, TriSurface):
+        return title, "horizon", _grid_of_array(title, surface)
+    lattice = surface.lattice
+    if lattice is not None and surface.role == "horizon":
+        x, y = lattice.horizontal()
+        return title, "horizon", {"x": x, "y": y, "z": lattice.elevation}
+    return title, surface.role, {"points": surface.vertices, "triangles": surface.triangles}
+
+
+def _grid_of_array(title: str, horizon: Any) -> dict[str, np.ndarray]:
+    """Easting, northing and elevation [m] of the nodes of a horizon."""
+    what = f"horizon {title!r}"
+    sign = elevation_sign(horizon.attrs.get("positive"), what)
+    scale = sign * metres_per_unit(horizon.attrs.get("units"), what)
+    refuse_odd_nodes(horizon, title)
+
+    # rows go along northing where there are two axes
+    axes = horizon.easting.ndim == horizon.northing.ndim == 1
+    if axes:
+        horizon = horizon.transpose(*horizon.northing.dims, *horizon.easting.dims)
+    x, y, z = (np.asarray(a, np.float64) for a in (horizon.easting, horizon.northing, horizon))
+    x, y = np.broadcast_arrays(x, y[:, None] if axes else y)
+    return {"x": x, "y": y, "z": z if scale == 1.0 else z * scale}
+
+
+def _objects(
+    surfaces: list[tuple[str, str, dict[str, np.ndarray]]], crs: str | None
+) -> tuple[list[Part], dict[str, np.ndarray]]:
+    """All objects of the package, and the arrays of the HDF5 file by their paths."""
+    fresh = _identifiers(surfaces, crs)
+    mime = "<eml:MimeType>application/x-hdf5</eml:MimeType>"
+    proxy = Part("EpcExternalPartReference", next(fresh), "Hdf Proxy", mime)
+    named = (None, None) if crs is None else (epsg_of(crs), label(crs))
+    system = Part("LocalDepth3dCrs", next(fresh), named[1] or "local", crs_body(*named))
+
+    parts, arrays = [proxy, system], dict[str, np.ndarray]()
+    for title, role, held in surfaces:
+        interpretation = _interpretation(title, role, fresh)
+        own = next(fresh)
+        kind, body, new = _representation(held, f"/RESQML/{own}", proxy, system)
+        meant = interpretation[1:]
+        head = "".join(reference("resqml2:RepresentedInterpretation", one) for one in meant)
+        parts += [*interpretation, Part(kind, own, title, head + body, (proxy, system, *meant))]
+        arrays |= new
+    return parts, arrays
+
+
+def _identifiers(
+    surfaces: list[tuple[str, str, dict[str, np.ndarray]]], crs: str | None
+) -> Iterator[str]:
+    """Endless UUIDs that follow from what is written."""
+    digest = hashlib.sha256(repr(crs).encode())
+    for title, role, held in surfaces:
+        digest.update(f"{title}\0{role}".encode())
+        for key, array in held.items():
+            digest.update(f"{key}{array.shape}".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
+    seed = digest.hexdigest()
+    return (str(uuid.uuid5(uuid.NAMESPACE_OID, f"geosurf {seed} {k}")) for k in itertools.count())
+
+
+def _interpretation(title: str, role: str, fresh: Iterator[str]) -> list[Part]:
+    """Feature and interpretation of a horizon or fault; nothing for other surfaces."""
+    kinds = {
+        "horizon": ("GeneticBoundaryFeature", "GeneticBoundaryKind", "HorizonInterpretation"),
+        "fault": ("TectonicBoundaryFeature", "TectonicBoundaryKind", "FaultInterpretation"),
+    }
+    if role not in kinds:
+        return []
+    feature_kind, word, kind = kinds[role]
+    body = f"<resqml2:{word}>{role}</resqml2:{word}>"
+    feature = Part(feature_kind, next(fresh), title, body)
+    domain = "<resqml2:Domain>depth</resqml2:Domain>"
+    body = domain + reference("resqml2:InterpretedFeature", feature)
+    return [feature, Part(kind, next(fresh), title, body, (feature,))]
+
+
+def _representation(
+    held: dict[str, np.ndarray], folder: str, proxy: Part, system: Part
+) -> tuple[str, str, dict[str, np.ndarray]]:
+    """Kind, XML and arrays of a grid or a mesh."""
+    local = reference("resqml2:LocalCrs", system)
+    role = "<resqml2:SurfaceRole>map</resqml2:SurfaceRole>"
+    if "points" in held:
+        points, triangles = held["points"], held["triangles"]
+        to = {f"{folder}/points_patch0": points, f"{folder}/triangles_patch0": triangles}
+        at_points, at_triangles = to
+        body = (
+            f"{role}<resqml2:TrianglePatch><resqml2:PatchIndex>0</resqml2:PatchIndex>"
+            f"<resqml2:Count>{len(triangles)}</resqml2:Count>"
+            f"<resqml2:NodeCount>{len(points)}</resqml2:NodeCount>"
+            '<resqml2:Triangles xsi:type="resqml2:IntegerHdf5Array">'
+            "<resqml2:NullValue>-1</resqml2:NullValue>"
+            f"{dataset('resqml2:Values', at_triangles, proxy)}</resqml2:Triangles>"
+            f'<resqml2:Geometry xsi:type="resqml2:PointGeometry">{local}'
+            f"{explicit_points(dataset('resqml2:Coordinates', at_points, proxy))}"
+            "</resqml2:Geometry></resqml2:TrianglePatch>"
+        )
+        return "TriangulatedSetRepresentation", body, to
+
+    x, y, z = held["x"], held["y"], held["z"]
+    n_row, n_col = z.shape
+    steps = _steps(x, y)
+    if steps is not None:
+        to = {f"{folder}/zvalues": z}
+        values = dataset("resqml2:Values", f"{folder}/zvalues", proxy)
+        nodes = lattice_points((float(x[0, 0]), float(y[0, 0])), steps, (n_row, n_col), values)
+    else:
+        to = {f"{folder}/points": np.stack([x, y, z], axis=-1)}
+        nodes = explicit_points(dataset("resqml2:Coordinates", f"{folder}/points", proxy))
+    body = (
+        f"{role}<resqml2:Grid2dPatch><resqml2:PatchIndex>0</resqml2:PatchIndex>"
+        f"<resqml2:FastestAxisCount>{n_col}</resqml2:FastestAxisCount>"
+        f"<resqml2:SlowestAxisCount>{n_row}</resqml2:SlowestAxisCount>"
+        f'<resqml2:Geometry xsi:type="resqml2:PointGeometry">{local}{nodes}</resqml2:Geometry>'
+        "</resqml2:Grid2dPatch>"
+    )
+    return "Grid2dRepresentation", body, to
+
+
+def _steps(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:
+    """Steps east and north that give all nodes to the last bit, if there are such."""
+    if min(x.shape) < 2:
+        return None
+    row, column = np.arange(x.shape[0])[:, None], np.arange(x.shape[1])
+    east, north = float(x[0, 1] - x[0, 0]), float(y[1, 0] - y[0, 0])
+    exact = (x == x[0, 0] + column * east).all() and (y == y[0, 0] + row * north).all()
+    return (east, north) if exact and east > 0.0 and north > 0.0 else None
+
+
+def _hdf5(arrays: dict[str, np.ndarray], proxy: str) -> bytes:
+    """An HDF5 file of all arrays."""
+    try:
+        import h5py
+    except ImportError as error:
+        raise DependencyError(
+            'RESQML needs h5py, which is not installed. Install it with: pip install "geosurf[io]"'
+        ) from error
+    held = io.BytesIO()
+    with h5py.File(held, "w") as file:
+        file.create_group("RESQML").attrs["uuid"] = proxy
+        for path, array in arrays.items():
+            file.create_dataset(path, data=array)
+    return held.getvalue()
+
+
+def _zipped(files: dict[str, str]) -> bytes:
+    """A zip file without the present time."""
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as package_file:
+        for name, text in files.items():
+            info = zipfile.ZipInfo(name, LONG_AGO)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            package_file.writestr(info, text)
+    return held.getvalue()

@@ -1,0 +1,194 @@
+"""Arguments: mistakes in one sentence each, options that mean the same everywhere, completion."""
+
+# ruff: noqa: E501 - the mistakes are a table, one case per line
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import geosurf as gs
+from geosurf import cli
+from geosurf.cli.arguments import commands_of, options_of
+from geosurf.cli.completion import SHELLS, completion_script
+from geosurf.cli.scenario_commands import FILES
+from geosurf.scenario.keys import FORMATS
+
+COMMANDS = commands_of(cli.build_parser())
+MISTAKES = {
+    "": "geosurf: COMMAND is missing. See geosurf --help.",
+    "--verison": "geosurf: unknown option --verison. Did you mean '--version'?",
+    "rnu": "geosurf: unknown command 'rnu'. Did you mean 'run'? Commands are new, run,",
+    "zzz": "geosurf: unknown command 'zzz'. Commands are new, run,",
+    "run": "geosurf run: scenario and -o/--out are missing. See geosurf run --help.",
+    "run a.toml": "geosurf run: -o/--out is missing.",
+    "run a.toml -o": "geosurf run: -o/--out needs a value.",
+    "run a.toml -o b c": "geosurf run: 'c' is one argument too many. Put names with blanks between quotes.",
+    "run a.toml -o b --no-pics": "geosurf run: unknown option --no-pics. Did you mean '--no-pictures'?",
+    "run a.toml -o b --cache=c": "geosurf run: unknown option --cache.",
+    "run a.toml -o b --only cvs": "geosurf run: --only: 'cvs' is not known. Give vtm, vtp, csv,",
+    "run a.toml -o b --set": "geosurf run: --set needs a value.",
+    "validate": "geosurf validate: scenario is missing.",
+    "validate a.toml --jsn": "geosurf validate: unknown option --jsn. Did you mean '--json'?",
+    "check": "geosurf check: scenario is missing.",
+    "render a.toml -o b.png --exaggeration two": "geosurf render: --exaggeration: 'two' is not a number. Give one, such as 2.5.",
+    "render a.toml -o b.png --veiw top": "geosurf render: unknown option --veiw. Did you mean '--view'?",
+    "ensemble a.toml -o b -n ten": "geosurf ensemble: -n: 'ten' is not a whole number of 1 or more.",
+    "ensemble a.toml -o b -n 0": "geosurf ensemble: -n: '0' is not a whole number of 1 or more.",
+    "ensemble a.toml -o b --workers -1": "geosurf ensemble: --workers: '-1' is not a whole number of 1 or more.",
+    "ensemble a.toml -o b --seed x": "geosurf ensemble: --seed: 'x' is not a whole number of 0 or more.",
+    "curves a": "geosurf curves: second and -o/--out are missing.",
+    "curves a b -o c --positive dwon": "geosurf curves: --positive: 'dwon' is not known. Give up or down. Did you mean 'down'?",
+    "convert a": "geosurf convert: TARGET is missing.",
+    "convert a b --as pints": "geosurf convert: --as: 'pints' is not known. Give horizon, fault, points, polygons or tops. Did you mean 'points'?",
+    "info": "geosurf info: FILE is missing.",
+    "new": "geosurf new: FOLDER and FILES are missing.",
+    "new a --example grid": "geosurf new: --example: 'grid' is not known. Give grids, points or network. Did you mean 'grids'?",
+    "completion": "geosurf completion: SHELL is missing.",
+    "completion tcsh": "geosurf completion: SHELL: 'tcsh' is not known. Give bash, zsh or fish.",
+    "stress --cases 0": "geosurf stress: --cases: '0' is not a whole number of 1 or more.",
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_a_mistake_is_one_sentence_and_names_the_help(words, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(shlex.split(words))
+    assert caught.value.code == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith(MISTAKES[words])
+    assert len(said.err.splitlines()) == 1
+    assert said.err.endswith(" --help.\n")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_common_options_and_an_example_that_is_accepted(name):
+    command = COMMANDS[name]
+    assert {"--json", "--quiet", "--verbose", "--debug"} <= set(options_of(command))
+    example = command.epilog.removeprefix("example: geosurf ").partition(" >>")[0]
+    options = cli.build_parser().parse(shlex.split(example))
+    assert options.kept(options).endswith(("there.", "half-written.", "ones."))
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("arguments")
+    world = gs.synthetic.tilted_planes(n=5)
+    for name, surface in {**world.horizons, **world.faults}.items():
+        gs.write(surface, folder / f"{name}.nc")
+    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
+    path = folder / "scenario.toml"
+    path.write_text(f'title = "Planes"\n{tables}[[faults]]\nname = "F1"\nfile = "F1.nc"\n')
+    return path
+
+
+def test_a_run_sets_keys_writes_only_some_results_and_answers_in_json(scenario, tmp_path, capsys):
+    out = tmp_path / "out"
+    words = ["run", scenario, "-o", out, "--json", "--only", "csv,vtp", "--set", "title=Other"]
+    assert cli.main([*map(str, words), "--set", "faults=[]"]) == 0
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert {path.name for path in out.iterdir()} == {"certificate.txt", "curves.vtp", "volumes.csv"}
+    assert (out / "certificate.txt").read_text().startswith("Other (title=Other, faults=[])\n")
+    assert [unit["unit"] for unit in found["units"]] == ["above Top", "Top/Base", "below Base"]
+    scene = gs.Scene(gs.synthetic.tilted_planes(n=5).horizons)
+    assert [unit["volume"] for unit in found["units"]] == scene.volumes.values.tolist()
+    assert found["certificate"]["ok"] is True
+    assert found["report"] is None
+
+
+def test_a_dry_run_lists_files_and_writes_nothing(scenario, tmp_path, capsys):
+    words = ["run", str(scenario), "-o", str(tmp_path / "out"), "--dry-run"]
+    assert cli.main([*words, "--json"]) == 0
+    planned = json.loads(capsys.readouterr().out)
+    assert {Path(path).name for path in planned["reads"].values()} == {"Top.nc", "Base.nc", "F1.nc"}
+    assert not (tmp_path / "out").exists()
+
+    assert cli.main([*words[:-1], "--quiet", "--no-pictures"]) == 0
+    assert capsys.readouterr().out == ""
+    for file in planned["writes"]:
+        pictures = file.startswith("pictures")
+        assert bool([*(tmp_path / "out").glob(file)]) is not pictures, file
+
+
+@pytest.mark.parametrize(
+    ("setting", "sentence"),
+    [
+        ("title", "--set 'title' is not key=value. Write for example --set tear.trim_cells=2."),
+        ("titel=A", "unknown key 'titel'"),
+        ("tolerance_m=-1", "tolerance_m is -1"),
+        ("horizons.Tpo.file=a", "no table is named 'Tpo'. Names are 'Top', 'Base'. Did you mean 'Top'?"),
+        ("horizons.Top=a", "--set horizons.Top names a table. Add a key of it: --set horizons.Top.file=..."),
+        ("a b=1", "--set 'a b' is not a key of TOML"),
+        ("horizons.Top.file=New.nc", "New.nc"),
+    ],
+)  # fmt: skip
+def test_settings_that_cannot_be(scenario, capsys, setting, sentence):
+    assert cli.main(["check", str(scenario), "--set", setting]) == 2
+    said = capsys.readouterr()
+    assert sentence in said.err
+    assert len(said.err.splitlines()) == 1
+    assert cli.main(["validate", str(scenario), "--set", setting]) == 2
+
+
+def test_a_mistake_that_was_set_has_no_line_of_the_file(scenario, capsys):
+    words = ["validate", str(scenario), "--json", "--set", "title=3", "--set", "box.top=1"]
+    assert cli.main([*words, "--set", "faults.F1.lengthen_m=-1"]) == 2
+    found = json.loads(capsys.readouterr().out)["mistakes"]
+    assert {row["line"] for row in found} == {None}
+    assert any("title is 3" in row["mistake"] for row in found)
+    assert any("lengthen_m is -1" in row["mistake"] for row in found)
+
+
+def test_results_of_only_are_those_of_scenarios():
+    assert set(FILES) == set(FORMATS)
+
+
+def test_verbose_lists_steps_on_stderr_and_leaves_stdout(scenario, capsys):
+    assert cli.main(["check", str(scenario)]) == 0
+    plain = capsys.readouterr()
+    assert cli.main(["check", str(scenario), "--verbose"]) == 0
+    verbose = capsys.readouterr()
+    assert (verbose.out, plain.err) == (plain.out, "")
+    assert [line.split()[0] for line in verbose.err.splitlines()][:2] == ["read", "triangulate"]
+    assert all(line.endswith("MB at most") for line in verbose.err.splitlines())
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+def test_bash_completes_commands_options_and_files(tmp_path):
+    (tmp_path / "geo.sh").write_text(completion_script(cli.build_parser(), "bash"))
+    (tmp_path / "scenario.toml").write_text("")
+    asked = {
+        "va": "validate",
+        "run --no-p": "--no-pictures",
+        "render a.toml --sec": "--section",
+        "run scen": "scenario.toml",
+    }
+    lines = []
+    for words in asked:
+        count = len(words.split())
+        lines += [f"COMP_WORDS=(geosurf {words})", f"COMP_CWORD={count}", "_geosurf"]
+        lines.append('echo "${COMPREPLY[@]}"')
+    said = subprocess.run(
+        ["bash", "-c", "\n".join(["source geo.sh", *lines])],
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert said.stdout.splitlines() == list(asked.values())
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_scripts_of_all_shells_have_every_option(shell):
+    parser = cli.build_parser()
+    script = completion_script(parser, shell)
+    for name, command in COMMANDS.items():
+        assert name in script
+        for action in command._actions:
+            if isinstance(action, argparse._StoreAction) and action.option_strings:
+                assert action.option_strings[-1].lstrip("-") in script

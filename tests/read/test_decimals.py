@@ -1,0 +1,80 @@
+"""Decimals in bulk are rounded as Python does, or left to others."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from geosurf.read._decimals import plain_decimals
+
+sign = st.sampled_from(["", "-", "+"])
+digits = st.text("0123456789", min_size=1, max_size=18)
+
+
+@st.composite
+def words(draw):
+    """Any plain decimal of up to 18 digits."""
+    found = draw(digits)
+    point = draw(st.integers(0, len(found) + 1))
+    body = found if point > len(found) else f"{found[:point]}.{found[point:]}"
+    return draw(sign) + body
+
+
+def same(texts):
+    found = plain_decimals(" ".join(texts).encode())
+    assert found is not None
+    assert found.tobytes() == np.array([float(text) for text in texts]).tobytes()
+
+
+@given(st.lists(st.one_of(words(), st.floats(-1e15, 1e15).map(lambda x: f"{x:.1f}")), min_size=1))
+def test_law_plain_decimals_are_rounded_as_python_does(texts):
+    texts = [text for text in texts if sum(map(str.isdigit, text)) <= 18]
+    if texts:
+        same(texts)
+
+
+@given(st.integers(2**52, 2**53 - 2), st.integers(1, 6), st.integers(-1, 1))
+def test_law_halfway_between_two_doubles(odd, power, step):
+    # (2 k + 1) / 2**power lies halfway between two doubles; its neighbours in the last digit do not
+    middle = Fraction(2 * odd + 1, 2**power)
+    n = min(power, 2)
+    if middle * 10**n % 1 == 0:
+        whole = int(middle * 10**n) + step
+        text = f"{whole:019d}"
+        text = f"{text[:-n]}.{text[-n:]}".lstrip("0")
+        if len(text) <= 19:
+            same([text, f"-{text}"])
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        "1-2",
+        "1e999",
+        "1e",
+        "e5",
+        "1e3-2",
+        "--1e3",
+        "--1",
+        ".",
+        "-",
+        "1..2",
+        "1.2.3",
+        "1_0",
+        "nan",
+        "1+",
+        "1,5",
+        "9" * 19,
+    ],
+)
+def test_other_words_are_left_to_others(word):
+    assert plain_decimals(f"5 {word} 6".encode()) is None
+
+
+def test_nothing_and_blanks():
+    assert len(plain_decimals(b"")) == len(plain_decimals(b" \n\t ")) == 0
+    assert plain_decimals(b"\n-0 5. .5\n007").tolist() == [0.0, 5.0, 0.5, 7.0]

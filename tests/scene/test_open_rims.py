@@ -1,0 +1,109 @@
+"""Surfaces of other packages whose rims stop short: each is named, with the place and the gap."""
+
+from __future__ import annotations
+
+import ast
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import OpenUnitError
+
+BOX = (0, 1000, 0, 1000, -2500, -500)
+
+
+def sheet(z, x=(-50, 1050), y=(-50, 1050), steps=9):
+    """Vertices and triangles of a level sheet."""
+    xs, ys = np.meshgrid(np.linspace(*x, steps), np.linspace(*y, steps))
+    rows = np.arange(steps * steps).reshape(steps, steps)
+    a, b, c, d = rows[:-1, :-1], rows[:-1, 1:], rows[1:, 1:], rows[1:, :-1]
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+    return np.stack([xs.ravel(), ys.ravel(), np.full(xs.size, float(z))], axis=1), faces
+
+
+def halves(z, gap):
+    """A horizon that stops before a fault at x = 500, on both sides."""
+    (v, t), (w, u) = sheet(z, (-50, 500 - gap)), sheet(z - 100, (500 + gap, 1050))
+    return np.concatenate([v, w]), np.concatenate([t, u + len(v)])
+
+
+def wall(y=(-60, 1060), z=(-3000, 0), steps=9):
+    """A vertical fault at x = 500."""
+    v, t = sheet(500, y, z, steps)
+    return v[:, [2, 0, 1]], t
+
+
+HORIZONS = {"Top": sheet(-1000), "Base": sheet(-1500)}
+
+
+@pytest.mark.parametrize(
+    ("horizon", "place", "gap"),
+    [
+        (halves(-1000, 5), r"\(E 495, ", "ends 5 m before fault 'F1' there"),
+        (sheet(-1000, (30, 1050)), r"\(E 30, ", "ends 30 m before the west side of the model"),
+    ],
+)
+def test_a_horizon_that_stops_short_is_named_with_its_gap(horizon, place, gap):
+    scene = gs.Scene({"Top": horizon, "Base": sheet(-1500)}, {"F1": wall()}, BOX)
+    with pytest.raises(OpenUnitError, match=rf"leak around horizon 'Top': .*{place}.*It {gap}"):
+        _ = scene.units
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+@pytest.mark.parametrize("gap", [0.5, 12])
+def test_a_fault_that_stops_short_of_a_side_is_named_with_its_gap(gap):
+    scene = gs.Scene(HORIZONS, {"F1": wall((-60, 1000 - gap))}, BOX)
+    (found,) = (one for one in scene.warnings if one.kind == "rim")
+    assert found.subject == "F1"
+    assert f"ends {gap:g} m before the north side of the model box" in found.effect
+    assert np.allclose(found.place[:2], (500, 1000 - gap))
+    assert [unit for unit in scene.units if "F1" in unit] == []  # units go around it
+    # the remedy that it prints
+    fault = scene.surface("F1")
+    whole = gs.extend_fault(fault, BOX, sides="strike").surface
+    again = scene.replace(faults={"F1": whole})
+    assert not again.warnings
+    box = ast.literal_eval(found.remedy.split("box=")[-1].removesuffix("."))
+    assert 1000 - gap * 1.2 < box[3] < 1000 - gap
+    assert len(scene.replace(box=box).units) == len(again.units)
+    assert len(again.units) == 2 * len(scene.units)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        wall(),  # across the model
+        wall((-60, 1000)),  # exactly up to the side
+        wall((-60, 700)),  # dies inside
+        wall((100, 1060), (-3000, -1200)),  # below the upper horizon
+        wall((100, 900), (-1400, -1200), 40),  # small, with short edges
+    ],
+)
+def test_faults_that_cross_a_side_or_die_inside_are_quiet(fault):
+    scene = gs.Scene(HORIZONS, {"F1": fault}, BOX)
+    assert [one for one in scene.warnings if one.kind == "rim"] == []
+
+
+def test_triangles_with_two_corners_at_one_place_are_dropped():
+    """As dual contouring makes them: GemPy's faults have some."""
+    vertices, triangles = wall()
+
+    class Element:
+        vertices = None
+        edges = None
+
+    # one edge is split into two that lie on each other, with a triangle of no area between
+    twin = len(vertices)
+    (a, b, c), rest = triangles[0], triangles[1:]
+    Element.vertices = np.concatenate([vertices, vertices[[a]]])
+    Element.edges = np.concatenate([[[twin, b, c], [a, b, twin]], rest])
+    made = gs.triangulate_fault(Element(), name="F1")
+    expected = gs.triangulate_fault((vertices, triangles), name="F1")
+    assert made.n_triangle == expected.n_triangle
+    corners = [
+        np.sort(one.vertices[one.triangles].reshape(-1, 9), axis=0) for one in (made, expected)
+    ]
+    assert (corners[0] == corners[1]).all()
+    same = gs.Scene(HORIZONS, {"F1": Element()}, BOX).volumes
+    assert same.equals(gs.Scene(HORIZONS, {"F1": (vertices, triangles)}, BOX).volumes)

@@ -1,0 +1,105 @@
+"""What notebooks show: every object has a card, names are escaped, nothing is computed for it."""
+
+from __future__ import annotations
+
+import html
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+import geosurf as gs
+from geosurf.conventions.card import MOST, Card
+
+NAME = "<b>Top & 'x\"</b>"
+VOID = {"meta", "br", "img", "input", "link"}
+
+
+class Tags(HTMLParser):
+    """Collects text, and notes tags that are not closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.text = ""
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        assert tag != "b", "a name is not escaped"
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += f"{data} "
+
+
+def shown(thing):
+    return Tags(thing._repr_html_()).text
+
+
+@pytest.fixture(scope="module")
+def scene():
+    world = gs.synthetic.tilted_planes(n=5)
+    horizons = {NAME: world.horizons["Top"], "Base": world.horizons["Base"]}
+    return gs.Scene(horizons, world.faults, world.box)
+
+
+def test_a_scene_shows_its_inputs_and_what_is_computed_and_computes_nothing(scene):
+    world = gs.synthetic.tilted_planes(n=5)
+    fresh = gs.Scene(world.horizons, world.faults)
+    assert "nothing yet" in shown(fresh)
+    assert fresh.steps == ()
+    assert scene.curves.n_curve
+    for word in (NAME, "Base", "F1", "curves"):
+        assert word in shown(scene), word
+
+
+def test_every_noun_shows_its_figures(scene):
+    units = scene.units
+    for unit in units.values():
+        assert unit.block in shown(units)
+        assert NAME in shown(unit) or "Base" in shown(unit)
+        assert gs.conventions.volume_text(unit.volume, 5) in shown(unit)
+    assert shown(scene.surface(NAME)).startswith(f"Horizon {NAME}")
+    assert str(scene.patches.n_patch) in shown(scene.patches)
+    lengths = re.findall(r"([\d.]+) m\b", shown(scene.curves))
+    total, *parts = map(float, lengths)
+    assert sum(parts) == pytest.approx(total, rel=1e-5)
+    assert shown(scene.check()).count("pass") == len(scene.check().checks) + 1
+    assert "FaultNetwork: 0 rows" in shown(scene.propose_fault_network())
+
+
+def test_a_sheet_shows_the_throw_of_each_fault():
+    world = gs.synthetic.graben(n=9)
+    sheet = gs.throw_horizon(world.horizons["Top"], world.faults, dict.fromkeys(world.faults, 30.0))
+    for name in world.faults:
+        assert name in shown(sheet)
+
+
+def test_long_tables_end_with_how_much_is_left():
+    text = Tags(Card("Many", [(str(k), "1") for k in range(MOST + 7)]).html()).text
+    assert "and 7 more" in text
+    assert str(MOST - 1) in text
+    assert str(MOST) + "1" not in text
+
+
+def test_an_interactive_view_is_one_page_in_a_frame_without_rights(scene, tmp_path):
+    view = scene.show()
+    frame = view._repr_html_()
+    assert 'sandbox="allow-scripts allow-downloads"' in frame
+    (page,) = re.findall(r'srcdoc="([^"]*)"', frame)
+    assert html.unescape(page) == view.page
+    assert "http://" not in view.page.replace("http://www.w3.org", "")
+    assert view.save(tmp_path / "view.html").read_text(encoding="utf-8") == view.page
+    assert view.page == scene.show().page
+    assert "Base" in scene.show("surfaces").page
+    with pytest.raises(gs.errors.OutputError, match=r"cannot be written"):
+        view.save(tmp_path / "missing" / "view.html")
+    with pytest.raises(gs.errors.InputError, match=r"Use the suffix .html"):
+        view.save(tmp_path / "view.png")
+    with pytest.raises(gs.errors.InputError, match="show 'units' or 'surfaces'"):
+        scene.show("unit")

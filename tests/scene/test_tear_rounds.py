@@ -1,0 +1,143 @@
+"""Horizons that are torn one after another: all end on the same faults, none is torn in vain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.faults import lengthen_fault
+from geosurf.scene.tear_rounds import same, sheets_on
+from geosurf.sheets.faults.longer_faults import is_unchanged
+
+BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
+
+
+@pytest.fixture(scope="module")
+def world():
+    return gs.synthetic.torn("normal", n=61)
+
+
+@pytest.fixture(scope="module")
+def whole(world):
+    """The fault of the world, far above and below its horizon."""
+    (fault,) = (gs.triangulate_fault(one, name=name) for name, one in world.faults.items())
+    return fault
+
+
+@pytest.fixture(scope="module")
+def fault(world, whole):
+    """It is long enough for the horizon, but not for one 40 m above or below."""
+    z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
+    return _between(whole, z.min() - 20.0, z.max() + 20.0)
+
+
+def _between(fault, low, high):
+    """A rectangle on the plane of a fault, as long as it is, between two levels."""
+    middle = fault.vertices.mean(axis=0)
+    normal = np.linalg.svd(fault.vertices - middle, full_matrices=False)[2][2]
+    strike = np.array([-normal[1], normal[0], 0.0]) / np.hypot(*normal[:2])
+    dip = np.cross(normal, strike)
+    along = (fault.vertices - middle) @ strike
+    corners = [
+        middle + s * strike + (z - middle[2]) / dip[2] * dip
+        for s, z in (
+            (along.min(), low),
+            (along.max(), low),
+            (along.max(), high),
+            (along.min(), high),
+        )
+    ]
+    return gs.triangulate_fault((corners, [[0, 1, 2], [0, 2, 3]]), name="F1")
+
+
+def lowered(horizon, by):
+    lower = horizon - by
+    lower.attrs = horizon.attrs
+    return lower
+
+
+def make_sheets(horizons, log):
+    """A function that tears horizons, and lists them."""
+
+    def make(name, faults, fill):
+        log.append(name)
+        return gs.tear_horizon(
+            horizons[name], [*faults.values()], name=name, trim=2, fill_empty_blocks=fill
+        )
+
+    return make
+
+
+@pytest.mark.parametrize("side", ["up", "down"])
+def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side):
+    """The law that spares a tear."""
+    top = world.horizons["Top"]
+    fault = _between(whole, float(top.min()) - 5.0, float(top.max()) + 5.0)
+    sheet = gs.tear_horizon(top, [fault], name="Top", trim=2)
+    longer = lengthen_fault(fault, {side: 300.0}).surface
+    assert is_unchanged(sheet, {"F1": fault}, {"F1": longer})
+    again = gs.tear_horizon(top, [longer], name="Top", trim=2)
+    np.testing.assert_array_equal(sheet.surface.vertices, again.surface.vertices)
+    np.testing.assert_array_equal(sheet.surface.triangles, again.surface.triangles)
+
+    # a fault that is longer next to the sheet, along strike, or another one
+    short = _between(fault, fault.bounds[4] + 30.0, fault.bounds[5] - 30.0)
+    near = lengthen_fault(short, {side: 60.0}).surface
+    assert not is_unchanged(sheet, {"F1": short}, {"F1": near})
+    along = lengthen_fault(fault, {"strike": 50.0}).surface
+    assert not is_unchanged(sheet, {"F1": fault}, {"F1": along})
+    assert not is_unchanged(sheet, {"F1": fault}, {"F1": short})
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
+    """Top and Base each need it longer at one side; both sides are joined, Middle needs neither."""
+    top = world.horizons["Top"]
+    horizons = {"Top": lowered(top, -40.0), "Middle": top, "Base": lowered(top, 40.0)}
+    log, starts = [], []
+    sheets, faults = sheets_on(
+        {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log),
+        lambda *step: starts.append(step),
+    )  # fmt: skip
+    assert list(sheets) == list(horizons)
+    assert log == ["Top", "Base", "Middle"]
+    assert starts == [("tear", name, k, 3) for k, name in enumerate(log, 1)]
+
+    # longer at both sides, and the very surface that each sheet ends on
+    assert faults["F1"].bounds[5] > fault.bounds[5]
+    assert faults["F1"].bounds[4] < fault.bounds[4]
+    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
+    assert gs.Scene(sheets, faults, BOX).check().ok
+
+
+def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole, fault):
+    top = world.horizons["Top"]
+    horizons, log = {"Top": top, "Base": top}, []
+    tear = make_sheets(horizons, log)
+
+    def make(name, faults, fill):
+        """Base asks for a longer fault near both horizons, once."""
+        sheet = tear(name, faults, fill)
+        if name == "Top" or faults["F1"].n_vertex > short.n_vertex:
+            return sheet
+        return replace(sheet, faults=(lengthen_fault(faults["F1"], {"down": 30.0}).surface,))
+
+    short = _between(whole, fault.bounds[4] + 10.0, fault.bounds[5])
+    sheets, faults = sheets_on({"F1": short}, {"Top": False, "Base": False}, make)
+    assert log.count("Top") == 2
+    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
+
+
+def test_a_scene_says_what_it_begins(world):
+    steps = []
+    scene = gs.Scene(world.horizons, world.faults, tear=2, on_start=lambda *s: steps.append(s))
+    assert scene.replace().units
+    assert ("tear", "Top", 1, 1) in steps
+    assert {stage for stage, *_ in steps} >= {"tear", "rebuild", "carve"}
+    assert sum(stage == "tear" for stage, *_ in steps) == 1
+    with pytest.raises(InputError, match="on_start is 3; give a function"):
+        gs.Scene(world.horizons, on_start=3)

@@ -1,0 +1,74 @@
+"""Remedies of a refusal: faults to leave out, each set of them tried."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from geosurf.errors import GeometryError
+from geosurf.sheets import attempts
+from geosurf.sheets.heights.inputs import Trims
+
+NAMES = ("F1", "F2", "F3", "F4")
+
+
+def remedy(bad, open_at, monkeypatch):
+    """The remedy where `open_at(names)` are the faults at which a sheet of some stays open."""
+    faults = [SimpleNamespace(name=name) for name in NAMES]
+    closed = SimpleNamespace(given_trims=Trims((2.0,) * 4))
+    monkeypatch.setattr(attempts, "_throw_at", lambda closed, gone: 12.0)
+    monkeypatch.setattr(attempts, "close_at_any_cost", lambda closed: closed)
+    monkeypatch.setattr(attempts.Torn, "of", staticmethod(lambda closed: closed.owner))
+    tried = []
+
+    def tear(some, trims):
+        names = [fault.name for fault in some]
+        assert len(trims.of_fault) == len(names)
+        tried.append(names)
+        built = SimpleNamespace(is_hopeless=False)
+        torn = SimpleNamespace(bad={names.index(name) for name in open_at(names)})
+        torn.closed = SimpleNamespace(built=built, owner=torn)
+        return torn
+
+    return attempts._what_works(bad, faults, closed, tear), tried
+
+
+def test_one_fault_is_enough(monkeypatch):
+    words, _ = remedy(
+        [0, 2], lambda names: {"F1"} & set(names) if "F3" in names else (), monkeypatch
+    )
+    assert words == (
+        "Without fault 'F1' the horizon closes, and bends there over 12 m of throw: leave it out."
+    )
+
+
+def test_others_stay_open_without_the_open_ones(monkeypatch):
+    """F2 stays open without F1, and F4 without both; the last sheet is closed."""
+
+    def open_at(names):
+        return {name for name in ("F1", "F2", "F4") if name in names[:2]}
+
+    words, tried = remedy([0], open_at, monkeypatch)
+    assert "Without faults 'F1', 'F2', 'F4' the horizon closes" in words
+    assert "leave them out" in words
+    assert tried[-1] == ["F3"]
+
+
+def test_a_horizon_that_no_set_of_faults_tears_is_closed_without_any(monkeypatch):
+    def open_at(names):
+        raise GeometryError("no data")
+
+    words, tried = remedy([1], open_at, monkeypatch)
+    assert "'F1', 'F2', 'F3', 'F4'" in words
+    assert tried == [["F1", "F3", "F4"]]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_named_was_tried(name, monkeypatch):
+    """Any single fault that keeps a sheet open is found, whichever is open at first."""
+    words, tried = remedy(
+        [0, 1, 2, 3], lambda names: set(names) if name in names else (), monkeypatch
+    )
+    without = [one for one in NAMES if f"'{one}'" not in words]
+    assert without == tried[-1] or (not without and name == "F4")

@@ -1,0 +1,189 @@
+"""Sealed models as GOCAD Model3d: units out are units in; parts are surfaces with borders."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import geosurf as gs
+from geosurf.errors import FormatError, InputError
+from geosurf.measure.sample import sample_units
+from geosurf.read.model3d import read_model3d, read_regions
+from geosurf.write.model3d import model3d
+from geosurf.write.model3d_parts import parts_of
+from tests import laws
+from tests.strategies import BOX, faulted_worlds, grid, sheet
+
+LABELS = ("name", "zone", "zone_index", "block", "contact", "beneath", "fault_sides", "bounded_by")
+
+
+def carve(surfaces):
+    return gs.carve_units(gs.rebuild_surfaces(surfaces))
+
+
+@pytest.fixture(scope="module")
+def graben():
+    world = gs.synthetic.graben(n=9)
+    given = (world.horizons, world.faults, world.box)
+    return gs.Scene(*given, contacts={"OWC": -2100.0}, crs="EPSG:32631").units
+
+
+@pytest.fixture(scope="module")
+def slit():
+    """A fault that ends inside all units, and one that touches nothing but that fault."""
+    level = [grid(f"H{k}", np.full((7, 7), -2.0 * k), corner=(-1, -1)) for k in range(2)]
+    f1 = sheet("F1", [(2, -1, -5), (2, 2, -5), (2, 2, 9), (2, -1, 9)])
+    f2 = sheet("F2", [(1, 1, 1), (3, 1, 1), (3, 1, 2), (1, 1, 2)])
+    return carve([*level, f1, f2, *gs.build_walls(BOX)])
+
+
+def written(units, folder, name="m"):
+    (path,) = gs.write(units, folder / f"{name}.ml", name="m")
+    return path
+
+
+def assert_equal(back, units):
+    assert list(back) == list(units)
+    assert back.box == units.box
+    for new, old in zip(back.values(), units.values(), strict=True):
+        assert [getattr(new, key) for key in LABELS] == [getattr(old, key) for key in LABELS]
+        assert new.volume == pytest.approx(old.volume, rel=1e-13)
+        assert new.area == pytest.approx(old.area, rel=1e-13)
+        laws.assert_closed(new.triangles)
+        assert set(map(tuple, new.vertices.tolist())) == set(map(tuple, old.vertices.tolist()))
+    assert back.volume == pytest.approx(back.box_volume, rel=1e-13)
+
+
+@settings(max_examples=10)
+@given(surfaces=faulted_worlds())
+def test_units_of_small_worlds_come_back(surfaces, tmp_path_factory):
+    folder, units = tmp_path_factory.mktemp("worlds"), carve(surfaces)
+    path = written(units, folder)
+    back = gs.read_units(path)
+    assert_equal(back, units)
+    assert written(back, folder, "again").read_bytes() == path.read_bytes()
+    volumes = [unit.volume for unit in back.values()]
+    assert list(read_regions(path).values()) == pytest.approx(volumes, rel=1e-13)
+
+
+def test_contacts_and_the_reference_system_come_back(graben, tmp_path):
+    back = gs.read_units(written(graben, tmp_path))
+    assert_equal(back, graben)
+    assert any(unit.contact for unit in back.values())
+    assert back.crs == next(iter(back.values())).crs == "EPSG:32631"
+    roles = {s.name: s.role for s in read_model3d(tmp_path / "m.ml").values()}
+    assert {roles[name] for name in ("OWC", "F1", "Top", "west")} == {
+        "contact", "fault", "horizon", "wall",
+    }  # fmt: skip
+
+
+def test_what_works_on_units_works_on_units_that_were_read(graben, tmp_path):
+    back = gs.read_units(written(graben, tmp_path))
+    points = np.random.default_rng(1).uniform(graben.box[::2], graben.box[1::2], (500, 3))
+    names = [sample_units(units, points).unit.values.tolist() for units in (graben, back)]
+    assert names[0] == names[1]
+
+
+def test_parts_are_cut_open_along_all_lines(slit):
+    """In each part an edge has one face or two of opposite directions, and borders are rings."""
+    parts = parts_of(slit)
+    ends = set(parts.borders[:, 0].tolist())
+    inside = 0
+    for k in range(len(parts.surface)):
+        mine = parts.triangles[parts.first_triangle[k] : parts.first_triangle[k + 1]]
+        assert mine.min() >= parts.first_vertex[k]
+        assert mine.max() < parts.first_vertex[k + 1]
+        edges = Counter((t[i], t[(i + 1) % 3]) for t in mine.tolist() for i in range(3))
+        assert max(edges.values()) == 1
+        border = [(b, a) for a, b in edges if (b, a) not in edges]
+        after = dict(border)
+        assert len(after) == len(border) == len(set(after.values()))
+
+        # two lines or more begin on each ring, so that each has two ends
+        left = set(after)
+        while left:
+            at, ring = min(left), set()
+            while at not in ring:
+                ring.add(at)
+                at = after[at]
+            assert len({tuple(parts.vertices[i]) for i in ring & ends}) >= 2
+            left -= ring
+        inside += int(parts.sides[k, 0] == parts.sides[k, 1])
+    assert inside >= 3  # F1 in three units
+
+
+def test_faults_that_end_inside_a_unit_have_it_on_both_sides(slit, tmp_path):
+    path = written(slit, tmp_path)
+    assert_equal(gs.read_units(path), slit)
+    of_file = read_model3d(path)
+    area = sum(np.linalg.norm(np.cross(*edges)) for edges in edges_of(of_file["F2"])) / 2
+    assert area == pytest.approx(2.0)
+
+
+def edges_of(surface):
+    a, b, c = (surface.vertices[surface.triangles[:, k]] for k in range(3))
+    return list(zip(b - a, c - a, strict=True))
+
+
+def test_other_programs_see_plain_names_and_groups(graben, tmp_path):
+    path = written(graben, tmp_path)
+    own = [line for line in path.read_text().splitlines() if line.startswith("*geosurf*")]
+    plain = "\n".join(line for line in path.read_text().splitlines() if line not in own) + "\n"
+    path.write_text(plain)
+    back = gs.read_units(path)
+    assert len(back) == len(graben)
+    assert [u.volume for u in back.values()] == pytest.approx([u.volume for u in graben.values()])
+    assert all(" " not in u.name and "/" not in u.zone for u in back.values())
+    zones = [u.zone_index for u in graben.values()]
+    assert [u.zone_index for u in back.values()] == zones
+
+
+def test_notes_name_what_gocad_cannot_hold(graben):
+    notes = " ".join(map(str, model3d(graben, "m")[1]))
+    assert "'above Top F1+ F2+ above OWC' to 'above_Top_F1+_F2+_above_OWC'" in notes
+    assert "no kind for fluid contacts and virtual walls: OWC" in notes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("  +1  ", "  ", "is not closed near"),
+        ("REGION", "LAYER", "has no regions"),
+        ('*geosurf*unit:["', '*geosurf*unit:[["', "is damaged"),
+        ("*geosurf*unit", "*geosurf*other", "describes"),
+        ("*geosurf*surface", "*geosurf*other", "surfaces of geosurf"),
+        ("+1 ", "+99999 ", "names TFACE 99999"),
+    ],
+)
+def test_damage_is_named(graben, tmp_path, old, new, words):
+    path = written(graben, tmp_path)
+    head, end, rest = path.read_text().partition("\nEND\n")
+    if "other" in new:
+        head = head.replace(old, new, 1)
+    elif "+1" in old:
+        first, region, after = head.partition("REGION " + head.split("REGION ")[2].split()[0])
+        head = first + region + after.replace(after[after.index("  ") : after.index("  ") + 6], new)
+    else:
+        head = head.replace(old, new)
+    path.write_text(head + end + rest)
+    with pytest.raises(FormatError, match=words):
+        gs.read_units(path)
+
+
+def test_two_regions_on_one_side_of_a_part_are_refused(graben, tmp_path):
+    path = written(graben, tmp_path)
+    lines = path.read_text().split("\n")
+    at = [i for i, line in enumerate(lines) if line.startswith("REGION ")][1:3]
+    lines[at[1] + 1] = lines[at[0] + 1]
+    path.write_text("\n".join(lines))
+    with pytest.raises(FormatError, match="lie on the same side of TFACE"):
+        gs.read_units(path)
+
+
+def test_units_without_patches_are_refused(graben, tmp_path):
+    bare = gs.Units(graben.values(), graben.box)
+    with pytest.raises(InputError, match="no patches"):
+        gs.write(bare, tmp_path / "m.ml")
