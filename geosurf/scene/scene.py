@@ -818,13 +818,16 @@ class Scene(ScenePlots, ShownScene):
 
     # ---- what was done -------------------------------------------------------------------
 
-    def view_3d(self, max_triangle: int = 120_000) -> View3D:
-        """Return an interactive view of the units, as the report and notebooks show it.
+    def view_3d(self, max_triangle: int = 120_000, *, what: str = "units") -> View3D:
+        """Return what an interactive view shows, as the report and `show` draw it.
 
         Parameters
         ----------
         max_triangle : int
-            About how many triangles it has; blocks of grid cells are merged to get there.
+            About how many triangles all units have, or each gridded surface; blocks of grid cells
+            are merged to get there.
+        what : {"units", "surfaces"}
+            The sealed units, or horizons and faults as they are read, extended and torn.
 
         Returns
         -------
@@ -833,14 +836,19 @@ class Scene(ScenePlots, ShownScene):
         Raises
         ------
         InputError
-            If `max_triangle` is not a number above 0.
+            If `max_triangle` is not a number above 0, or for another word.
         """
-        from geosurf.render.interactive import view_of_units
+        from geosurf.render.interactive import view_of_surfaces, view_of_units
 
         most = number_of(max_triangle, "max_triangle", "give a number above 0")
         if most <= 0.0:
             raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
-        return view_of_units(self.units, int(max(1.0, most)))
+        if not isinstance(what, str) or what not in ("units", "surfaces"):
+            raise InputError(f"what is {what!r}; show 'units' or 'surfaces'.")
+        if what == "units":
+            return view_of_units(self.units, int(max(1.0, most)))
+        names = (*self.horizon_names, *self.fault_names)
+        return view_of_surfaces((self.surface(name) for name in names), int(max(1.0, most)))
 
     def render_pictures(
         self,

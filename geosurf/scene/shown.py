@@ -77,7 +77,7 @@ class InteractiveView:
 class ShownScene:
     """How a `Scene` shows itself."""
 
-    def show(self: Any, what: str = "units") -> InteractiveView:
+    def show(self: Any, what: str = "units", max_triangle: int = 120_000) -> InteractiveView:
         """
         Return an interactive view: notebooks draw it, ``save("view.html")`` writes it.
 
@@ -85,6 +85,8 @@ class ShownScene:
         ----------
         what : {"units", "surfaces"}
             The sealed units, or horizons and faults as they are read, extended and torn.
+        max_triangle : int
+            As for `view_3d`, which makes the content.
 
         Returns
         -------
@@ -93,7 +95,7 @@ class ShownScene:
         Raises
         ------
         InputError
-            For another word.
+            For another word, or if `max_triangle` is not a number above 0.
 
         Examples
         --------
@@ -102,17 +104,13 @@ class ShownScene:
         >>> gs.Scene(world.horizons, world.faults, world.box).show()
         <InteractiveView of '6 units', 0.0 MB: save('view.html') writes it>
         """
-        from geosurf.render.interactive import view_of_surfaces, view_of_units
         from geosurf.report.viewer import viewer_html
 
-        if not isinstance(what, str) or what not in ("units", "surfaces"):
-            raise InputError(f"what is {what!r}; show 'units' or 'surfaces'.")
+        # the view first: it refuses other words
+        view = self.view_3d(max_triangle, what=what)
+        title = ", ".join((*self.horizon_names, *self.fault_names))
         if what == "units":
             title = counted(len(self.units), "unit")
-            return InteractiveView(title, viewer_html(view_of_units(self.units), title))
-        names = (*self.horizon_names, *self.fault_names)
-        title = ", ".join(names)
-        view = view_of_surfaces(self.surface(name) for name in names)
         return InteractiveView(title, viewer_html(view, title))
 
     def _repr_html_(self: Any) -> str:

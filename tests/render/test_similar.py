@@ -1,0 +1,77 @@
+"""Pictures of thinned models look like full ones, and neighbours are told apart by all readers."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.conventions.colours import FAULTS, STRATA, unit_colours
+from geosurf.model.view3d import View3D
+from geosurf.render import views
+from geosurf.render._plot import draw_layers
+from geosurf.render.interactive import view_of_units
+from geosurf.render.layers import Layer
+from tests.render.similar import BLIND, distance, similarity
+
+SIGHTS = (None, *BLIND)
+
+
+@pytest.fixture(scope="module")
+def units():
+    """Folded horizons: on planes, thinning would lose nothing."""
+    world = gs.synthetic.graben(n=61)
+    horizons = {
+        name: da + 60.0 * np.sin(da.easting / 300.0) * np.cos(da.northing / 250.0)
+        for name, da in world.horizons.items()
+    }
+    marked = {n: da.assign_attrs(world.horizons[n].attrs) for n, da in horizons.items()}
+    return gs.Scene(marked, world.faults, world.box).units
+
+
+def drawn(view: View3D, direction: str) -> np.ndarray:
+    """The content of an interactive view, seen from a direction."""
+    layers = []
+    for body in view.bodies:
+        if body.group == "above Top":  # it hides the folds
+            continue
+        # triangles of different surfaces share no points, as the viewer draws them
+        points = body.points[body.triangles].reshape(-1, 3)
+        rows = np.arange(len(points)).reshape(-1, 3)
+        layers.append(Layer(points, rows, colour=body.colour))
+        layers.append(Layer(body.points, lines=body.lines, width=1.0))
+    camera = views.aim(direction, view.box, (480, 300), view.exaggeration)
+    return draw_layers(tuple(layers), camera)
+
+
+def test_a_thinned_view_looks_like_the_full_one(units):
+    """A third of the triangles, as in the report of a field; a fifth is seen to be too few."""
+    views_of = {n: view_of_units(units, n) for n in (10**9, 20_000, 10_000)}
+    counts = [sum(len(body.triangles) for body in v.bodies) for v in views_of.values()]
+    assert counts[0] > 2.5 * counts[1] > 2.5 * counts[2]
+    full, thin, coarse = (drawn(view, "southwest") for view in views_of.values())
+    assert similarity(full, thin) >= 0.98
+    assert similarity(full, coarse) < 0.97
+
+
+@pytest.mark.parametrize("sight", SIGHTS)
+def test_neighbouring_units_are_told_apart(units, sight):
+    """Two units that share points differ by twice what is just noticeable, or more."""
+    colours = unit_colours((unit.name, unit.zone_index) for unit in units.values())
+    corners = {
+        unit.name: {tuple(p) for p in np.round(unit.vertices, 3).tolist()}
+        for unit in units.values()
+    }
+    near = [(a, b) for a, b in combinations(units, 2) if len(corners[a] & corners[b]) > 2]
+    assert len(near) > 8
+    assert min(distance(colours[a], colours[b], sight) for a, b in near) > 5.0
+
+
+@pytest.mark.parametrize("sight", SIGHTS)
+def test_zones_in_the_column_and_faults_are_told_apart(sight):
+    ring = zip(STRATA, (*STRATA[1:], STRATA[0]), strict=True)
+    assert min(distance(a, b, sight) for a, b in ring) > 15.0
+    assert min(distance(a, b, sight) for a, b in combinations(STRATA, 2)) > 9.0
+    assert min(distance(a, b, sight) for a, b in combinations(FAULTS, 2)) > 20.0
