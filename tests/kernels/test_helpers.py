@@ -179,7 +179,7 @@ def test_what_is_left_of_helpers_is_internal():
         return orient3d(x, m, w, 0, 1, 2, 3, 0.0)
 
     entry = entry_dispatcher(turns)
-    entry.compile((numba.float64[:, ::1], numba.int64[::1], numba.int64[:, ::1]))
+    entry.compile((numba.float64[:, ::1], numba.int64[::1], numba.int64[::1]))
     (result,) = entry.overloads.values()
     left = {f.name: f.linkage for f in result.library._final_module.functions}
     mine = [left[name] for name in left if "geosurf" in name and "turns" not in name]
