@@ -17,11 +17,12 @@ import numpy as np
 from geosurf.carve.cells import OUTSIDE, find_cells
 from geosurf.conventions import area_text, counted, place
 from geosurf.errors import GeometryError, GeosurfWarning
+from geosurf.faults.virtual.edges import areas_of, edge_keys, edges_of, pieces_between, rows_of
 from geosurf.faults.virtual.walls import Wall
-from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches
 from geosurf.model.compartments import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
 from geosurf.rebuild import drop_triangles
+from geosurf.scene.fault_tails import edges_above_and_below, on_tails, warnings_of_tails
 
 Compartments = Mapping[str, Mapping[str, str]]
 
@@ -53,12 +54,12 @@ def end_virtual_walls(
     GeometryError
         If there is a way around a wall, or it meets another fault before its target.
     """
-    if not walls:
+    if not compartments:
         return patches, (), ()
     cells = find_cells(patches)
     stays = np.ones(patches.n_triangle, dtype=bool)
     for wall in walls:
-        rows = _rows(patches, virtual_name(wall.fault))
+        rows = rows_of(patches, virtual_name(wall.fault))
         inside = (cells.beside(rows)[1] != OUTSIDE).any(axis=1)
         stays[rows] = False
         stays[_connected(patches, rows[inside], wall, walls)] = True
@@ -66,15 +67,23 @@ def end_virtual_walls(
 
     # sides anew: beyond its target, a wall may have cut off cells that are none
     cells, parts = find_cells(patches), []
+    stays = np.ones(patches.n_triangle, dtype=bool)
     for wall in walls:
-        rows = _rows(patches, virtual_name(wall.fault))
-        parts += _measured(patches, rows, wall, compartments)
+        rows = rows_of(patches, virtual_name(wall.fault))
+        parts += _measured(patches, wall, compartments)
         beside = cells.beside(rows)[1]
         around = rows[beside[:, 0] == beside[:, 1]]
         if len(around):
-            raise _way_around(patches, wall, around, compartments)
-    chosen = any(compartments[one.fault].get(one.side) == NEAREST for one in parts)
-    warnings = (warning_of_walls(parts, compartments),) if chosen else ()
+            of_tail = on_tails(patches, cells, wall, around, walls)
+            if not of_tail.all():
+                raise _way_around(patches, wall, around[~of_tail], compartments)
+            stays[around] = False
+    if not stays.all():
+        patches = drop_triangles(patches, stays)
+        parts = [part for wall in walls for part in _measured(patches, wall, compartments)]
+    warnings = warnings_of_tails(patches, compartments)
+    if any(compartments[one.fault].get(one.side) == NEAREST for one in parts):
+        warnings = (warning_of_walls(parts, compartments), *warnings)
     return patches, tuple(parts), warnings
 
 
@@ -97,51 +106,23 @@ def warning_of_walls(parts: Sequence[VirtualWall], compartments: Compartments) -
     )
 
 
-def _rows(patches: Patches, name: str) -> np.ndarray:
-    """Triangles of a surface; none if the arrangement does not have it."""
-    if name not in patches.names:
-        return np.empty(0, dtype=np.int64)
-    return np.flatnonzero(patches.surface_of_triangle == patches.names.index(name))
-
-
-def _keys(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    """A number for each edge of some triangles, int64 (n, 3)."""
-    t = patches.triangles[rows]
-    ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
-    keys: np.ndarray = ends.min(axis=2) * len(patches.local) + ends.max(axis=2)
-    return keys
-
-
-def _of_faults(patches: Patches, names: Sequence[str]) -> np.ndarray:
-    """Edges of some surfaces, each once."""
-    rows = [_rows(patches, name) for name in names]
-    return np.unique(_keys(patches, np.concatenate([np.empty(0, dtype=np.int64), *rows])))
-
-
 def _connected(patches: Patches, rows: np.ndarray, wall: Wall, walls: Sequence[Wall]) -> np.ndarray:
     """The triangles of a wall from which a way in the wall leads to its fault, across no other."""
     faults = [source.name for source in patches.sources if source.role == "fault"]
     targets = {part.target for part in wall.parts}
 
     # it stops at all faults, and at what is above and below its targets: other walls it may cross
-    stops = [_of_faults(patches, faults)]
+    stops = [edges_of(patches, faults)]
     for other in walls:
         if other.fault in targets:
-            upright = [k for k, part in enumerate(other.parts) if part.side not in ENDS]
-            at = _rows(patches, virtual_name(other.fault))
-            of_strip = other.strip_of_triangle[patches.parent_of_triangle[at]]
-            stops.append(_keys(patches, at[np.isin(of_strip, upright)]).ravel())
+            stops.append(edges_above_and_below(patches, other))
 
     # neighbours across an edge on which none of these lies are one piece
-    keys = _keys(patches, rows)
-    free = np.flatnonzero(~np.isin(keys, np.concatenate(stops)).ravel())
-    order = free[np.argsort(keys.ravel()[free], kind="stable")]
-    same = keys.ravel()[order][1:] == keys.ravel()[order][:-1]
-    pairs = np.stack([order[:-1][same] // 3, order[1:][same] // 3], axis=1)
-    piece = join_pairs(pairs, len(rows))
+    keys = edge_keys(patches, rows)
+    piece = pieces_between(keys, np.concatenate(stops))
 
     # pieces that have an edge on the rim of the fault
-    on_rim = np.isin(keys, _of_faults(patches, [wall.fault])).any(axis=1)
+    on_rim = np.isin(keys, edges_of(patches, [wall.fault])).any(axis=1)
     found: np.ndarray = rows[np.isin(piece, piece[on_rim])]
     return found
 
@@ -150,7 +131,7 @@ def _way_around(
     patches: Patches, wall: Wall, rows: np.ndarray, compartments: Compartments
 ) -> GeometryError:
     """State where a wall has the same space on both sides, and what may be missing."""
-    areas = _areas(patches, rows)
+    areas = areas_of(patches, rows)
     largest = rows[int(areas.argmax())]
     at = patches.local[patches.triangles[largest]].mean(axis=0) + patches.origin
     name = wall.fault
@@ -185,12 +166,11 @@ def _way_around(
     )
 
 
-def _measured(
-    patches: Patches, rows: np.ndarray, wall: Wall, compartments: Compartments
-) -> list[VirtualWall]:
+def _measured(patches: Patches, wall: Wall, compartments: Compartments) -> list[VirtualWall]:
     """The parts of a wall with their areas and with what they end at."""
+    rows = rows_of(patches, virtual_name(wall.fault))
     strip = wall.strip_of_triangle[patches.parent_of_triangle[rows]]
-    areas = _areas(patches, rows)
+    areas = areas_of(patches, rows)
     found: dict[Any, VirtualWall] = {}
     for k, part in enumerate(wall.parts):
         area = math.fsum(areas[strip == k])
@@ -210,18 +190,18 @@ def _measured(
 
 def _ended(patches: Patches, rows: np.ndarray, part: VirtualWall, word: str) -> VirtualWall:
     """A part with what it ends at; an error if that is another fault than the wanted one."""
-    keys = _keys(patches, rows)
+    keys = edge_keys(patches, rows)
     if part.target == BOUNDARY:
         names = [source.name for source in patches.sources if source.role == "wall"]
     else:
         names = [part.target, virtual_name(part.target)]
-    if np.isin(keys, _of_faults(patches, names)).any():
+    if np.isin(keys, edges_of(patches, names)).any():
         return part
     met = [
         source.name
         for source in patches.sources
         if source.role == "fault" and source.name != part.fault
-        if np.isin(keys, _of_faults(patches, [source.name])).any()
+        if np.isin(keys, edges_of(patches, [source.name])).any()
     ]
     if not met:
         return part  # it ends inside a cell, which is an error of its own
@@ -234,13 +214,6 @@ def _ended(patches: Patches, rows: np.ndarray, part: VirtualWall, word: str) -> 
         place=part.place,
         surfaces=(part.fault, *met),
     )
-
-
-def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    """Area of some triangles [m2]."""
-    a, b, c = (patches.local[patches.triangles[rows, k]] for k in range(3))
-    areas: np.ndarray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return areas
 
 
 __all__ = ["end_virtual_walls"]

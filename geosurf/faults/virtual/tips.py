@@ -10,6 +10,7 @@ import numpy as np
 
 from geosurf.faults.dangling import Fault, Gone, RimWalk
 from geosurf.faults.rim import Rim, find_rims
+from geosurf.faults.virtual.edges import edge_keys
 from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import SIDES
 
@@ -98,7 +99,7 @@ def tips_of(
     """
     mine = patches.names.index(surface.name)
     others = patches.surface_of_triangle != mine
-    keys = _edge_keys(patches, np.flatnonzero(others))
+    keys = edge_keys(patches, np.flatnonzero(others))
 
     # the rim as other faults have cut it, step by step: on one of them it is no tip
     rows = np.flatnonzero(~others)
@@ -114,18 +115,10 @@ def tips_of(
     ]
 
 
-def _edge_keys(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    """A number for each edge of some triangles, int64 (n, 3)."""
-    t = patches.triangles[rows]
-    ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
-    keys: np.ndarray = ends.min(axis=2) * len(patches.local) + ends.max(axis=2)
-    return keys
-
-
 def met_by(patches: Patches, surface: TriSurface) -> set[str]:
     """Return the faults that a fault meets along a line: it crosses them, or ends at them."""
     of = patches.surface_of_triangle
-    keys = _edge_keys(patches, np.arange(patches.n_triangle))
+    keys = edge_keys(patches, np.arange(patches.n_triangle))
     shared = np.isin(keys, keys[of == patches.names.index(surface.name)]).any(axis=1)
     return {patches.names[i] for i in np.unique(of[shared])} - {surface.name}
 

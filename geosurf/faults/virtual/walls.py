@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.rim import Rim
+from geosurf.faults.virtual.edges import crossed_by
 from geosurf.faults.virtual.joins import (
     Join,
     Target,
@@ -62,6 +63,7 @@ class _Draft:
     parts: list[VirtualWall]
     paths: list[tuple[int, str, np.ndarray, bool]]
     met: set[str]
+    crossed: set[str]
 
     @property
     def name(self) -> str:
@@ -143,8 +145,9 @@ def _by_end(draft: _Draft, wanted: Mapping[str, str]) -> Mapping[str, str]:
 
 def _draft(patches: Patches, fault: TriSurface, model: Model) -> _Draft:
     """A fault with vertical strips above and below it, and the paths along strike that are open."""
-    draft = _Draft(WallMesh(fault), tips_of(patches, fault, model), [], [], set())
+    draft = _Draft(WallMesh(fault), tips_of(patches, fault, model), [], [], set(), set())
     draft.met = {fault.name} | met_by(patches, fault)
+    draft.crossed = crossed_by(patches, fault.name)
     for k, (rim, tips) in enumerate(draft.pieces):
         copies: dict[str, dict[int, int]] = {"up": {}, "down": {}}
         for side, at in LEVELS.items():
@@ -261,7 +264,9 @@ def _join_path(
             draft.mesh.join(at, join, model.margin)
         else:
             draft.mesh.join_tip(at, tip.line)
-        if k + 1 < len(joins) and draft.mesh.crosses_itself:
+        # a fault that dies beyond the one that it crosses, and is to end there, needs no wall
+        other = k + 1 < len(joins) or join.target in draft.crossed
+        if other and draft.mesh.crosses_itself:
             draft.mesh.undo()
             continue
         if tip is not None:
