@@ -1,9 +1,9 @@
 """Tails of faults: what lies beyond the fault that a fault crosses before it dies.
 
-A fault and its virtual wall are cut where other faults cross them. A piece that separates nothing is
-a tail, if another piece of the same fault separates, and the tail reaches the fault that its end is
-to be joined to: the fault ends there already. A virtual wall on a tail divides nothing, so that it
-can go without a change to any compartment.
+A fault and its virtual wall are cut where other faults cross them. A piece that separates nothing
+is a tail, if another piece of the same fault separates, and the tail reaches the fault that its end
+is to be joined to: the fault ends there already. A virtual wall on a tail divides nothing, so that
+it can go without a change to any compartment.
 """
 
 from __future__ import annotations
