@@ -90,6 +90,7 @@ _HOME = {
     "Certificate": "geosurf.model",
     # the whole way
     "Scene": "geosurf.scene",
+    "show": "geosurf.scene.shown",
     "run_scenario": "geosurf.scenario",
     "run_ensemble": "geosurf.ensemble",
     "render_scene": "geosurf.render",
@@ -174,6 +175,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.report import report_scene as report_scene
     from geosurf.scenario import run_scenario as run_scenario
     from geosurf.scene import Scene as Scene
+    from geosurf.scene.shown import show as show
     from geosurf.sheets import (
         EllipticThrow as EllipticThrow,
         propose_trim as propose_trim,

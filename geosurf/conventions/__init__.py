@@ -15,6 +15,9 @@
 ``checks``       checks of words and numbers that users pass in
 ``memory``       bytes of memory that are free
 ``text``         counts, places, lengths, areas and volumes in messages
+``card``         what notebooks show of an object: a title and a table
+``card_map``     a small map on a card
+``colours``      colours of units, horizons and faults
 ================ ================================================================
 """
 

@@ -31,6 +31,8 @@ class Card:
         Sentences below the table.
     n_row : int
         How many rows there are, where `rows` has the first ones only.
+    picture : str
+        SVG below the title, as `geosurf.conventions.card_map` makes it.
     """
 
     title: str
@@ -39,6 +41,7 @@ class Card:
     colours: Sequence[RGB] = ()
     notes: Sequence[str] = ()
     n_row: int = 0
+    picture: str = ""
 
     def html(self) -> str:
         """
@@ -51,6 +54,8 @@ class Card:
         True
         """
         lines = [f"<div><strong>{escape(self.title)}</strong>"]
+        if self.picture:
+            lines.append(f"<div>{self.picture}</div>")
         if self.rows:
             lines.append('<table style="margin:.3em 0;border-collapse:collapse">')
             if self.head:

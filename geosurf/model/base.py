@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,6 +12,8 @@ from geosurf.conventions.card import Card
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
+
+    from geosurf.scene.shown import InteractiveView
 
 Made = TypeVar("Made")
 
@@ -53,6 +56,32 @@ class Noun:
     def _repr_html_(self) -> str:
         """Return the card as HTML."""
         return self._card().html()
+
+
+class Shown(Noun):
+    """A noun with a place in space: ``show()`` draws it in a notebook or a browser."""
+
+    def show(self, max_triangle: int = 120_000) -> InteractiveView:
+        """
+        Return an interactive view: notebooks draw it, ``save("view.html")`` writes it.
+
+        Parameters
+        ----------
+        max_triangle : int
+            About how many triangles it has; blocks of grid cells are merged to get there.
+
+        Returns
+        -------
+        InteractiveView
+
+        Raises
+        ------
+        InputError
+            If there is nothing to show, or `max_triangle` is not a number above 0.
+        """
+        # drawing is above the nouns: the package hands it down, as it does for ``da.geosurf``
+        view: InteractiveView = sys.modules["geosurf"].show(self, max_triangle=max_triangle)
+        return view
 
 
 def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:

@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.conventions import is_word, place
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, frozen, polydata
+from geosurf.model.base import Noun, Shown, frozen, polydata
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -100,7 +100,7 @@ class CurveIssue:
 
 
 @dataclass(frozen=True, eq=False)
-class Curves(Noun):
+class Curves(Shown):
     """The curves along which surfaces meet.
 
     Attributes

@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.conventions import counted, is_whole
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, frozen, in_crs_of, polydata
+from geosurf.model.base import Shown, frozen, in_crs_of, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
 
-class Patches(Noun):
+class Patches(Shown):
     """Surfaces split along their common curves, sharing one vertex per point.
 
     Large arrays are computed when they are first used: until then, what no curve touches of a

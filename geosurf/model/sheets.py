@@ -11,8 +11,10 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.conventions.card import Card
+from geosurf.conventions.card_map import small_map
+from geosurf.conventions.colours import fault as fault_colour
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.model.base import Noun, frozen
+from geosurf.model.base import Noun, Shown, frozen
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
 
@@ -311,7 +313,7 @@ class ThrowReport:
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet(Noun):
+class Sheet(Shown):
     """A horizon that is torn at its faults: one sheet per wall.
 
     Attributes
@@ -456,7 +458,7 @@ class Sheet(Noun):
         return mask
 
     def _card(self) -> Card:
-        """Return the throw at each fault, and the report."""
+        """Return a small map, the throw at each fault, and the report."""
         rows = []
         for name, cut in self.cuts.items():
             throw = np.abs(cut.throw[np.isfinite(cut.throw)])
@@ -464,7 +466,19 @@ class Sheet(Noun):
             rows.append((name, str(len(cut.stations)), most))
         title = f"Sheet {self.name}: {self.lattice.shape[0]} x {self.lattice.shape[1]} nodes"
         notes = repr(self.report).splitlines()
-        return Card(title, rows, ("fault", "cut-off points", "largest throw"), notes=notes)
+        head = ("fault", "cut-off points", "largest throw")
+        colours = [fault_colour(number) for number in range(len(rows))]
+        return Card(title, rows, head, colours, notes, picture=self._map())
+
+    def _map(self) -> str:
+        """Return a small map of the grid and the cut-offs."""
+        x, y = self.lattice.horizontal()
+        corners = np.array([(x[i, j], y[i, j]) for i, j in ((0, 0), (0, -1), (-1, -1), (-1, 0))])
+        cutoffs = {
+            name: [line[:, :2] for lines in cut.cutoffs.values() for line in lines]
+            for name, cut in self.cuts.items()
+        }
+        return small_map(corners, cutoffs)
 
     def __repr__(self) -> str:
         return (

@@ -12,7 +12,7 @@ import numpy as np
 from geosurf.conventions import is_word, real_numbers
 from geosurf.conventions.card import Card
 from geosurf.errors import SurfaceError
-from geosurf.model.base import Noun, frozen, polydata
+from geosurf.model.base import Shown, frozen, polydata
 from geosurf.model.expected import expect, listed, name_of
 from geosurf.model.lattice import Lattice
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 ROLES = ("horizon", "fault", "virtual", "wall", "contact", "surface")
 
 
-class TriSurface(Noun):
+class TriSurface(Shown):
     """A triangulated surface.
 
     Its attribute ``crs`` is the coordinate reference system that its grid said, if one did.
@@ -316,7 +316,7 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class FaultSticks(Noun):
+class FaultSticks(Shown):
     """A fault as interpreters pick it: lines down the fault, side by side.
 
     Attributes

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.conventions import volume_text
-from geosurf.model.base import Noun, frozen, tet_grid
+from geosurf.model.base import Shown, frozen, tet_grid
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 @dataclass(frozen=True, eq=False)
-class TetMesh(Noun):
+class TetMesh(Shown):
     """One conforming mesh of tetrahedra of all units, from `mesh_units`.
 
     Neighbouring tetrahedra share whole faces, inside units and across their boundaries.

@@ -14,7 +14,7 @@ from geosurf.conventions import counted, did_you_mean, is_word, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, frozen, multiblock, polydata
+from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
@@ -34,7 +34,7 @@ NO_PATCHES = "these units have no patches. Use units from carve_units or Scene.u
 
 
 @dataclass(frozen=True, eq=False)
-class Unit(Noun):
+class Unit(Shown):
     """A closed piece of the model: one zone in one fault block, above or below a contact.
 
     Attributes
@@ -133,7 +133,7 @@ class Unit(Noun):
         return f"<Unit {self.name!r}: {volume_text(self.volume)}, {len(self.triangles)} triangles>"
 
 
-class Units(Noun, Mapping[str, Unit]):
+class Units(Shown, Mapping[str, Unit]):
     """Units by name, or by ``(zone, block)``, in order: zone by zone, youngest first.
 
     Where fluid contacts split them, by ``(zone, block, contact)``.

@@ -93,15 +93,19 @@ def _packed(body: Body, low: np.ndarray, step: np.ndarray, data: bytearray) -> d
     keys = body.surface[:, None] * n + place[body.triangles]
     a, b, c = keys.T
     keys = keys[(a != b) & (b != c) & (c != a)]
-    used, triangles = np.unique(keys, return_inverse=True)
 
-    # lines take any of the points at their ends
+    # lines take any of the points at their ends; a body of lines has no others
+    ends = place[body.lines].reshape(-1, 2)
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    bare = ends if not len(body.triangles) else ends[:0]
+    used, rows = np.unique(np.concatenate([keys.ravel(), bare.ravel()]), return_inverse=True)
+    triangles = rows.ravel()[: keys.size]
     here = np.zeros(n, dtype=np.int64)
     here[place] = np.arange(len(place))
     of_place = np.full(n, -1)
     of_place[used % n] = np.arange(len(used))
-    lines = of_place[place[body.lines]]
-    lines = lines[(lines >= 0).all(axis=1) & (lines[:, 0] != lines[:, 1])]
+    lines = of_place[ends]
+    lines = lines[(lines >= 0).all(axis=1)]
     places = places[here[used % n]]
     kind = "u2" if len(used) <= SHORT else "u4"
     arrays = {"points": (places, "u2"), "triangles": (triangles, kind), "lines": (lines, kind)}

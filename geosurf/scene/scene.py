@@ -17,19 +17,19 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.compartments import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
-from geosurf.model.expected import number_of
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
 from geosurf.model.tie import TieReport
 from geosurf.model.tops import Tops
 from geosurf.model.view3d import View3D
+from geosurf.rebuild import trim_sheets
 from geosurf.scene import contact_volumes, measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.memory import Memory, Step
 from geosurf.scene.plots import ScenePlots
 from geosurf.scene.progress import OnStart, on_start_of
-from geosurf.scene.shown import ShownScene
+from geosurf.scene.shown import ShownScene, checked_max_triangle
 from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -840,15 +840,15 @@ class Scene(ScenePlots, ShownScene):
         """
         from geosurf.render.interactive import view_of_surfaces, view_of_units
 
-        most = number_of(max_triangle, "max_triangle", "give a number above 0")
-        if most <= 0.0:
-            raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
+        most = checked_max_triangle(max_triangle)
         if not isinstance(what, str) or what not in ("units", "surfaces"):
             raise InputError(f"what is {what!r}; show 'units' or 'surfaces'.")
         if what == "units":
-            return view_of_units(self.units, int(max(1.0, most)))
+            return view_of_units(self.units, most)
+        # a torn horizon ends on its faults where it is split along them, and not before
+        split = trim_sheets(self.patches) if self.sheets else self
         names = (*self.horizon_names, *self.fault_names)
-        return view_of_surfaces((self.surface(name) for name in names), int(max(1.0, most)))
+        return view_of_surfaces((split.surface(name) for name in names), most)
 
     def render_pictures(
         self,

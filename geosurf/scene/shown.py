@@ -6,12 +6,14 @@ import os
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from geosurf.conventions import counted
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
-from geosurf.model.expected import path_of
+from geosurf.model import Sheet, Units
+from geosurf.model.expected import number_of, path_of
+from geosurf.rebuild import rebuild_surfaces, trim_sheets
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scene.memory import Memory
@@ -131,4 +133,70 @@ class ShownScene:
         return Card("Scene", rows, notes=notes).html()
 
 
-__all__ = ["InteractiveView", "ShownScene"]
+def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
+    """
+    Return an interactive view of anything with a place in space, and of several things together.
+
+    Parameters
+    ----------
+    *things : TriSurface, Sheet, Curves, Patches, FaultSticks, Unit, Units, TetMesh or Scene
+        A sheet brings the faults that tear it, a scene its units.
+    max_triangle : int
+        About how many triangles all units have, or each gridded surface; blocks of grid cells are
+        merged to get there. Curves are shown as they are.
+
+    Returns
+    -------
+    InteractiveView
+        Notebooks draw it; ``save("view.html")`` writes it.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to show, or something without a place in space, or `max_triangle` is
+        not a number above 0.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=5)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> gs.show(scene.surface("Top"), scene.curves)
+    <InteractiveView of 'Top, Curves', 0.0 MB: save('view.html') writes it>
+    """
+    from geosurf.render.interactive import view_of
+    from geosurf.report.viewer import viewer_html
+
+    most = checked_max_triangle(max_triangle)
+    given = [_drawable(thing) for thing in things]
+    view = view_of(given, most)
+    title = ", ".join(map(_title_of, things, given))
+    return InteractiveView(title, viewer_html(view, title))
+
+
+def checked_max_triangle(max_triangle: Any) -> int:
+    """Return a number of triangles, or raise an InputError."""
+    most = number_of(max_triangle, "max_triangle", "give a number above 0")
+    if most <= 0.0:
+        raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
+    return int(max(1.0, most))
+
+
+def _drawable(thing: Any) -> Any:
+    """What stands for a thing: units for a scene, and a sheet that ends on its faults."""
+    if isinstance(thing, ShownScene):
+        units: Units = cast(Any, thing).units
+        return units
+    if isinstance(thing, Sheet):
+        # walls of a sheet continue beyond its faults; what lies beyond is no data
+        return trim_sheets(rebuild_surfaces([thing.surface, *thing.faults]))
+    return thing
+
+
+def _title_of(thing: Any, drawn: Any) -> str:
+    if isinstance(drawn, Units):
+        return counted(len(drawn), "unit")
+    return str(getattr(thing, "name", type(thing).__name__))
+
+
+__all__ = ["InteractiveView", "ShownScene", "checked_max_triangle", "show"]

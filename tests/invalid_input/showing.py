@@ -56,6 +56,10 @@ SHOWING = {
     "write.name": (
         lambda g, v: gs.write(g.f1, "no/x.ts", name=v), lambda g: [["F1"], {}, object(), 1.5],
     ),
+    "show": (lambda g, v: gs.show(v), lambda g: [*wrong.things(g.scene)[:6], [g.top], object()]),
+    "show.max_triangle": (
+        lambda g, v: gs.show(g.f1, max_triangle=v), lambda g: ["abc", None, 0, -1, np.nan, [], {}],
+    ),
     "render_scene": (lambda g, v: gs.render_scene(v, "no/x.png"), lambda g: wrong.things(g.scene)),
     "render_scene.path": (
         lambda g, v: gs.render_scene(g.scene, v, size=(400, 250)), lambda g: wrong.paths("."),

@@ -12,7 +12,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.model import TriSurface, Units
-from geosurf.render.interactive import view_of_units
+from geosurf.render.interactive import view_of
 from geosurf.report import report_scene
 from geosurf.report.table import number
 from tests.report.browser import visit
@@ -75,6 +75,8 @@ step("axis", "", "change");
 found.top = step("view", "top", "change");
 found.one = (root.querySelector("[data-row]").click(), pixels());
 found.none = step("none", undefined, "click");
+[...root.querySelectorAll("[data-row]")].at(-1).click();
+found.curve = pixels();
 found.all = step("all", undefined, "click");
 return found;
 """
@@ -137,7 +139,7 @@ def volumes():
 
 
 @pytest.fixture(scope="module")
-def seen(units, volumes, tmp_path_factory):
+def seen(model, units, volumes, tmp_path_factory):
     """The page of a model with many blocks and surfaces, opened and printed."""
     folder, scene = tmp_path_factory.mktemp("browser"), made_by_hand()
     corners = np.array([[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]])
@@ -148,7 +150,7 @@ def seen(units, volumes, tmp_path_factory):
     scene.coverage = {surface.name: 1.0 for surface in scene.surfaces}
     blocks = (unit(EVIL * z or "Top", z, f"F{b}+", v) for (z, b), v in volumes.items())
     scene.units = Units(blocks, BOX, {"open_rim": {"F1": 12.5}})
-    scene.view_3d = lambda: view_of_units(units)
+    scene.view_3d = lambda: view_of([units, model.curves])
     (folder / "grey.png").write_bytes(png(64, 40))
     page = report_scene(scene, folder, {EVIL: folder / "grey.png"}, title=EVIL)
     script = f"const both = {{}}; both.view = (() => {{{VIEWER}}})();"
@@ -171,6 +173,7 @@ def test_the_units_are_drawn_and_every_control_changes_the_picture(seen, units):
     assert len({found[name][1] for name in order}) == len(order)
     assert found["cut"][0] < found["first"][0]
     assert found["none"][0] < 0.05 < found["all"][0]
+    assert found["curve"][0] > found["none"][0]
     assert found["all"] == found["top"]
 
 

@@ -6,10 +6,13 @@ import html
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 import geosurf as gs
 from geosurf.conventions.card import MOST, Card
+from geosurf.conventions.card_map import MARGIN, SIZE
+from geosurf.render.interactive import view_of
 
 NAME = "<b>Top & 'x\"</b>"
 VOID = {"meta", "br", "img", "input", "link"}
@@ -80,6 +83,16 @@ def test_a_sheet_shows_the_throw_of_each_fault():
         assert name in shown(sheet)
 
 
+def test_a_sheet_has_a_small_map_of_its_cut_offs():
+    world = gs.synthetic.graben(n=9)
+    sheet = gs.throw_horizon(world.horizons["Top"], world.faults, dict.fromkeys(world.faults, 30.0))
+    card = sheet._repr_html_()
+    assert card.count("<path") == 1 + len(world.faults)
+    inside = [float(x) for x in re.findall(r"[ML]([\d.]+) ", card)]
+    assert min(inside) >= 0.0
+    assert max(inside) <= SIZE + 2.0 * MARGIN
+
+
 def test_long_tables_end_with_how_much_is_left():
     text = Tags(Card("Many", [(str(k), "1") for k in range(MOST + 7)]).html()).text
     assert "and 7 more" in text
@@ -103,3 +116,57 @@ def test_an_interactive_view_is_one_page_in_a_frame_without_rights(scene, tmp_pa
         view.save(tmp_path / "view.png")
     with pytest.raises(gs.errors.InputError, match="show 'units' or 'surfaces'"):
         scene.show("unit")
+
+
+def test_everything_with_a_place_shows_itself(scene):
+    world = gs.synthetic.graben(n=9)
+    sheet = gs.throw_horizon(world.horizons["Top"], world.faults, dict.fromkeys(world.faults, 30.0))
+    sticks = gs.FaultSticks("F9", ([[0, 0, 0], [0, 9, -9]], [[9, 0, 0], [9, 9, -9], [9, 9, -19]]))
+    unit = next(iter(scene.units.values()))
+    for noun in (
+        scene.surface(NAME),
+        scene.curves,
+        scene.patches,
+        scene.units,
+        unit,
+        sheet,
+        sticks,
+    ):
+        assert noun.show().page == gs.show(noun).page
+    page = gs.show(scene, scene.surface(NAME), sticks, scene.curves).page
+    for name in ("F9", "Base and F1", html.escape(NAME)):
+        assert name in page, name
+    assert NAME not in page
+    for nothing in ((), (gs.TriSurface("F", "fault", [[0, 0, 0]], []),)):
+        with pytest.raises(gs.errors.InputError, match="there is nothing to show"):
+            gs.show(*nothing)
+    with pytest.raises(gs.errors.InputError, match="type DataArray cannot be shown"):
+        gs.show(world.horizons["Top"])
+
+
+def test_law_a_view_has_all_lines_of_curves_and_sticks(scene):
+    sticks = gs.FaultSticks("F9", ([[0, 0, 0], [0, 3, 4]], [[9, 0, 0], [9, 3, 4], [9, 3, 5]]))
+    bodies = view_of([scene.curves, sticks]).bodies
+    lengths = [
+        np.linalg.norm(np.diff(body.points[body.lines], axis=1), axis=2).sum() for body in bodies
+    ]
+    assert sum(lengths[:-1]) == pytest.approx(scene.curves.length)
+    assert lengths[-1] == 11.0
+    assert len(bodies) == 1 + len(np.unique(scene.curves.surfaces_of_curve, axis=0))
+
+
+def test_tetrahedra_are_shown_by_their_skin():
+    places = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
+    tets = [[0, 1, 2, 3], [1, 2, 3, 4]]
+    faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [1, 2, 4], [2, 3, 4], [3, 1, 4]]
+    sides = [[-1, 0], [-1, 0], [-1, 0], [1, 0], [-1, 1], [-1, 1], [-1, 1]]
+    mesh = gs.TetMesh(places, np.zeros(3), tets, [0, 1], ("A", "B"), faces, [0] * 7, sides, ("F",))
+    for body in view_of([mesh]).bodies:
+        edges = np.sort(body.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
+        assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+        assert len(body.lines) == 6
+
+
+def test_walls_of_patches_hide_nothing(scene):
+    shown = {body.name: body.shown for body in view_of([scene.patches]).bodies}
+    assert shown == {source.name: source.role != "wall" for source in scene.patches.sources}

@@ -290,11 +290,22 @@
         if (!body.shown) return;
         const picked = i === state.picked;
         this.solid(body, body.rgb.map((x) => picked ? 0.45 * x + 0.55 : x), true);
-        this.part(body, "lines", picked ? [0.78, 0.06, 0.18] : [0.1, 0.11, 0.13], false, 2e-3);
+        if (!body.triangles.length) this.thick(body, body.rgb, picked ? 2 : 1);
+        else this.part(body, "lines", picked ? [0.78, 0.06, 0.18] : [0.1, 0.11, 0.13], false, 2e-3);
       });
       if (state.explode > 0) return; // an exploded model has no common box
       gl.uniform4fv(this.where.cut, [0, 0, 0, 1e30]);
       this.box_behind(ink);
+    }
+
+    // Curves and fault sticks: WebGL draws lines of one pixel, so they are drawn side by side.
+    thick(body, colour, width) {
+      const { gl, where, canvas } = this, [x, y] = this.state.pan;
+      for (const [i, j] of [[0, 0], [width, 0], [-width, 0], [0, width], [0, -width]]) {
+        gl.uniform2f(where.pan, x + 2 * i / canvas.width, y + 2 * j / canvas.height);
+        this.part(body, "lines", colour, false, 3e-3);
+      }
+      gl.uniform2f(where.pan, x, y);
     }
 
     // The edges of the box, except those at the corner next to the viewer.
@@ -327,7 +338,9 @@
       this.bodies.forEach((body, i) => {
         const row = i + 1;
         const code = [row & 255, row >> 8 & 255, row >> 16].map((v) => v / 255);
-        if (body.shown) this.solid(body, code, false);
+        if (!body.shown) return;
+        this.solid(body, code, false);
+        if (!body.triangles.length) this.thick(body, code, 3); // easier to hit
       });
       const pixel = new Uint8Array(4);
       gl.readPixels(x, height - 1 - y, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
