@@ -84,6 +84,10 @@ class MeasuredModel(DrawnModel, Protocol):
     def faults_inside(self) -> tuple[str, ...]:
         """Names of the faults that reach into the model."""
 
+    @property
+    def virtual_walls(self) -> tuple[VirtualWall, ...]:
+        """Virtual walls that continue faults."""
+
     def surface(self, name: str) -> TriSurface:
         """Return one surface by name."""
 
@@ -149,10 +153,6 @@ class ReportedModel(MeasuredModel, Protocol):
     @property
     def coverage(self) -> dict[str, float]:
         """Share of each input that is inside the model."""
-
-    @property
-    def virtual_walls(self) -> tuple[VirtualWall, ...]:
-        """Virtual walls that continue faults."""
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

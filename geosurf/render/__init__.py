@@ -10,6 +10,7 @@ grid_section.py   `render_grid_section`: cells of a simulation grid
 profile.py        `render_throw`: throw along a fault
 column.py         the stratigraphic column
 wells.py          well tops on maps and sections
+virtual_lines.py  virtual walls on maps
 remedies.py       places on maps where a tear needed a remedy
 search.py         `render_search`: how the voxel search finds an intersection line
 place.py          `render_place`: a close-up of the location of an error

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from geosurf.render.map_frame import (
 from geosurf.render.remedies import draw_remedies
 from geosurf.render.surface_layers import thinned
 from geosurf.render.views import SIZE, check_size
+from geosurf.render.virtual_lines import draw_virtual_walls
 from geosurf.render.wells import draw_wells_on_map, tops_on_map
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -51,6 +53,7 @@ def render_map(
     tops: Any = None,
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
+    virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
 ) -> Path:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
 
@@ -76,6 +79,8 @@ def render_map(
         The horizon with all its nodes: what `extend_horizon` continued is hatched.
     remedies : sequence of GeosurfWarning
         Places that are marked, such as ``sheet.report.remedies``: there the tear needed help.
+    virtual_walls : mapping of str to sequence of ndarray of float64, each (n, 2) or (n, 3)
+        Lines of virtual walls on the horizon, by their names [m]: they are dashed.
 
     Returns
     -------
@@ -100,7 +105,7 @@ def render_map(
     path = figure_path(path)
     shown = plot_map(
         surface, curves, None, size=size, title=title, outline=outline, faults=faults, tops=tops,
-        hatched=hatched, remedies=remedies,
+        hatched=hatched, remedies=remedies, virtual_walls=virtual_walls,
     )  # fmt: skip
     return save_figure(shown, path)
 
@@ -117,12 +122,13 @@ def plot_map(
     tops: Any = None,
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
+    virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
 ) -> Figure:
     """Draw the map of `render_map` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    surface, curves, size, title, outline, faults, tops, hatched, remedies
+    surface, curves, size, title, outline, faults, tops, hatched, remedies, virtual_walls
         As for `render_map`. `size` is that of a figure of its own.
     ax : matplotlib.axes.Axes, optional
         Where to draw, in world coordinates [m].
@@ -186,6 +192,7 @@ def plot_map(
     legend = []
     if curves is not None:
         legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
+    legend = [*draw_virtual_walls(sheet, axes, virtual_walls, list(faults)), *legend]
     legend += draw_wells_on_map(sheet, axes, wells)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]
     furniture.draw_legend(sheet, tuple(legend), 290.0)
@@ -344,7 +351,9 @@ def _draw_curves(
         furniture.halo_text(
             sheet, axes, at, curves.names[other], 11.5, colour, ha="left", fontweight="bold"
         )
+    # faults first: where the legend has no room, horizons are the ones that are only counted
+    met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
     return [
         Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
-        for name, length in ((curves.names[k], length) for k, length in others.items())
+        for name, length in ((curves.names[k], others[k]) for k in met_here)
     ]

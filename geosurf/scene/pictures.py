@@ -37,6 +37,7 @@ from geosurf.render import (
 from geosurf.render.clip import as_modelled
 from geosurf.render.views import check_exaggeration, check_size, view_vectors
 from geosurf.scene.attempt import Attempt
+from geosurf.scene.virtual_walls import lines_on
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -203,6 +204,7 @@ def map_of(
         "tops": tops_of_scene(scene),
         "hatched": surface,
         "remedies": _remedies(scene, name),
+        "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
     }
     return as_modelled(scene, surface), scene.curves, options
 

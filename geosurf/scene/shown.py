@@ -12,6 +12,7 @@ from geosurf.conventions import counted
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model import Sheet, Units
+from geosurf.model.compartments import ENDS
 from geosurf.model.expected import number_of, path_of
 from geosurf.rebuild import rebuild_surfaces, trim_sheets
 
@@ -123,6 +124,7 @@ class ShownScene:
         rows = [
             ("horizons", ", ".join(self.horizon_names)),
             ("faults", ", ".join(self.fault_names) or "none"),
+            *self._walls_in_words(),
             ("computed", ", ".join(stages) or "nothing yet: ask for curves, units or volumes"),
         ]
         if ran:
@@ -131,6 +133,17 @@ class ShownScene:
         left = len(memory.warnings) - MOST_WARNINGS
         notes += [f"and {counted(left, 'warning')} more: scene.warnings"] if left > 0 else []
         return Card("Scene", rows, notes=notes).html()
+
+    def _walls_in_words(self: Any) -> list[tuple[str, str]]:
+        """The row of virtual walls: what they continue, and their joins once they are known."""
+        graph = self._graph
+        wanted = [name for name, ends in graph.inputs.compartments.items() if ends]
+        if not wanted:
+            return []
+        if "_patches_and_ends" not in vars(graph):  # nothing is computed for a card
+            return [("virtual walls", f"of {', '.join(wanted)}")]
+        along = [str(one) for one in self.virtual_walls if one.side in ENDS]
+        return [("virtual walls", "; ".join(along) or "none")]
 
 
 def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:

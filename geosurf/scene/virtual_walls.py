@@ -9,8 +9,10 @@ import numpy as np
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfWarning
+from geosurf.faults.virtual.edges import edges_of
 from geosurf.faults.virtual.tips import model_of
 from geosurf.faults.virtual.walls import Wall, build_virtual_walls
+from geosurf.measure.lines import chains_of
 from geosurf.model import Patches, TriSurface
 from geosurf.model.compartments import VirtualWall
 from geosurf.model.faults import Truncation
@@ -62,4 +64,27 @@ def describe_patches(found: Ended) -> str:
     return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 
 
-__all__ = ["Ended", "describe_patches", "find_virtual_walls"]
+def lines_on(patches: Patches, horizon: str) -> dict[str, list[np.ndarray]]:
+    """
+    Return where virtual walls meet a horizon.
+
+    Parameters
+    ----------
+    patches : Patches
+    horizon : str
+
+    Returns
+    -------
+    dict of str to list of ndarray of float64, each (n, 3)
+        World coordinates along each line, by name of the virtual wall [m].
+    """
+    on = edges_of(patches, [horizon])
+    found = {}
+    for name in (one.name for one in patches.sources if one.role == "virtual"):
+        keys = np.intersect1d(edges_of(patches, [name]), on)
+        edges = np.stack(np.divmod(keys, len(patches.local)), axis=1)
+        found[name] = [patches.vertices[line] for line in chains_of(edges, patches.local)]
+    return found
+
+
+__all__ = ["Ended", "describe_patches", "find_virtual_walls", "lines_on"]

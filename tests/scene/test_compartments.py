@@ -9,6 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
+from geosurf.scene.virtual_walls import lines_on
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
 
@@ -181,3 +182,23 @@ def test_what_dies_beyond_a_fault_that_it_crosses_needs_no_wall() -> None:
     far = {**crossing, "F3": fault((13, 3), (13, 12))}
     with pytest.raises(GeometryError, match="way around fault 'F2'"):
         _ = scene(far, {"F2": {"end": "boundary", "start": "F3"}, "F3": {}}).units
+
+
+def test_maps_and_cards_show_virtual_walls() -> None:
+    """The map has the level line of the wall, dashed and in the legend; the card names the join."""
+    walled = scene({"F1": fault((6, 5), (6, 10))}, {"F1": "boundary"})
+    assert "of F1" in walled._repr_html_()
+    bare = scene({"F1": fault((6, 5), (6, 10))})
+    assert "virtual" not in bare._repr_html_()
+    _ = walled.units
+    assert "F1 (start) is joined to the boundary of the model: 5 m" in walled._repr_html_()
+    lines = lines_on(walled.patches, "Top")["F1 (virtual)"]
+    assert sum(np.abs(np.diff(line, axis=0)).sum() for line in lines) == pytest.approx(11.0)
+    assert all((line[:, 2] == -4.0).all() for line in lines)
+
+    figure = walled.plot_map("Top", size=(640, 400))
+    words = {text.get_text() for ax in figure.axes for text in ax.texts}
+    words |= {text.get_text() for text in figure.texts}
+    assert {"1 virtual wall", "of F1"} <= words
+    drawn = [line for ax in figure.axes for line in ax.lines if line.is_dashed()]
+    assert len(drawn) >= len(lines)
