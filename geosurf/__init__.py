@@ -99,6 +99,8 @@ _HOME = {
     "render_allan": "geosurf.render",
     "render_section": "geosurf.render",
     "render_grid_section": "geosurf.render",
+    "PictureOverlay": "geosurf.render.overlay",
+    "PictureStyle": "geosurf.render.picture_style",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
     "to_xtgeo": "geosurf.write.neighbours",
@@ -172,6 +174,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         render_section as render_section,
         render_thickness as render_thickness,
     )
+    from geosurf.render.overlay import PictureOverlay as PictureOverlay
+    from geosurf.render.picture_style import PictureStyle as PictureStyle
     from geosurf.report import report_scene as report_scene
     from geosurf.scenario import run_scenario as run_scenario
     from geosurf.scene import Scene as Scene

@@ -29,6 +29,11 @@ ticks.py          round values of axes, contours and scale bars
 map_frame.py      axes, contour levels, colour bar and north arrow of maps
 diagram.py        axes of sections and Allan diagrams
 palette.py        colours
+picture_style.py  `PictureStyle`: theme, font, colours by name, colour map
+theme.py          a style applied to a finished figure
+colouring.py      colours of units: by unit, zone, block, contact, elevation, property
+names.py          names that are shortened and placed
+overlay.py        `PictureOverlay`: wells, polygons and data points on pictures
 styles.py         what texts, lines, areas and layers may look like, for mypy
 _plot.py          layers drawn with VTK
 ================  ======================================================================

@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.render.backend import off_screen
 from geosurf.render.layers import Layer
+from geosurf.render.palette import PAPER, RGB
 from geosurf.render.views import Camera
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -20,17 +21,25 @@ LIFT_STEEP = 3.0  # plus this number of line widths, for steep surfaces
 FEATURE_ANGLE = 40.0
 
 
-def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
-    """Return the picture of some layers on a white background.
+def draw_layers(
+    layers: tuple[Layer, ...],
+    camera: Camera,
+    background: RGB = PAPER,
+    transparent: bool = False,
+) -> np.ndarray:
+    """Return the picture of some layers.
 
     Parameters
     ----------
     layers : tuple of Layer
     camera : Camera
+    background : (red, green, blue)
+    transparent : bool
+        Whether the background is left out.
 
     Returns
     -------
-    ndarray of uint8, shape (height, width, 3)
+    ndarray of uint8, shape (height, width, 3), or 4 with a transparent background
         The first row is the top.
 
     Raises
@@ -44,24 +53,26 @@ def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
 
         width, height = (n * OVERSAMPLING for n in camera.size)
         plotter = pyvista.Plotter(
-            off_screen=True, window_size=[width, height], lighting="none", theme=_theme()
+            off_screen=True, window_size=[width, height], lighting="none", theme=_theme(background)
         )
         try:
             reach = _add_layers(plotter, layers, camera)
             _point_camera(plotter, camera, reach)
             _light(plotter)
-            image = np.asarray(plotter.screenshot(None, return_img=True))
+            image = np.asarray(
+                plotter.screenshot(None, return_img=True, transparent_background=transparent)
+            )
         finally:
             plotter.close()
-    return _average(image[:, :, :3])
+    return _average_rgba(image) if transparent else _average(image[:, :, :3])
 
 
-def _theme() -> Theme:
+def _theme(background: RGB) -> Theme:
     """A theme of its own, independent of the global theme of the user."""
     import pyvista
 
     theme: Theme = pyvista.themes.Theme()
-    theme.background = "white"
+    theme.background = background
     theme.anti_aliasing = None
     theme.return_cpos = False
     return theme
@@ -75,6 +86,8 @@ def _add_layers(plotter: Plotter, layers: tuple[Layer, ...], camera: Camera) -> 
     for layer, points in zip(layers, local, strict=True):
         if layer.triangles is not None:
             _add_triangles(plotter, layer, points, layer.triangles)
+        if layer.dots:
+            _add_dots(plotter, layer, points + LIFT * reach * camera.towards)
         if len(layer.lines):
             lift = LIFT * reach + LIFT_STEEP * layer.width * camera.metres_per_pixel
             _add_lines(plotter, layer, points + lift * camera.towards)
@@ -90,6 +103,11 @@ def _add_triangles(
     import pyvista
 
     mesh = pyvista.PolyData.from_regular_faces(points, triangles)
+    shades = None
+    if layer.shades is not None:
+        # with the mesh: `sharp` splits its points
+        mesh.point_data["shades"] = np.round(255.0 * layer.shades).astype(np.uint8)
+        shades = "shades"
 
     # smooth normals, but creases of units stay sharp: `sharp` splits their vertices
     mesh = mesh.compute_normals(
@@ -102,6 +120,8 @@ def _add_triangles(
     plotter.add_mesh(
         mesh,
         color=layer.colour,
+        scalars=shades,
+        rgb=shades is not None,
         opacity=layer.opacity,
         smooth_shading=True,
         ambient=0.42,
@@ -110,6 +130,19 @@ def _add_triangles(
         reset_camera=False,
         render=False,
         copy_mesh=False,
+    )
+
+
+def _add_dots(plotter: Plotter, layer: Layer, points: np.ndarray) -> None:
+    plotter.add_points(
+        points,
+        color=layer.colour,
+        opacity=layer.opacity,
+        point_size=layer.width * OVERSAMPLING,
+        render_points_as_spheres=False,
+        lighting=False,
+        reset_camera=False,
+        render=False,
     )
 
 
@@ -166,6 +199,17 @@ def _light(plotter: Plotter) -> None:
             position=position, light_type="camera light", intensity=intensity, color="white"
         )
         plotter.add_light(light)
+
+
+def _average_rgba(image: np.ndarray) -> np.ndarray:
+    """Average blocks of pixels with their opacity: what is transparent has no colour."""
+    n = OVERSAMPLING
+    height, width = image.shape[0] // n, image.shape[1] // n
+    blocks = image[: height * n, : width * n].reshape(height, n, width, n, 4).astype(np.float64)
+    weight = blocks[..., 3:].sum(axis=(1, 3))
+    colour = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3)) / np.maximum(weight, 1.0)
+    mean: np.ndarray = np.concatenate([colour, weight / (n * n)], axis=2)
+    return np.round(mean).astype(np.uint8)
 
 
 def _average(image: np.ndarray) -> np.ndarray:

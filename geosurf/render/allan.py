@@ -23,6 +23,7 @@ from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import Line, diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.picture_style import PictureStyle
 from geosurf.render.styles import AreaStyle, LineStyle
 from geosurf.render.views import check_size
 
@@ -44,6 +45,7 @@ def render_allan(
     zones: Sequence[str] = (),
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
@@ -62,6 +64,8 @@ def render_allan(
         Width and height in pixels.
     title : str, optional
         Default: the name of the fault and its strike.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
@@ -86,7 +90,8 @@ def render_allan(
     'allan.png'
     """
     path = figure_path(path)
-    return save_figure(plot_allan(diagram, table, None, zones=zones, size=size, title=title), path)
+    shown = plot_allan(diagram, table, None, zones=zones, size=size, title=title, style=style)
+    return save_figure(shown, path)
 
 
 def plot_allan(
@@ -97,12 +102,13 @@ def plot_allan(
     zones: Sequence[str] = (),
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Figure:
     """Draw the diagram of `render_allan` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    diagram, table, zones, size, title
+    diagram, table, zones, size, title, style
         As for `render_allan`. `size` is that of a figure of its own.
     ax : matplotlib.axes.Axes, optional
         Where to draw: distance along strike and elevation [m].
@@ -124,11 +130,11 @@ def plot_allan(
     pairs = _areas_of_pairs(table)
     seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
-    colours = {zone: palette.stratum(i) for i, zone in enumerate(order)}
 
     # each line: attributes, and points (n, 2) of distance along strike and elevation [m]
     lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
-    sheet = furniture.sheet_for(ax, check_size(size))
+    sheet = furniture.sheet_for(ax, check_size(size), style)
+    colours = {z: sheet.style.colour(z, palette.stratum(i)) for i, z in enumerate(order)}
 
     # the range follows cut-offs and contacts: the fault far above and below is not shown
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import compress
 
 import numpy as np
 
@@ -45,8 +46,21 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
         if outward @ (ends.mean(axis=0) - middle) < 0.0:
             outward = -outward
         places = ends[0] + part[:, None] * (ends[1] - ends[0])
-        _draw_axis(sheet, places, texts, outward, taken)
-        _name_axis(sheet, ends.mean(axis=0), f"{name} [{unit}]", along, outward, texts)
+
+        # a picture at a larger scale shows only a part of the box
+        here = _inside(sheet, places)
+        _draw_axis(sheet, places[here], list(compress(texts, here)), outward, taken)
+        if _inside(sheet, ends.mean(axis=0)[None])[0]:
+            _name_axis(sheet, ends.mean(axis=0), f"{name} [{unit}]", along, outward, texts)
+
+
+def _inside(sheet: Sheet, places: np.ndarray) -> np.ndarray:
+    """Whether each pixel (n, 2) is in the rectangle of the view."""
+    low = np.array([sheet.layout.left, sheet.layout.bottom])
+    high = low + sheet.layout.view_size
+    off = np.abs(places - 0.5 * (low + high)) - 0.5 * (high - low)
+    found: np.ndarray = off.max(axis=1) <= 0.5
+    return found
 
 
 def _outer_edge(pixels: np.ndarray, axis: int, shortest: float) -> tuple[int, int] | None:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.render import furniture, palette
+from geosurf.render.picture_style import PictureStyle
+from geosurf.render.theme import apply_theme
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -25,6 +27,7 @@ def plot_column(
     *,
     size: tuple[int, int] = (700, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Figure:
     """Draw the column as a figure of matplotlib, or into axes.
 
@@ -40,12 +43,14 @@ def plot_column(
     size : (int, int)
         Of a figure of its own [pixels].
     title : str, optional
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    sheet = furniture.sheet_for(ax, check_size(size))
+    sheet = furniture.sheet_for(ax, check_size(size), style)
     title = "Stratigraphic column" if title is None else title
     layout, unit = sheet.layout, sheet.layout.unit
     axes = sheet.frame((0.12, 0.06, 0.5, 0.84))
@@ -56,11 +61,13 @@ def plot_column(
     high = np.maximum(high, LEAST * high.mean()) if len(high) else high
     tops = np.concatenate([[0.0], -np.cumsum(high)])
     for k, (zone, thick) in enumerate(zones.items()):
-        axes.fill_between([0.0, 1.0], tops[k + 1], tops[k], color=palette.stratum(k), linewidth=0)
+        colour = sheet.style.colour(zone, palette.stratum(k))
+        axes.fill_between([0.0, 1.0], tops[k + 1], tops[k], color=colour, linewidth=0)
         middle = 0.5 * (tops[k] + tops[k + 1])
         axes.text(
             0.5, middle, f"{zone}\n{thick:.0f} m", ha="center", va="center", fontsize=points,
-            family=furniture.FONT, parse_math=False, path_effects=furniture.rim_of_words(unit),
+            family=furniture.FONT, color=palette.INK, parse_math=False,
+            path_effects=furniture.rim_of_words(unit),
         )  # fmt: skip
 
     # a horizon lies on top of the zone that is named after it: "Top/Base" or "below Base"
@@ -80,6 +87,7 @@ def plot_column(
         sheet.text((28 * unit, layout.height - 34 * unit), title, 13.5 / unit, weight="bold")
         words = "Heights: square root of the mean thickness. Wavy lines are unconformities."
         sheet.text((28 * unit, 24 * unit), words, 10.0 / unit, palette.FAINT)
+        apply_theme(sheet.figure, sheet.axes, sheet.style)
     return sheet.figure
 
 
@@ -92,7 +100,8 @@ def _draw_horizon(axes: Axes, level: float, name: str, rule: str, points: float)
     label = name if rule == "conformable" else f"{name} ({rule})"
     axes.annotate(
         label, (1.0, level), (6.0, 0.0), textcoords="offset points", ha="left", va="center",
-        fontsize=points, family=furniture.FONT, annotation_clip=False, parse_math=False,
+        fontsize=points, family=furniture.FONT, color=palette.INK, annotation_clip=False,
+        parse_math=False,
     )  # fmt: skip
 
 

@@ -6,17 +6,33 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
-from geosurf.model.expected import path_of
+from geosurf.model.expected import expect, path_of
 from geosurf.render import furniture
 from geosurf.render.axes import draw_axes
-from geosurf.render.layers import Content, show_box
-from geosurf.render.views import aim, bounds_of, check_exaggeration, check_size
+from geosurf.render.layers import Bar, Content, show_box
+from geosurf.render.map_frame import draw_colour_bar
+from geosurf.render.overlay import draw_names
+from geosurf.render.picture_style import PictureStyle, style_of
+from geosurf.render.theme import background
+from geosurf.render.views import (
+    View,
+    aim,
+    angles_of,
+    bounds_of,
+    check_exaggeration,
+    check_size,
+    check_zoom,
+    words_of,
+)
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.figure import Figure
 
+N_BAND = 4  # of a colour bar, between two of its values
 VECTOR = (".png", ".svg", ".pdf")
 
 
@@ -26,9 +42,11 @@ def draw_picture(
     *,
     title: str,
     note: str = "",
-    view: str,
+    view: View,
     size: tuple[int, int],
     exaggeration: float | None,
+    zoom: float = 1.0,
+    style: PictureStyle | None = None,
     box: tuple[float, ...] | None = None,
     axes: bool = True,
     relief_of: tuple[float, ...] | None = None,
@@ -42,9 +60,12 @@ def draw_picture(
         A ``.png`` file; its folder is created.
     title, note : str
         Text above the picture, and the start of its caption.
-    view : str
+    view : str or (float, float)
     size : (int, int)
     exaggeration : float or None
+    zoom : float
+        2 shows the middle at twice the scale.
+    style : PictureStyle, optional
     box : (west, east, south, north, bottom, top), optional
         Box with the axes [m]; default: the bounds of the content.
     axes : bool
@@ -67,25 +88,58 @@ def draw_picture(
 
     # the exaggeration suits the model, also where only a part of it is shown
     stretch = check_exaggeration(exaggeration, relief_of or seen)
-    camera = aim(view, seen, layout.view_size, stretch)
+    camera = aim(view, seen, layout.view_size, stretch, check_zoom(zoom))
+    style = style_of(style)
 
     from geosurf.render._plot import draw_layers
 
     # VTK draws the geometry; matplotlib draws all text and lines around it
     frame = show_box(box, camera.towards) if axes else Content()
-    image = draw_layers((content + frame).layers, camera)
-    sheet = furniture.Sheet(layout)
+    layers = (content + frame).layers
+    image = draw_layers(layers, camera, background(style), style.transparent)
+    sheet = furniture.Sheet(layout, style)
     sheet.paste(image)
     if axes:
         draw_axes(sheet, camera, box)
-    furniture.draw_legend(sheet, content.legend, layout.height / layout.unit - 84 - 250)
+    draw_names(sheet, camera, content.names)
+    room = layout.height / layout.unit - 84 - 250
+    if content.bar is not None:
+        room = 290.0
+        _draw_bar(sheet, content.bar)
+    furniture.draw_legend(sheet, content.legend, room)
     furniture.draw_compass(sheet, camera)
     furniture.draw_scale_bar(sheet, camera.metres_per_pixel)
     furniture.draw_words(sheet, title, caption(view, stretch, note))
     return save_png(sheet.png(), path)
 
 
-def caption(view: str, exaggeration: float, note: str = "") -> str:
+def _draw_bar(sheet: furniture.Sheet, bar: Bar) -> None:
+    """Draw the colour bar between the legend and the arrows."""
+    levels = np.array(bar.levels)
+    if len(levels) < 2:
+        unit = sheet.layout.unit
+        at = (sheet.layout.width - 250.0 * unit, 400.0 * unit)
+        sheet.text(at, f"{bar.words}: {bar.levels[0]:.4g}", 13.0)
+        return
+    draw_colour_bar(sheet, levels, bar.words, bar.codes, N_BAND, (275.0, 400.0))
+
+
+def check_look(view: Any, size: Any, zoom: Any, title: Any, path: Any) -> None:
+    """Refuse what a view in three dimensions cannot have, before anything is computed.
+
+    Raises
+    ------
+    InputError, OutputError
+    """
+    angles_of(view)
+    check_size(size)
+    check_zoom(zoom)
+    png_path(path)
+    if title is not None:
+        expect(title, str, "title must be text", "leave it out for the default title")
+
+
+def caption(view: View, exaggeration: float, note: str = "") -> str:
     """Return the caption of a picture.
 
     Examples
@@ -95,7 +149,7 @@ def caption(view: str, exaggeration: float, note: str = "") -> str:
     >>> caption("top", 3.0)
     'Seen from above.'
     """
-    words = "Seen from above" if view == "top" else f"Seen from the {view}"
+    words = f"Seen from {words_of(view)}"
     if view != "top":
         stretched = f"vertical exaggeration {exaggeration:g}×"
         words += f", {stretched if exaggeration != 1.0 else 'true to scale'}"

@@ -136,3 +136,17 @@ def diagram_axes(
     for spine in axes.spines.values():
         spine.set_color(palette.FRAME)
     return axes, exaggeration
+
+
+def highest_in_view(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
+    """The highest point of a line (n, 2) between two levels; None if there is none."""
+    p, q = line[:-1], line[1:]
+
+    # where the line leaves the picture at the top; else its highest point in view
+    across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
+    if len(across):
+        p, q = p[across[0]], q[across[0]]
+        at_top: np.ndarray = p + (top - p[1]) / (q[1] - p[1]) * (q - p)
+        return at_top
+    seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
+    return seen[np.argmax(seen[:, 1])] if len(seen) else None

@@ -13,10 +13,11 @@ import numpy as np
 from geosurf.conventions import length_text
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry
+from geosurf.render.layers import DETAIL_ROOM, Entry
+from geosurf.render.names import shortened, shortened_apart
+from geosurf.render.picture_style import FONT
 from geosurf.render.sheet import (
     DPI,
-    FONT,
     STRIPE_WIDTH,
     STRIPES,
     Layout,
@@ -27,6 +28,7 @@ from geosurf.render.sheet import (
     sheet_for,
 )
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
+from geosurf.render.theme import apply_theme
 from geosurf.render.ticks import nice_step
 from geosurf.render.views import Camera
 
@@ -94,6 +96,7 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     # 38 design pixels for each entry; the last line counts those that have no room
     fits = max(int(room / 38.0), 1)
     shown = legend if len(legend) <= fits else legend[: fits - 1]
+    labels = shortened_apart(entry.label for entry in legend)
     for row, entry in enumerate(shown):
         y = top - 38.0 * unit * row
         if entry.kind in ("line", "dashes"):
@@ -113,33 +116,13 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
         # a label above, its detail below
         words = left + 38.0 * unit
         high = 8.0 * unit if entry.detail else 0.0
-        sheet.text((words, y + high), shortened(entry.label), 13.5)
+        sheet.text((words, y + high), labels[entry.label], 13.5)
         detail = shortened(entry.detail, DETAIL_ROOM)
         sheet.text((words, y - 8.0 * unit), detail, 11.5, palette.FAINT)
     if len(shown) < len(legend):
         y = top - 38.0 * unit * len(shown)
         more = f"and {len(legend) - len(shown)} more"
         sheet.text((left + 38.0 * unit, y), more, 12.0, palette.FAINT)
-
-
-def shortened(words: str, most: int = LABEL_ROOM) -> str:
-    """Return text short enough for the legend; both the start and the end of a name remain.
-
-    Examples
-    --------
-    >>> shortened("a horizon with a very long name")
-    'a horizon…long name'
-    >>> shortened("UpperVolantis/LowerVolantis")
-    'Upper…ntis/Lower…ntis'
-    """
-    if len(words) <= most:
-        return words
-
-    # zones are named by two horizons: each of them is shortened by itself
-    parts = words.split("/")
-    if len(parts) == 2 and min(map(len, parts)) > most // 2:
-        return "/".join(shortened(part, most // 2) for part in parts)
-    return f"{words[: most // 2].rstrip()}…{words[-(most // 2 - 1) :].lstrip()}"
 
 
 def draw_compass(sheet: Sheet, camera: Camera) -> None:
@@ -204,7 +187,7 @@ def draw_scale_bar(
 
 
 def draw_words(sheet: Sheet, title: str, caption: str) -> None:
-    """Write the title above and the caption below."""
+    """Write the title above and the caption below, and apply the theme: every picture ends so."""
     layout, unit = sheet.layout, sheet.layout.unit
     expect(title, str, "title must be text", "leave it out for the default title")
     if isinstance(sheet, UserSheet):
@@ -212,3 +195,4 @@ def draw_words(sheet: Sheet, title: str, caption: str) -> None:
         return
     sheet.text((28 * unit, layout.height - 34 * unit), title, 19.0, weight="bold")
     sheet.text((28 * unit, 24 * unit), caption, 12.5, palette.FAINT)
+    apply_theme(sheet.figure, sheet.axes, sheet.style)

@@ -16,6 +16,7 @@ from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import diagram_axes, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.picture_style import PictureStyle
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -33,6 +34,8 @@ def render_grid_section(
     column: int | None = None,
     colour_by: str = "zone",
     size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw the active cells of one row or column of a grid.
 
@@ -46,6 +49,10 @@ def render_grid_section(
     colour_by : {"zone", "block"}
     size : (int, int)
         Width and height in pixels.
+    title : str, optional
+        Default: the number of the row or column.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
@@ -80,10 +87,11 @@ def render_grid_section(
     names, values, order = grid.block_names, grid.block, grid.block_names
     if colour_by == "zone":
         names, values, order = grid.zone_names, grid.zone, grid.zones_of_model
-    colours = [palette.stratum(order.index(name)) for name in names]
+    sheet = furniture.sheet_for(None, check_size(size), style)
+    colours = [sheet.style.colour(name, palette.stratum(order.index(name))) for name in names]
     kinds = values[:, number - 1] if axis == 0 else values[:, :, number - 1]
-    title = f"Cells at {'JI'[axis]} = {number}, by {colour_by}"
-    return save_figure(_figure(cells[shown], kinds[shown], names, colours, title, size), path)
+    title = f"Cells at {'JI'[axis]} = {number}, by {colour_by}" if title is None else title
+    return save_figure(_figure(sheet, cells[shown], kinds[shown], names, colours, title), path)
 
 
 def _where(grid: CornerPointGrid, row: Any, column: Any) -> tuple[int, int]:
@@ -116,17 +124,16 @@ def _cells(grid: CornerPointGrid, axis: int, at: int) -> tuple[np.ndarray, np.nd
 
 
 def _figure(
+    sheet: furniture.Sheet,
     rings: np.ndarray,
     kinds: np.ndarray,
     names: tuple[str, ...],
     colours: list[palette.RGB],
     title: str,
-    size: tuple[int, int],
 ) -> Figure:
     """Cells (n, 4, 2) in the colours of their kinds, with a legend."""
     from matplotlib.collections import PolyCollection
 
-    sheet = furniture.sheet_for(None, check_size(size))
     points = rings.reshape(-1, 2)
     axes, exaggeration = diagram_axes(
         sheet, range_shown(points, [points[:, 1]]), "Distance along the section [km]", ROOM

@@ -30,6 +30,7 @@ from geosurf.render.map_frame import (
     map_axes,
     number_contours,
 )
+from geosurf.render.picture_style import PictureStyle
 from geosurf.render.styles import Dashes
 from geosurf.render.views import check_size
 
@@ -52,6 +53,7 @@ def render_thickness(
     polygons: Mapping[str, xarray.Dataset] | None = None,
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw a thickness map of one zone, with contours that stop at faults.
 
@@ -69,6 +71,8 @@ def render_thickness(
         Width and height in pixels.
     title : str, optional
         Default: the kind of thickness and the zone.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
@@ -93,7 +97,7 @@ def render_thickness(
     'isochore.png'
     """
     path = figure_path(path)
-    shown = plot_thickness(thickness, None, polygons=polygons, size=size, title=title)
+    shown = plot_thickness(thickness, None, polygons=polygons, size=size, title=title, style=style)
     return save_figure(shown, path)
 
 
@@ -104,12 +108,13 @@ def plot_thickness(
     polygons: Mapping[str, xarray.Dataset] | None = None,
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Figure:
     """Draw the map of `render_thickness` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    thickness, polygons, size, title
+    thickness, polygons, size, title, style
         As for `render_thickness`. `size` is that of a figure of its own.
     ax : matplotlib.axes.Axes, optional
         Where to draw, in world coordinates [m].
@@ -126,7 +131,7 @@ def plot_thickness(
     # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
     polygons = _checked_polygons(polygons)
-    sheet = furniture.sheet_for(ax, check_size(size))
+    sheet = furniture.sheet_for(ax, check_size(size), style)
 
     # thickness of all blocks together: they overlap at reverse faults
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
@@ -140,7 +145,8 @@ def plot_thickness(
 
     # draw: colours, contours, fault polygons, letters of blocks
     axes, metres_per_pixel = map_axes(sheet, extent)
-    _colour(axes, x, y, total, levels)
+    codes = sheet.style.codes(palette.THICKNESS)
+    _colour(axes, (x, y), total, levels, codes)
     _contour(sheet, axes, (x, y), (whole, values), levels)
     for rings, dashes in zip(polygons.values(), DASHES, strict=False):
         _outline(sheet, axes, rings, dashes, metres_per_pixel)
@@ -150,7 +156,7 @@ def plot_thickness(
     legend = _legend(thickness, values[large], letters, tuple(polygons))
     furniture.draw_legend(sheet, legend, 290.0)
     where = _where_level(values, cut)
-    draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0), where)
+    draw_colour_bar(sheet, levels, "Thickness [m]", codes, 1, (260.0, 400.0), where)
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
 
@@ -272,18 +278,22 @@ def _cell_ends(axis: np.ndarray) -> tuple[float, float]:
 
 
 def _colour(
-    axes: Axes, x: np.ndarray, y: np.ndarray, total: np.ndarray, levels: np.ndarray
+    axes: Axes,
+    place: tuple[np.ndarray, np.ndarray],
+    total: np.ndarray,
+    levels: np.ndarray,
+    codes: tuple[str, ...],
 ) -> None:
     """One colour for each contour interval, cell by cell."""
     from matplotlib.colors import BoundaryNorm
 
     # a single level needs an interval of its own
-    colours = colours_of(palette.THICKNESS)
+    colours = colours_of(codes)
     if len(levels) < 2:
         levels = np.array([levels[0] - 0.5, levels[0] + 0.5])
     norm = BoundaryNorm(levels, colours.N)
     shown = np.ma.masked_invalid(total)
-    axes.pcolormesh(x, y, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+    axes.pcolormesh(*place, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
 
 
 def _contour(

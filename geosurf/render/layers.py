@@ -37,6 +37,10 @@ class Layer:
         Of lines, in pixels.
     sharp : bool
         Whether creases between triangles stay sharp.
+    shades : ndarray of float64, shape (n_point, 3), or None
+        A colour for each point, in place of `colour`.
+    dots : bool
+        Whether points are drawn as dots that are `width` pixels wide.
     """
 
     points: np.ndarray
@@ -46,6 +50,8 @@ class Layer:
     opacity: float = 1.0
     width: float = 1.0
     sharp: bool = False
+    shades: np.ndarray | None = None
+    dots: bool = False
 
 
 LABEL_ROOM, DETAIL_ROOM = 21, 34  # characters that fit into a line of the legend
@@ -67,15 +73,31 @@ class Entry:
     stripes: palette.RGB | None = None
 
 
+@dataclass(frozen=True)
+class Bar:
+    """A colour bar: what it measures, its colours from low to high, and its round values."""
+
+    words: str
+    codes: tuple[str, ...]
+    levels: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Content:
-    """Layers and their legend."""
+    """Layers, their legend, names at points of the world (easting, northing, elevation), a bar."""
 
     layers: tuple[Layer, ...] = ()
     legend: tuple[Entry, ...] = field(default=())
+    names: tuple[tuple[str, tuple[float, float, float]], ...] = ()
+    bar: Bar | None = None
 
     def __add__(self, other: Content) -> Content:
-        return Content(self.layers + other.layers, self.legend + other.legend)
+        return Content(
+            self.layers + other.layers,
+            self.legend + other.legend,
+            self.names + other.names,
+            self.bar or other.bar,
+        )
 
     def moved(self, shift: np.ndarray) -> Content:
         """Return the content shifted by a vector [m]."""

@@ -26,6 +26,8 @@ from geosurf.render.map_frame import (
     map_axes,
     number_contours,
 )
+from geosurf.render.overlay import PictureOverlay, draw_on_map, overlay_of
+from geosurf.render.picture_style import PictureStyle
 from geosurf.render.remedies import draw_remedies
 from geosurf.render.surface_layers import thinned
 from geosurf.render.views import SIZE, check_size
@@ -54,6 +56,8 @@ def render_map(
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
     virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
+    overlay: PictureOverlay | None = None,
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
 
@@ -81,6 +85,10 @@ def render_map(
         Places that are marked, such as ``sheet.report.remedies``: there the tear needed help.
     virtual_walls : mapping of str to sequence of ndarray of float64, each (n, 2) or (n, 3)
         Lines of virtual walls on the horizon, by their names [m]: they are dashed.
+    overlay : PictureOverlay, optional
+        Wells, polygons and data points that are drawn with the model.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
@@ -105,7 +113,8 @@ def render_map(
     path = figure_path(path)
     shown = plot_map(
         surface, curves, None, size=size, title=title, outline=outline, faults=faults, tops=tops,
-        hatched=hatched, remedies=remedies, virtual_walls=virtual_walls,
+        hatched=hatched, remedies=remedies, virtual_walls=virtual_walls, overlay=overlay,
+        style=style,
     )  # fmt: skip
     return save_figure(shown, path)
 
@@ -123,13 +132,17 @@ def plot_map(
     hatched: TriSurface | None = None,
     remedies: Sequence[GeosurfWarning] = (),
     virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
+    overlay: PictureOverlay | None = None,
+    style: PictureStyle | None = None,
 ) -> Figure:
     """Draw the map of `render_map` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    surface, curves, size, title, outline, faults, tops, hatched, remedies, virtual_walls
+    surface, curves, size, title, outline, faults, tops, hatched, remedies, virtual_walls, style
         As for `render_map`. `size` is that of a figure of its own.
+    overlay : PictureOverlay, optional
+        Wells, polygons and data points.
     ax : matplotlib.axes.Axes, optional
         Where to draw, in world coordinates [m].
 
@@ -148,8 +161,9 @@ def plot_map(
     marks = "remedies must be warnings of tears"
     for remedy in listed(remedies, marks, "pass sheet.report.remedies"):
         expect(remedy, GeosurfWarning, marks, "pass sheet.report.remedies")
+    overlay = overlay_of(overlay)
     wells = [] if tops is None else tops_on_map(tops, surface.name)
-    sheet = furniture.sheet_for(ax, check_size(size))
+    sheet = furniture.sheet_for(ax, check_size(size), style)
 
     # no more triangles than the map can show
     light, within = thinned(surface, MAX_MAP_TRIANGLE), None
@@ -194,9 +208,11 @@ def plot_map(
         legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
     legend = [*draw_virtual_walls(sheet, axes, virtual_walls, list(faults)), *legend]
     legend += draw_wells_on_map(sheet, axes, wells)
+    legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]
     furniture.draw_legend(sheet, tuple(legend), 290.0)
-    draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND, (260.0, 400.0))
+    codes = sheet.style.codes(palette.ELEVATION)
+    draw_colour_bar(sheet, levels, "Elevation [m]", codes, N_BAND, (260.0, 400.0))
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
@@ -258,7 +274,8 @@ def _draw_elevation(
     x, y, z = surface.vertices.T
     mesh = Triangulation(x, y, surface.triangles)
     bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * N_BAND + 1)
-    axes.tricontourf(mesh, z, levels=bands, cmap=colours_of(palette.ELEVATION), antialiased=False)
+    colours = colours_of(sheet.style.codes(palette.ELEVATION))
+    axes.tricontourf(mesh, z, levels=bands, cmap=colours, antialiased=False)
 
     # every fifth contour is bold and has a number
     step = levels[1] - levels[0]
@@ -307,7 +324,9 @@ def _draw_curves(
     )
     order = faults or list(dict.fromkeys(other for other in met if other != name))
     colours = {
-        other: palette.fault(order.index(other)) if other in order else palette.INK
+        other: sheet.style.colour(
+            other, palette.fault(order.index(other)) if other in order else palette.INK
+        )
         for other in curves.names
     }
 

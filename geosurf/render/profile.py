@@ -15,6 +15,8 @@ from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import diagram_axes, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.picture_style import PictureStyle
+from geosurf.render.theme import readable
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -34,6 +36,7 @@ def render_throw(
     horizons: Sequence[str] = (),
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw the throw of horizons along a fault.
 
@@ -49,6 +52,8 @@ def render_throw(
         Width and height in pixels.
     title : str, optional
         Default: the name of the fault.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
@@ -73,7 +78,8 @@ def render_throw(
     'throw.svg'
     """
     path = figure_path(path)
-    return save_figure(plot_throw(throws, None, horizons=horizons, size=size, title=title), path)
+    shown = plot_throw(throws, None, horizons=horizons, size=size, title=title, style=style)
+    return save_figure(shown, path)
 
 
 def plot_throw(
@@ -83,12 +89,13 @@ def plot_throw(
     horizons: Sequence[str] = (),
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    style: PictureStyle | None = None,
 ) -> Figure:
     """Draw the profiles of `render_throw` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    throws, horizons, size, title
+    throws, horizons, size, title, style
         As for `render_throw`. `size` is that of a figure of its own.
     ax : matplotlib.axes.Axes, optional
         Where to draw: distance along strike and throw [m].
@@ -120,7 +127,7 @@ def plot_throw(
     room = 0.03 * np.ptp([*throw, 0.0])
     low, high = min(-1.0, throw.min() - room), max(1.0, throw.max() + room)
     every = np.concatenate([*points, [(start, low), (start, high)]])
-    sheet = furniture.sheet_for(ax, check_size(size))
+    sheet = furniture.sheet_for(ax, check_size(size), style)
     axes, _ = diagram_axes(
         sheet, range_shown(every, [every[:, 1]]), "Distance along strike [km]", ROOM, "Throw [m]"
     )
@@ -132,7 +139,11 @@ def plot_throw(
     legend = []
     for name, parts in lines.items():
         red, green, blue = palette.stratum(order.index(name) if name in order else len(order))
-        colour = (DARKER * red, DARKER * green, DARKER * blue)
+        # thin lines of light zones would not be seen on white; on a dark background they are
+        darker = 1.0 if sheet.style.dark else DARKER
+        colour = sheet.style.colour(name, (darker * red, darker * green, darker * blue))
+        if sheet.style.dark:
+            colour = readable(colour)
         for line in parts:
             axes.plot(*line.T, color=colour, linewidth=width, zorder=2)
         if parts:

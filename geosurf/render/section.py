@@ -14,8 +14,10 @@ from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO
 from geosurf.render.compose import figure_path, save_figure
-from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
+from geosurf.render.diagram import diagram_axes, highest_in_view, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.overlay import PictureOverlay, draw_on_section, overlay_of
+from geosurf.render.picture_style import PictureStyle
 from geosurf.render.views import check_size
 from geosurf.render.wells import draw_wells_on_section, tops_on_section
 
@@ -41,6 +43,8 @@ def render_section(
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
     tops: Any = None,
+    overlay: PictureOverlay | None = None,
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw a vertical section through a model.
 
@@ -56,6 +60,10 @@ def render_section(
         Default: the coordinates of both ends.
     tops : xarray.Dataset, optional
         Result of `Scene.misfit`: wells with tops within 2 % of the length of the section are drawn.
+    overlay : PictureOverlay, optional
+        Wells, polygons and data points that are drawn with the model.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
 
     Returns
     -------
@@ -80,7 +88,10 @@ def render_section(
     'section.png'
     """
     path = figure_path(path)
-    return save_figure(plot_section(section, None, size=size, title=title, tops=tops), path)
+    shown = plot_section(
+        section, None, size=size, title=title, tops=tops, overlay=overlay, style=style
+    )
+    return save_figure(shown, path)
 
 
 def plot_section(
@@ -90,12 +101,14 @@ def plot_section(
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
     tops: Any = None,
+    overlay: PictureOverlay | None = None,
+    style: PictureStyle | None = None,
 ) -> Figure:
     """Draw the section of `render_section` as a figure of matplotlib, or into axes.
 
     Parameters
     ----------
-    section, size, title, tops
+    section, size, title, tops, overlay, style
         As for `render_section`. `size` is that of a figure of its own.
     ax : matplotlib.axes.Axes, optional
         Where to draw: distance along the section and elevation [m].
@@ -109,7 +122,7 @@ def plot_section(
     InputError
         If `section` is not a section, or `tops` is not the result of `Scene.misfit`.
     """
-    attrs = getattr(section, "attrs", {})
+    attrs, overlay = getattr(section, "attrs", {}), overlay_of(overlay)
     if any(not hasattr(section, name) for name in _NEEDED) or not {"zones", "faults"} <= set(attrs):
         raise InputError(
             f"render_section takes the result of Scene.section, not {type(section).__name__}. "
@@ -120,19 +133,22 @@ def plot_section(
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     areas = _areas(lines, list(section.attrs["zones"]))
-    sheet = furniture.sheet_for(ax, check_size(size))
+    sheet = furniture.sheet_for(ax, check_size(size), style)
 
     # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
     shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
-    colours = _colours(areas, list(section.attrs["zones"]))
+    colours = _colours(areas, list(section.attrs["zones"]), sheet.style)
     _fill(axes, lines, colours)
-    faults = {name: palette.fault(i) for i, name in enumerate(section.attrs["faults"])}
+    names = section.attrs["faults"]
+    faults = {name: sheet.style.colour(name, palette.fault(i)) for i, name in enumerate(names)}
     _draw_lines(sheet, axes, lines, faults)
 
     # wells, compass directions at both ends, legend, caption
     wells = [] if tops is None else _draw_wells(sheet, axes, section, tops)
+    if overlay:
+        wells += draw_on_section(sheet, axes, overlay, _line_of(section))
     corners = _corners(section)
     _draw_ends(sheet, axes, corners)
     legend = (*_legend(lines, areas, colours, faults), *wells)
@@ -148,24 +164,30 @@ def _draw_wells(
     sheet: furniture.Sheet, axes: Axes, section: xarray.Dataset, tops: Any
 ) -> list[Entry]:
     """Draw wells near the section, each top in the colour of the zone below its horizon."""
+    line = _line_of(section)
+    zones = list(section.attrs["zones"])
+
+    # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour of
+    # the zone that begins at it
+    colours = [sheet.style.colour(zone, palette.stratum(i)) for i, zone in enumerate(zones)]
+    below = {zone.partition("/")[0]: colours[i] for i, zone in enumerate(zones)}
+    below |= {
+        zone.removeprefix("below "): colours[i]
+        for i, zone in enumerate(zones)
+        if zone.startswith("below ")
+    }
+    shown, near = tops_on_section(tops, line)
+    return draw_wells_on_section(sheet, axes, shown, near, below)
+
+
+def _line_of(section: xarray.Dataset) -> np.ndarray:
+    """The corners (n, 2) of the line of a section [m]."""
     if "line" not in section.attrs:
         raise InputError(
             "the section does not hold its line, so wells have no place on it. Compute it again: "
             "scene.section(line)."
         )
-    zones = list(section.attrs["zones"])
-
-    # a zone is called "Top/Base" by its horizons, the lowest "below Base": a top has the colour of
-    # the zone that begins at it
-    below = {zone.partition("/")[0]: palette.stratum(i) for i, zone in enumerate(zones)}
-    below |= {
-        zone.removeprefix("below "): palette.stratum(i)
-        for i, zone in enumerate(zones)
-        if zone.startswith("below ")
-    }
-    line = np.array(section.attrs["line"], dtype=np.float64).reshape(-1, 2)
-    shown, near = tops_on_section(tops, line)
-    return draw_wells_on_section(sheet, axes, shown, near, below)
+    return np.array(section.attrs["line"], dtype=np.float64).reshape(-1, 2)
 
 
 def _corners(section: xarray.Dataset) -> np.ndarray:
@@ -205,13 +227,14 @@ def _areas(lines: list[Part], zones: list[str]) -> Areas:
     return {key: areas[key] for key in order if areas[key] > least}
 
 
-def _colours(areas: Areas, zones: list[str]) -> Colours:
+def _colours(areas: Areas, zones: list[str], style: PictureStyle) -> Colours:
     """Colours of zones from the column; contact intervals are shades of them."""
     found = {}
     for zone in zones:
         parts = [key for key in areas if key[0] == zone]
+        colour = style.colour(zone, palette.stratum(zones.index(zone)))
         for i, key in enumerate(parts):
-            found[key] = palette.shade(palette.stratum(zones.index(zone)), i, len(parts))
+            found[key] = palette.shade(colour, i, len(parts))
     return found
 
 
@@ -256,7 +279,7 @@ def _draw_lines(
             axes.plot(*line.T, color=faults[name], linewidth=2.0 * width, zorder=5)
 
             # a fault may have several lines: the name goes to the highest of them in view
-            highest = _highest(line, bottom, top)
+            highest = highest_in_view(line, bottom, top)
             if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
                 named[name] = highest
 
@@ -268,20 +291,6 @@ def _draw_lines(
             fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
             path_effects=furniture.rim_of_words(unit), parse_math=False,
         )  # fmt: skip
-
-
-def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
-    """The highest point of a line (n, 2) between two levels; None if there is none."""
-    p, q = line[:-1], line[1:]
-
-    # where the line leaves the picture at the top; else its highest point in view
-    across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
-    if len(across):
-        p, q = p[across[0]], q[across[0]]
-        at_top: np.ndarray = p + (top - p[1]) / (q[1] - p[1]) * (q - p)
-        return at_top
-    seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
-    return seen[np.argmax(seen[:, 1])] if len(seen) else None
 
 
 def _draw_ends(sheet: furniture.Sheet, axes: Axes, corners: np.ndarray) -> None:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import io
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import Entry
+from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.warning import warn
 
@@ -29,7 +30,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle, Rectangle
 
-FONT = "DejaVu Sans"
 DPI = 100
 DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
 MISSING = "\N{REPLACEMENT CHARACTER}"  # for letters that the font lacks
@@ -63,9 +63,10 @@ def lay_out(size: tuple[int, int]) -> Layout:
 class Sheet:
     """A blank picture on which text and lines are drawn at pixel positions."""
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, style: PictureStyle = PLAIN) -> None:
         figure = _figure((layout.width, layout.height))
         self.layout = layout
+        self.style = style
         self.figure = figure
         self.axes = figure.add_axes((0, 0, 1, 1))
         self.axes.set_axis_off()
@@ -150,7 +151,8 @@ class UserSheet(Sheet):
     Nothing is drawn at pixels of the figure, which may hold other axes.
     """
 
-    def __init__(self, axes: Axes) -> None:
+    def __init__(self, axes: Axes, style: PictureStyle = PLAIN) -> None:
+        self.style = style
         # a design pixel is a pixel at 100 per inch: words have the size of usual figures
         self.layout = lay_out((1100, 800))
         self.figure = axes.figure  # type: ignore[assignment]
@@ -206,14 +208,25 @@ class UserSheet(Sheet):
             )
 
 
-def sheet_for(axes: Axes | None, size: tuple[int, int]) -> Sheet:
+def sheet_for(axes: Axes | None, size: tuple[int, int], style: PictureStyle | None = None) -> Sheet:
     """Return a sheet of its own of a size [pixels], or one for the axes of a user."""
+    style = style_of(style)
     if axes is None:
-        return Sheet(lay_out(size))
+        return Sheet(lay_out(size), style)
+    check_axes(axes)
+    return UserSheet(axes, style)
+
+
+def check_axes(axes: Any) -> None:
+    """Refuse what is not axes of matplotlib.
+
+    Raises
+    ------
+    InputError
+    """
     from matplotlib.axes import Axes
 
     expect(axes, Axes, "ax must be axes of matplotlib", "pass ax=figure.subplots()")
-    return UserSheet(axes)
 
 
 def _figure(size: tuple[int, int]) -> Figure:
@@ -253,28 +266,29 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
 
     # names inside an SVG file are random numbers unless they have a salt
     with rc_context({"svg.hashsalt": "geosurf"}):
-        figure.savefig(buffer, format=kind, dpi=DPI, facecolor="white", metadata=metadata[kind])
+        figure.savefig(buffer, format=kind, dpi=DPI, facecolor="auto", metadata=metadata[kind])
     return buffer.getvalue()
 
 
 @cache
-def _letters() -> frozenset[int]:
-    """Code points of the font of pictures."""
+def _letters(fonts: tuple[str, ...]) -> frozenset[int]:
+    """Code points that the fonts of a picture have together."""
     from matplotlib.font_manager import FontProperties, findfont, get_font
 
-    return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
+    found = (findfont(FontProperties(family=[font])) for font in fonts)
+    return frozenset().union(*(get_font(path).get_charmap() for path in found))
 
 
 def _replace_missing_letters(figure: Figure) -> None:
-    """Replace letters that the font lacks by a sign, with one warning for all of them."""
+    """Replace letters that the fonts lack by a sign, with one warning for all of them."""
     from matplotlib.text import Text
 
     # all texts of the figure at once, so that there is one warning for a picture
-    known = _letters() | {ord("\n")}
     missing: dict[str, None] = {}
     for text in figure.findobj(Text):
         words = text.get_text()
-        lacking = {letter for letter in words if ord(letter) not in known}
+        known = _letters(tuple(text.get_fontfamily()))
+        lacking = {letter for letter in words if ord(letter) not in known and letter != "\n"}
         if lacking:
             text.set_text("".join(MISSING if letter in lacking else letter for letter in words))
             missing.update(dict.fromkeys(filter(lacking.__contains__, words)))
@@ -284,8 +298,22 @@ def _replace_missing_letters(figure: Figure) -> None:
         note = GeosurfWarning(
             "picture",
             "letters",
-            f"Pictures show a replacement sign for letters that the font {FONT} lacks: "
-            f"{some}{more}.",
-            "Rename the surfaces to make them readable; reports and files have all letters.",
+            f"Pictures show a replacement sign for letters that their font lacks: {some}{more}.",
+            _remedy(missing),
         )
         warn(note)
+
+
+def _remedy(letters: Iterable[str]) -> str:
+    """Name an installed font that has all letters; else say which kind to install."""
+    from matplotlib.font_manager import fontManager, get_font
+
+    wanted = set(map(ord, letters))
+    for entry in sorted(fontManager.ttflist, key=lambda entry: entry.name):
+        # the font of last resort draws a box with the code of the letter
+        if "Last Resort" not in entry.name and wanted <= get_font(entry.fname).get_charmap().keys():
+            return f"Set PictureStyle(font={entry.name!r}), which has them."
+    return (
+        "Install a font that has them, such as Noto Sans of that script, and set "
+        "PictureStyle(font=...); or rename the surfaces. Reports and files have all letters."
+    )

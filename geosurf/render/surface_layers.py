@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -13,12 +14,16 @@ from geosurf.model import Curves, Lattice, Patches, TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
+from geosurf.render.colouring import Selection, elevation_bar, shades_of
 from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
+from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.styles import LayerStyle
 
 # more triangles than a screen has pixels would not be visible
 MAX_TRIANGLE = 1_000_000
 MAX_RIMMED = 200_000
+EVERYTHING = Selection()
+OTHER_ROLES = ("fault", "wall", "virtual")
 
 
 def thinned(surface: TriSurface, max_triangle: int = MAX_TRIANGLE) -> TriSurface:
@@ -62,13 +67,22 @@ def _strided(n: int, stride: int) -> np.ndarray:
     return rows if rows[-1] == n - 1 else np.append(rows, n - 1)
 
 
-def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -> Content:
+def show_surfaces(
+    surfaces: Iterable[TriSurface],
+    within: Prism | None = None,
+    *,
+    only: Selection = EVERYTHING,
+    by_elevation: bool = False,
+    style: PictureStyle = PLAIN,
+) -> Content:
     """Return horizons in the colours of the column and faults semi-transparent.
 
     Horizons take colours in the given order, youngest first. With `within`, only the part inside
-    the model is shown.
+    the model is shown. `only` selects surfaces by name, `by_elevation` colours horizons by z.
     """
-    layers, legend = [], []
+    layers: list[Layer] = []
+    legend: list[Entry] = []
+    coloured: list[int] = []
     n_horizon = n_fault = 0
     how = "pass scene.surfaces"
     for surface in listed(surfaces, "surfaces must be a list of TriSurface", how):
@@ -83,15 +97,38 @@ def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -
             colour, opacity = palette.stratum(n_horizon), 1.0
             n_horizon += 1
 
+        if not only.holds(surface.name):
+            continue
+        colour = style.colour(surface.name, colour)
+
         # triangles and rim inside the model; a surface outside of it stays in the legend
         light = thinned(surface)
         shown = _surface_layers(light, within, colour, opacity)
+        if by_elevation and surface.role not in OTHER_ROLES:
+            coloured += range(len(layers), len(layers) + len(shown))
         layers += shown
         detail = surface.role
         if light.n_triangle and not shown:
             detail += ", outside the model"
         legend.append(Entry(surface.name, colour, detail, opacity=opacity))
-    return Content(tuple(layers), tuple(legend))
+    content = Content(tuple(layers), tuple(legend))
+    return _by_elevation(content, coloured, style) if coloured else content
+
+
+def _by_elevation(content: Content, rows: list[int], style: PictureStyle) -> Content:
+    """Colour the triangles of some layers by their elevation, with a colour bar."""
+    # horizons have the same colour at the same elevation, so their names leave the legend
+    mine = [content.layers[row] for row in rows if content.layers[row].triangles is not None]
+    z = np.concatenate([layer.points[:, 2] for layer in mine])
+    bar = elevation_bar(float(z.min()), float(z.max()), style)
+    layers = tuple(
+        replace(layer, shades=shades_of(bar, layer.points[:, 2]))
+        if any(layer is one for one in mine)
+        else layer
+        for layer in content.layers
+    )
+    others = tuple(entry for entry in content.legend if entry.detail.startswith(OTHER_ROLES))
+    return replace(content, layers=layers, legend=others, bar=bar)
 
 
 def _surface_layers(
@@ -126,7 +163,13 @@ def rim(triangles: np.ndarray) -> np.ndarray:
     return once
 
 
-def show_patches(patches: Patches, within: Prism | None = None) -> Content:
+def show_patches(
+    patches: Patches,
+    within: Prism | None = None,
+    *,
+    only: Selection = EVERYTHING,
+    style: PictureStyle = PLAIN,
+) -> Content:
     """Return the patches of all surfaces in alternating shades, and their intersection lines.
 
     With `within`, only the parts inside the model.
@@ -142,6 +185,10 @@ def show_patches(patches: Patches, within: Prism | None = None) -> Content:
         colour = palette.WALL if virtual else colour
         n_fault, n_horizon = n_fault + fault, n_horizon + (not fault and not virtual)
         opacity = 0.25 if virtual or source.role == "wall" else 0.55 if fault else 1.0
+
+        if not only.holds(source.name):
+            continue
+        colour = style.colour(source.name, colour)
 
         # one layer for each patch of the surface, in shades of its colour
         of_surface = patches.surface_of_triangle == i

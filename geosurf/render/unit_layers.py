@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import counted, is_number, volume_text
-from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.model import Unit, Units
+from geosurf.model import Units
 from geosurf.render import palette
-from geosurf.render.layers import LABEL_ROOM, Content, Entry, Layer
+from geosurf.render.colouring import Selection, colour_units
+from geosurf.render.layers import Content, Entry, Layer
+from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.thin_units import Shell, shells_to_draw
 
+EVERYTHING = Selection()
 CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger angle are drawn
 
 
-def show_units(units: Units, explode: float = 0.0) -> Content:
+def show_units(
+    units: Units,
+    explode: float = 0.0,
+    *,
+    only: Selection = EVERYTHING,
+    colour_by: Any = "unit",
+    style: PictureStyle = PLAIN,
+) -> Content:
     """Return the shells of units, one colour per zone and one shade per block; slivers are grey.
 
     Parameters
@@ -26,36 +36,33 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
     explode : float
         Gap between units, as a fraction of the size of the model box. Zones move up and
         down, blocks move sideways from the centre.
+    only : Selection
+        Units that are shown, by their own name or that of their zone or block.
+    colour_by, style
+        As for `geosurf.render.colouring.colour_units`.
     """
-    shades = unit_colours((unit.name, unit.zone_index) for unit in units.without_slivers)
-    content = Content()
+    parts = [only.holds(unit.name, unit.zone, unit.block) for unit in units.values()]
+    shown = [unit for unit, yes in zip(units.values(), parts, strict=True) if yes]
+    colouring = colour_units(units, shown, colour_by, style)
+    content = Content((), colouring.legend, bar=colouring.bar)
     drawn = zip(units.values(), shells_to_draw(units), explosion(units, explode), strict=True)
-    for unit, shell_of_unit, shift in drawn:
-        colour = shades.get(unit.name, palette.FAINT)
+    for yes, (unit, shell_of_unit, shift) in zip(parts, drawn, strict=True):
+        if not yes:
+            continue
+        colour = colouring.colours.get(unit.name, palette.FAINT)
         points = shell_of_unit.points
-        shell = Layer(points, shell_of_unit.triangles, colour=colour, sharp=True)
+        shell = Layer(
+            points, shell_of_unit.triangles, colour=colour, sharp=True,
+            shades=colouring.shades(points),
+        )  # fmt: skip
         rims = Layer(points, lines=outline(shell_of_unit), colour=palette.INK, width=0.9)
-        entries: tuple[Entry, ...] = ()
-        if unit.name in shades:
-            label, detail = _words_of(unit)
-            entries = (Entry(label, colour, detail),)
-        content += Content((shell, rims), entries).moved(shift)
-    if units.slivers:
-        total = volume_text(math.fsum(one.volume for one in units.slivers))
-        entry = Entry(counted(len(units.slivers), "sliver"), palette.FAINT, f"{total} in all")
+        content += Content((shell, rims)).moved(shift)
+    slivers = [unit for unit in units.slivers if unit.name in {one.name for one in shown}]
+    if slivers:
+        total = volume_text(math.fsum(one.volume for one in slivers))
+        entry = Entry(counted(len(slivers), "sliver"), palette.FAINT, f"{total} in all")
         content += Content((), (entry,))
     return content
-
-
-def _words_of(unit: Unit) -> tuple[str, str]:
-    """Both lines of a legend entry: the end of a long name moves to the second line."""
-    volume = volume_text(unit.volume)
-
-    # a name that does not fit is split at its zone: the block moves to the second line
-    end = unit.name[len(unit.zone) :].strip()
-    if len(unit.name) <= LABEL_ROOM or not end:
-        return unit.name, volume
-    return unit.zone, f"{end}, {volume}"
 
 
 def explosion(units: Units, explode: float) -> list[np.ndarray]:

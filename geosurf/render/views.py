@@ -9,11 +9,14 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number, is_word
 from geosurf.errors import InputError
+
+View = str | tuple[float, float]  # a key of `VIEWS`, or two angles [degrees]
 
 # Position of the viewer: azimuth clockwise from north, angle above the horizontal [degrees].
 # Corner views are a little off the diagonal, so that the two sides of a box differ.
@@ -34,6 +37,7 @@ EXAGGERATIONS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0
 # Smallest and largest width and height of a picture [pixels]; smaller ones have no room for text.
 SMALLEST, LARGEST = (200, 150), (8000, 8000)
 SIZE = (1280, 800)  # default width and height of a picture [pixels]
+ZOOMS = (0.1, 100.0)
 RELIEF = 0.4  # height over width that reads well
 
 
@@ -75,8 +79,73 @@ class Camera:
         return flat / self.metres_per_pixel + np.array(self.size) / 2.0
 
 
-def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the unit vectors right, up and towards the viewer of a named view.
+def angles_of(view: View) -> tuple[float, float]:
+    """Return azimuth and height of the viewer [degrees] of a named view, or those that are given.
+
+    Raises
+    ------
+    InputError
+        If there is no such view.
+
+    Examples
+    --------
+    >>> angles_of("top")
+    (180.0, 90.0)
+    >>> angles_of((-45, 30))
+    (315.0, 30.0)
+    """
+    if is_word(view, VIEWS):
+        return VIEWS[str(view)]
+    if isinstance(view, str) or not isinstance(view, tuple | list):
+        guess = did_you_mean(view, VIEWS) if isinstance(view, str) else ""
+        raise InputError(
+            f"unknown view {view!r}. Views are {', '.join(VIEWS)}, or azimuth and height of the "
+            f"viewer in degrees, as in (225, 30).{guess}"
+        )
+    if len(view) != 2 or not all(is_number(angle) for angle in view):
+        raise InputError(f"view is {view!r}, expected azimuth and height in degrees: (225, 30).")
+    azimuth, height = map(float, view)
+    if not -90.0 <= height <= 90.0:
+        raise InputError(f"the height of the view is {height:g}°, expected -90 to 90 degrees.")
+    return azimuth % 360.0, height
+
+
+def check_zoom(zoom: Any) -> float:
+    """Return the zoom, or raise an error.
+
+    Raises
+    ------
+    InputError
+        If it is not a number from 0.1 to 100.
+    """
+    low, high = ZOOMS
+    if not (is_number(zoom) and low <= zoom <= high):
+        raise InputError(f"zoom is {zoom!r}, expected a number from {low:g} to {high:g}.")
+    return float(zoom)
+
+
+def words_of(view: View) -> str:
+    """Return where the viewer stands, for captions.
+
+    Examples
+    --------
+    >>> words_of("top"), words_of("south"), words_of((225, 30))
+    ('above', 'the south', 'azimuth 225°, 30° above the horizontal')
+    """
+    if isinstance(view, str):
+        return "above" if view == "top" else f"the {view}"
+    azimuth, height = angles_of(view)
+    side = "above" if height >= 0.0 else "below"
+    return f"azimuth {azimuth:g}°, {abs(height):g}° {side} the horizontal"
+
+
+def view_vectors(view: View) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the unit vectors right, up and towards the viewer.
+
+    Parameters
+    ----------
+    view : str or (float, float)
+        A key of `VIEWS`, or azimuth and height of the viewer [degrees].
 
     Raises
     ------
@@ -89,13 +158,8 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     >>> [abs(x) for x in up.round(12).tolist()]
     [0.0, 0.0, 1.0]
     """
-    if not is_word(view, VIEWS):
-        raise InputError(
-            f"unknown view {view!r}. Views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
-        )
-
     # the direction to the viewer, on the ground and then raised; right is level
-    azimuth, height = (math.radians(angle) for angle in VIEWS[view])
+    azimuth, height = (math.radians(angle) for angle in angles_of(view))
     ground = np.array([math.sin(azimuth), math.cos(azimuth), 0.0])
     right = np.array([-ground[1], ground[0], 0.0])
     towards = math.cos(height) * ground + math.sin(height) * np.array([0.0, 0.0, 1.0])
@@ -183,18 +247,26 @@ def corners(bounds: tuple[float, ...]) -> np.ndarray:
     return np.array(list(box), dtype=np.float64)
 
 
-def aim(view: str, bounds: tuple[float, ...], size: tuple[int, int], exaggeration: float) -> Camera:
+def aim(
+    view: View,
+    bounds: tuple[float, ...],
+    size: tuple[int, int],
+    exaggeration: float,
+    zoom: float = 1.0,
+) -> Camera:
     """Return the camera that fits a box into a picture of some size.
 
     Parameters
     ----------
-    view : str
-        A key of `VIEWS`.
+    view : str or (float, float)
+        A key of `VIEWS`, or azimuth and height of the viewer [degrees].
     bounds : (west, east, south, north, bottom, top)
         Bounds that must be visible [m].
     size : (int, int)
         Pixels across and up.
     exaggeration : float
+    zoom : float
+        1 fits the box into the picture; 2 shows its middle at twice the scale.
     """
     right, up, towards = view_vectors(view)
     box = corners(bounds)
@@ -208,7 +280,7 @@ def aim(view: str, bounds: tuple[float, ...], size: tuple[int, int], exaggeratio
     # a single point has no span: any scale shows it
     if not scale > 0.0:
         scale = 1.0
-    return Camera(right, up, towards, centre, exaggeration, size, float(scale))
+    return Camera(right, up, towards, centre, exaggeration, size, float(scale) / zoom)
 
 
 def bounds_of(arrays: list[np.ndarray]) -> tuple[float, float, float, float, float, float]:

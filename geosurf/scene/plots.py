@@ -5,17 +5,42 @@ What draws is imported when it is needed: scenes without pictures start without 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
+from geosurf.model.expected import expect
 from geosurf.model.protocols import PlottedModel
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from geosurf.render.overlay import PictureOverlay
+    from geosurf.render.picture_style import PictureStyle
+
 SIZE = (1280, 800)  # of a figure of its own [pixels]
+
+
+class Look(TypedDict):
+    """What all plots share, checked."""
+
+    size: tuple[int, int]
+    title: str | None
+    style: PictureStyle
+
+
+def look_of(ax: Any, size: Any, title: Any, style: Any) -> Look:
+    """Return what all plots share, or raise an error before anything is computed."""
+    from geosurf.render.picture_style import style_of
+    from geosurf.render.sheet import check_axes
+    from geosurf.render.views import check_size
+
+    if ax is not None:
+        check_axes(ax)
+    if title is not None:
+        expect(title, str, "title must be text", "leave it out for the default title")
+    return Look(size=check_size(size), title=title, style=style_of(style))
 
 
 class ScenePlots:
@@ -29,6 +54,8 @@ class ScenePlots:
         clip: bool = True,
         size: tuple[int, int] = SIZE,
         title: str | None = None,
+        overlay: PictureOverlay | None = None,
+        style: PictureStyle | None = None,
     ) -> Figure:
         """Draw the map of a horizon as a figure of matplotlib, or into axes.
 
@@ -43,6 +70,10 @@ class ScenePlots:
             Of a new figure [pixels].
         title : str, optional
             Default: what is drawn.
+        overlay : PictureOverlay, optional
+            Wells, polygons and data points that are drawn with the model.
+        style : PictureStyle, optional
+            Theme, font, colours by name, colour map. The theme is for a new figure.
 
         Returns
         -------
@@ -64,10 +95,13 @@ class ScenePlots:
         'Easting [km]'
         """
         from geosurf.render.map import plot_map
+        from geosurf.render.overlay import overlay_of
         from geosurf.scene.pictures import map_of
 
+        overlay = overlay_of(overlay)
+        look = look_of(ax, size, title, style)
         surface, curves, options = map_of(self, horizon, clip)
-        return plot_map(surface, curves, ax, **options, size=size, title=title)
+        return plot_map(surface, curves, ax, **options, overlay=overlay, **look)
 
     def plot_thickness(
         self: PlottedModel,
@@ -77,6 +111,7 @@ class ScenePlots:
         grid: Any = None,
         size: tuple[int, int] = SIZE,
         title: str | None = None,
+        style: PictureStyle | None = None,
     ) -> Figure:
         """Draw the thickness map of a zone, with the fault polygons of its horizons.
 
@@ -91,6 +126,8 @@ class ScenePlots:
             Of a new figure [pixels].
         title : str, optional
             Default: what is drawn.
+        style : PictureStyle, optional
+            Theme, font, colours by name, colour map. The theme is for a new figure.
 
         Returns
         -------
@@ -104,8 +141,9 @@ class ScenePlots:
         from geosurf.render.isochores import plot_thickness
         from geosurf.scene.pictures import thickness_of
 
+        look = look_of(ax, size, title, style)
         thickness, polygons = thickness_of(self, zone, grid)
-        return plot_thickness(thickness, ax, polygons=polygons, size=size, title=title)
+        return plot_thickness(thickness, ax, polygons=polygons, **look)
 
     def plot_section(
         self: PlottedModel,
@@ -114,6 +152,8 @@ class ScenePlots:
         *,
         size: tuple[int, int] = SIZE,
         title: str | None = None,
+        overlay: PictureOverlay | None = None,
+        style: PictureStyle | None = None,
     ) -> Figure:
         """Draw a vertical section along a line in the map.
 
@@ -127,6 +167,10 @@ class ScenePlots:
             Of a new figure [pixels].
         title : str, optional
             Default: what is drawn.
+        overlay : PictureOverlay, optional
+            Wells, polygons and data points that are drawn with the model.
+        style : PictureStyle, optional
+            Theme, font, colours by name, colour map. The theme is for a new figure.
 
         Returns
         -------
@@ -137,11 +181,14 @@ class ScenePlots:
         InputError
             For a line of fewer than two points, or axes that are not axes.
         """
+        from geosurf.render.overlay import overlay_of
         from geosurf.render.section import plot_section
         from geosurf.scene.pictures import tops_of_scene
 
+        overlay = overlay_of(overlay)
+        look = look_of(ax, size, title, style)
         return plot_section(
-            self.section(line), ax, tops=tops_of_scene(self), size=size, title=title
+            self.section(line), ax, tops=tops_of_scene(self), overlay=overlay, **look
         )
 
     def plot_allan(
@@ -151,6 +198,7 @@ class ScenePlots:
         *,
         size: tuple[int, int] = SIZE,
         title: str | None = None,
+        style: PictureStyle | None = None,
     ) -> Figure:
         """Draw the Allan diagram of a fault.
 
@@ -163,6 +211,8 @@ class ScenePlots:
             Of a new figure [pixels].
         title : str, optional
             Default: what is drawn.
+        style : PictureStyle, optional
+            Theme, font, colours by name, colour map. The theme is for a new figure.
 
         Returns
         -------
@@ -175,10 +225,9 @@ class ScenePlots:
         """
         from geosurf.render.allan import plot_allan
 
+        look = look_of(ax, size, title, style)
         zones = list(dict.fromkeys(unit.zone for unit in self.units.values()))
-        return plot_allan(
-            self.allan(fault), self.juxtaposition(fault), ax, zones=zones, size=size, title=title
-        )
+        return plot_allan(self.allan(fault), self.juxtaposition(fault), ax, zones=zones, **look)
 
     def plot_throw(
         self: PlottedModel,
@@ -187,6 +236,7 @@ class ScenePlots:
         *,
         size: tuple[int, int] = SIZE,
         title: str | None = None,
+        style: PictureStyle | None = None,
     ) -> Figure:
         """Draw the throw of all horizons along a fault.
 
@@ -199,6 +249,8 @@ class ScenePlots:
             Of a new figure [pixels].
         title : str, optional
             Default: what is drawn.
+        style : PictureStyle, optional
+            Theme, font, colours by name, colour map. The theme is for a new figure.
 
         Returns
         -------
@@ -211,10 +263,11 @@ class ScenePlots:
         """
         from geosurf.render.profile import plot_throw
 
+        look = look_of(ax, size, title, style)
         names = self.horizon_names
         throws = {name: self.throw(name, fault) for name in names if self.cutoffs(name, fault)}
         throws = {name: found for name, found in throws.items() if np.isfinite(found.throw).any()}
-        return plot_throw(throws, ax, horizons=names, size=size, title=title)
+        return plot_throw(throws, ax, horizons=names, **look)
 
     def plot_column(
         self: PlottedModel,
@@ -222,6 +275,7 @@ class ScenePlots:
         *,
         size: tuple[int, int] = (700, 800),
         title: str | None = None,
+        style: PictureStyle | None = None,
     ) -> Figure:
         """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
 
@@ -233,6 +287,8 @@ class ScenePlots:
             Of a new figure [pixels].
         title : str, optional
             Default: what is drawn.
+        style : PictureStyle, optional
+            Theme, font, colours by name, colour map. The theme is for a new figure.
 
         Returns
         -------
@@ -245,9 +301,10 @@ class ScenePlots:
         """
         from geosurf.render.column import column_of, plot_column
 
+        look = look_of(ax, size, title, style)
         units = [(unit.zone, unit.volume, unit.map_area) for unit in self.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
-        return plot_column(zones, dict(self.column), ax, size=size, title=title)
+        return plot_column(zones, dict(self.column), ax, **look)
 
 
 __all__ = ["ScenePlots"]

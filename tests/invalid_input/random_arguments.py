@@ -43,7 +43,15 @@ BETWEEN_STAGES = {
     "TriSurface": ("corners_of_keys", "places_of_nodes", "rows_of_keys"),
     "Patches": ("changed",), "Sheet": ("surface_among",), "EllipticThrow": ("at",),
 }  # fmt: skip
-MADE_BY_USERS = ("TriSurface", "FluidContact", "FaultSticks", "EllipticThrow", "Scene")
+MADE_BY_USERS = (
+    "TriSurface",
+    "FluidContact",
+    "FaultSticks",
+    "EllipticThrow",
+    "Scene",
+    "PictureStyle",
+    "PictureOverlay",
+)
 CHEAP = 12  # calls that draw or tear are made once where others are made so often
 DEAR = ("render", "report", "run_", "tear", "throw_", "propose_trim", "check", "Scene", "write")
 
@@ -67,6 +75,8 @@ def given() -> SimpleNamespace:
         "out": "new", "line": [(0.0, 1500.0), (4000.0, 1500.0)], "da": world.horizons["Top"],
         "data": torn.horizons["Top"], "throw": {"F1": 20.0}, "P": corners, "Q": corners + 0.5,
         "polygons": {"Top": [[0, 0, 0], [-1, 5, 1], [0, 9, 0], [1, 5, -1]]},
+        "theme": "dark", "colours": {"Top": "teal"}, "colour_map": "viridis", "zoom": 2.0,
+        "wells": {"W1": corners}, "points": {"P": corners}, "colour_by": "zone",
         "sticks": [corners[:2], corners[:2] + 5.0], "contacts": {"OWC": -2100.0},
         "truncations": {}, "diagram": scene.allan("F1"), "table": scene.juxtaposition("F1"),
         "section": scene.section([(0.0, 1500.0), (4000.0, 1500.0)]), "place": (0.0, 0.0, -2000.0),

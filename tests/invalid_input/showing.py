@@ -85,6 +85,48 @@ SHOWING = {
     "render_scene.clip": (
         lambda g, v: gs.render_scene(g.scene, "no/x.png", clip=v), lambda g: FLAGS,
     ),
+    "render_scene.view.angles": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", view=v),
+        lambda g: [(1, 2, 3), (0, 91), ("a", 2), (np.nan, 0), [None, None], 5.0],
+    ),
+    "render_scene.zoom": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", zoom=v),
+        lambda g: [*wrong.lengths(), 0, 1e9],
+    ),
+    "render_scene.only": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", only=v),
+        lambda g: [5, ["Nope"], "Nope", [None], object(), {"a": 1}],
+    ),
+    "render_scene.colour_by": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", colour_by=v, show="units"),
+        lambda g: ["abc", 5, [], [1.0], {"Nope": 1.0}, {}, object(), [np.nan] * 6, [[1.0]]],
+    ),
+    "render_scene.title": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", title=v), lambda g: [5, b"x", ["a"]],
+    ),
+    "render_scene.style": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", style=v), lambda g: ["dark", 5, {}],
+    ),
+    "render_scene.overlay": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", overlay=v), lambda g: ["x", 5, {}],
+    ),
+    "PictureStyle": (lambda g, v: gs.PictureStyle(v), lambda g: [*wrong.words(), None]),
+    "PictureStyle.font": (lambda g, v: gs.PictureStyle(font=v), lambda g: wrong.words()),
+    "PictureStyle.colours": (
+        lambda g, v: gs.PictureStyle(colours=v),
+        lambda g: ["red", 5, [], {"Top": "tael"}, {"Top": 5}, {"Top": (2, 0, 0)}, {5: "red"}],
+    ),
+    "PictureStyle.colour_map": (
+        lambda g, v: gs.PictureStyle(colour_map=v), lambda g: wrong.words(),
+    ),
+    "PictureOverlay": (
+        lambda g, v: gs.PictureOverlay(v),
+        lambda g: ["abc", 5, [], {"W": 5}, {"W": "x"}, {"W": [1, 2, 3]}, {5: [[0, 0, 0]]}, None],
+    ),
+    "PictureOverlay.points": (
+        lambda g, v: gs.PictureOverlay(points={"P": v}),
+        lambda g: [5, None, "x", [[0, 0]], [[0, 0, np.nan]], [], {}, object(), [[1j, 0, 0]]],
+    ),
     "render_place": (
         lambda g, v: gs.render_place(v, (0, 0, 0), "no/x.png"),
         lambda g: [v for v in wrong.things(g.scene) if not isinstance(v, xr.Dataset)],

@@ -18,9 +18,9 @@ from geosurf.render import (
     render_thickness,
 )
 from geosurf.render.allan import _legend, _spread
+from geosurf.render.diagram import highest_in_view
 from geosurf.render.furniture import Sheet
 from geosurf.render.isochores import _checked, _cut_by_faults
-from geosurf.render.section import _highest
 from geosurf.render.ticks import plain_number
 from tests.measure.worlds import faulted
 
@@ -73,11 +73,11 @@ def test_areas_of_a_legend_have_one_unit():
 
 def test_names_of_faults_stand_where_their_lines_leave_a_section():
     line = np.array([[0.0, 9.0], [4.0, 1.0], [6.0, -3.0]])  # its vertices are apart
-    np.testing.assert_allclose(_highest(line, 0.0, 5.0), [2.0, 5.0])
-    np.testing.assert_allclose(_highest(line[::-1], 0.0, 5.0), [2.0, 5.0])
-    np.testing.assert_allclose(_highest(line, 0.0, 9.0), [0.0, 9.0])
-    np.testing.assert_allclose(_highest(line, -2.0, 1.0), [4.0, 1.0])
-    assert _highest(line, 10.0, 11.0) is None
+    np.testing.assert_allclose(highest_in_view(line, 0.0, 5.0), [2.0, 5.0])
+    np.testing.assert_allclose(highest_in_view(line[::-1], 0.0, 5.0), [2.0, 5.0])
+    np.testing.assert_allclose(highest_in_view(line, 0.0, 9.0), [0.0, 9.0])
+    np.testing.assert_allclose(highest_in_view(line, -2.0, 1.0), [4.0, 1.0])
+    assert highest_in_view(line, 10.0, 11.0) is None
 
 
 def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):

@@ -1,0 +1,281 @@
+"""Choose the colours of units: by unit, zone, block, contact interval, elevation or a property."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import counted, did_you_mean, is_word, real_numbers, volume_text
+from geosurf.conventions.colours import unit_colours
+from geosurf.errors import InputError
+from geosurf.model import Unit, Units
+from geosurf.render import palette
+from geosurf.render.layers import LABEL_ROOM, Bar, Entry
+from geosurf.render.map_frame import colours_of, contour_levels
+from geosurf.render.palette import RGB
+from geosurf.render.picture_style import PictureStyle
+
+COLOUR_BY = ("unit", "zone", "block", "contact", "z")
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+N_LEVEL = 8  # intervals of a colour bar
+_HOW = (
+    f"Use one of {', '.join(COLOUR_BY)}, a mapping of unit names to numbers, or one number per unit"
+)
+
+Property = str | dict[str, float] | np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Colouring:
+    """Colours of units by name, their legend, and a colour bar for numbers."""
+
+    colours: dict[str, RGB]
+    legend: tuple[Entry, ...]
+    bar: Bar | None = None
+    by_elevation: bool = False
+
+    def shades(self, points: np.ndarray) -> np.ndarray | None:
+        """Return a colour for each point (n, 3), if colours depend on elevation."""
+        if not self.by_elevation or self.bar is None:
+            return None
+        return shades_of(self.bar, points[:, 2])
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Names of surfaces, units, zones and blocks that are shown; None: all."""
+
+    names: tuple[str, ...] | None = field(default=None)
+
+    def holds(self, *names: str) -> bool:
+        """Whether one of these names is selected."""
+        return self.names is None or any(name in self.names for name in names)
+
+    def check(self, known: Iterable[str]) -> None:
+        """Refuse names that nothing has."""
+        known = tuple(dict.fromkeys(known))
+        for name in self.names or ():
+            if name not in known:
+                raise InputError(
+                    f"only has the unknown name {name!r}. Names are {', '.join(known)}."
+                    f"{did_you_mean(name, known)}"
+                )
+
+
+def selection_of(only: Any) -> Selection:
+    """Return the selection, or raise an error for what is not a list of names.
+
+    Raises
+    ------
+    InputError
+    """
+    if only is None:
+        return Selection()
+    names = (only,) if isinstance(only, str) else only
+    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise InputError(
+            f"only is {only!r}, expected a list of names of surfaces, units, zones or blocks, as "
+            "in ['Top', 'F1']."
+        )
+    return Selection(tuple(names))
+
+
+def check_colour_by(colour_by: Any) -> tuple[Property, str]:
+    """Return what units are coloured by and its name, or raise an error.
+
+    Raises
+    ------
+    InputError
+        If it is neither a known word nor numbers.
+
+    Examples
+    --------
+    >>> check_colour_by("zone")
+    ('zone', 'zone')
+    """
+    if isinstance(colour_by, str):
+        if not is_word(colour_by, COLOUR_BY):
+            raise InputError(
+                f"colour_by is {colour_by!r}. {_HOW}.{did_you_mean(colour_by, COLOUR_BY)}"
+            )
+        return colour_by, colour_by
+    words = str(getattr(colour_by, "name", None) or "Property").replace("_", " ")
+    unit = getattr(colour_by, "attrs", {})
+    if isinstance(unit, Mapping) and unit.get("units"):
+        words += f" [{unit['units']}]"
+    names = list(colour_by) if isinstance(colour_by, Mapping) else None
+    try:
+        values = real_numbers(list(colour_by.values()) if names is not None else colour_by)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"colour_by is {colour_by!r}. {_HOW}.") from error
+    if values.ndim != 1 or not np.isfinite(values).any():
+        raise InputError(f"colour_by has no list of finite numbers. {_HOW}.")
+    if names is None:
+        return values, words
+    if not all(isinstance(name, str) for name in names):
+        raise InputError(f"colour_by has names that are not text. {_HOW}.")
+    return dict(zip(names, values.tolist(), strict=True)), words
+
+
+def colour_units(
+    units: Units, shown: Sequence[Unit], colour_by: Any, style: PictureStyle
+) -> Colouring:
+    """Return the colours of some units of a model.
+
+    Parameters
+    ----------
+    units : Units
+    shown : sequence of Unit
+        Those in the picture: the legend lists them.
+    colour_by : str, mapping of str to float, or array_like of float
+        One of `COLOUR_BY`; numbers by name; or a number for each unit, in the order of `units`.
+    style : PictureStyle
+
+    Raises
+    ------
+    InputError
+        For other words, unknown units, or another number of values than units.
+    """
+    by, words = check_colour_by(colour_by)
+    solid = [unit for unit in shown if unit.name not in {one.name for one in units.slivers}]
+    if isinstance(by, str) and by == "z":
+        levels = _levels(units.box[4], units.box[5])
+        bar = Bar("Elevation [m]", style.codes(palette.ELEVATION), levels)
+        return Colouring({}, (), bar, by_elevation=True)
+    if isinstance(by, str):
+        return _by_word(units, solid, by, style)
+    return _by_number(units, solid, by, words, style)
+
+
+def _by_word(units: Units, shown: Sequence[Unit], by: str, style: PictureStyle) -> Colouring:
+    """Colours of units, or of what they have in common."""
+    if by == "unit":
+        shades = unit_colours((unit.name, unit.zone_index) for unit in units.without_slivers)
+        colours = {
+            unit.name: style.colour((unit.name, unit.zone), shades[unit.name]) for unit in shown
+        }
+        return Colouring(colours, tuple(_entry(unit, colours[unit.name]) for unit in shown))
+
+    # kinds of the whole model: their colours do not depend on what is shown
+    def kind(unit: Unit) -> str:
+        """What a unit is coloured by."""
+        return {"zone": unit.zone, "block": unit.block, "contact": unit.contact}[by]
+
+    kinds = list(dict.fromkeys(kind(unit) for unit in units.without_slivers))
+    index = {unit.zone: unit.zone_index for unit in units.values()} if by == "zone" else {}
+    of_kind = {
+        name: style.colour(name, palette.stratum(index.get(name, i)) if name else palette.WALL)
+        for i, name in enumerate(kinds)
+    }
+    legend = []
+    for name in kinds:
+        parts = [unit for unit in shown if kind(unit) == name]
+        if parts:
+            total = volume_text(math.fsum(unit.volume for unit in parts))
+            words = name or ("no contact" if by == "contact" else "no fault")
+            legend.append(Entry(words, of_kind[name], f"{counted(len(parts), 'unit')}, {total}"))
+    return Colouring({unit.name: of_kind[kind(unit)] for unit in shown}, tuple(legend))
+
+
+def _by_number(
+    units: Units,
+    shown: Sequence[Unit],
+    values: dict[str, float] | np.ndarray,
+    words: str,
+    style: PictureStyle,
+) -> Colouring:
+    """Colours of a property; units without a value are grey."""
+    if isinstance(values, np.ndarray):
+        if len(values) != len(units):
+            raise InputError(
+                f"colour_by has {counted(len(values), 'number')} for "
+                f"{counted(len(units), 'unit')}. Give one number per unit, in the order of "
+                "scene.units, or a mapping of names to numbers."
+            )
+        values = dict(zip(units, values.tolist(), strict=True))
+    for name in values:
+        if name not in units:
+            raise InputError(
+                f"colour_by has a number for {name!r}, which is not a unit."
+                f"{did_you_mean(name, units)}"
+            )
+    held = {name: value for name, value in values.items() if np.isfinite(value)}
+    words, scale = _scaled(words, max(map(abs, held.values())))
+    held = {name: value / scale for name, value in held.items()}
+    bar = Bar(words, style.codes(palette.THICKNESS), _levels(*_ends(held.values())))
+    legend, colours = [], {}
+    for unit in shown:
+        value = held.get(unit.name)
+        colour = palette.WALL
+        if value is not None:
+            red, green, blue = shades_of(bar, np.array([value]))[0].tolist()
+            colour = (red, green, blue)
+        colours[unit.name] = colour
+        legend.append(Entry(unit.name, colour, "no value" if value is None else f"{value:.4g}"))
+    return Colouring(colours, tuple(legend), bar)
+
+
+def _scaled(words: str, most: float) -> tuple[str, float]:
+    """The name of a property with its scale, and the scale: long numbers cannot be read.
+
+    Examples
+    --------
+    >>> _scaled("volume [m3]", 3.0e9)
+    ('volume [10⁹ m³]', 1000000000.0)
+    """
+    words = words.replace("m3]", "m³]").replace("m2]", "m²]")
+    power = 3 * math.floor(math.log10(most) / 3.0) if most > 0.0 else 0
+    if -3 <= power <= 3:
+        return words, 1.0
+    unit = f"10{str(power).translate(RAISED)}"
+    words = words.replace("[", f"[{unit} ") if "[" in words else f"{words} [{unit}]"
+    return words, 10.0**power
+
+
+def _ends(values: Iterable[float]) -> tuple[float, float]:
+    held = list(values)
+    return min(held), max(held)
+
+
+def _levels(low: float, high: float) -> tuple[float, ...]:
+    return tuple(contour_levels(low, high, N_LEVEL).tolist())
+
+
+def elevation_bar(low: float, high: float, style: PictureStyle) -> Bar:
+    """Return the colour bar of elevations between two values [m]."""
+    return Bar("Elevation [m]", style.codes(palette.ELEVATION), _levels(low, high))
+
+
+def shades_of(bar: Bar, values: np.ndarray) -> np.ndarray:
+    """Return the colour (n, 3) of each value (n,) on a colour bar."""
+    low, high = bar.levels[0], bar.levels[-1]
+    share = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
+    found: np.ndarray = colours_of(bar.codes)(np.clip(share, 0.0, 1.0))[:, :3]
+    return found
+
+
+def _entry(unit: Unit, colour: RGB) -> Entry:
+    """The legend entry of a unit: the end of a long name moves to the second line."""
+    volume = volume_text(unit.volume)
+
+    # a name that does not fit is split at its zone: the block moves to the second line
+    end = unit.name[len(unit.zone) :].strip()
+    if len(unit.name) <= LABEL_ROOM or not end:
+        return Entry(unit.name, colour, volume)
+    return Entry(unit.zone, colour, f"{end}, {volume}")
+
+
+__all__ = [
+    "COLOUR_BY",
+    "Colouring",
+    "Selection",
+    "check_colour_by",
+    "colour_units",
+    "elevation_bar",
+    "selection_of",
+    "shades_of",
+]

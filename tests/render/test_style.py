@@ -1,0 +1,223 @@
+"""Styles, cameras, colourings, names and overlays of pictures."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.image import imread
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.render import palette, render_scene, render_surfaces, render_units
+from geosurf.render.colouring import Selection, check_colour_by
+from geosurf.render.map import plot_map
+from geosurf.render.names import shortened_apart
+from geosurf.render.overlay import PictureOverlay, _crossings, _projected
+from geosurf.render.picture_style import PictureStyle
+from geosurf.render.theme import DARK_PAPER
+from geosurf.render.unit_layers import show_units
+
+SMALL = (320, 220)
+
+
+def pixels(path):
+    return imread(path)[..., :3]
+
+
+def part(image, colour, near=0.02):
+    """Part of the picture in a colour."""
+    return (np.abs(image - colour) < near).all(axis=2).mean()
+
+
+class Silent:
+    """A scene that must not be asked for anything but its box and outline."""
+
+    aoi, box = None, (0, 1, 0, 1, 0, 1)
+    horizon_names, fault_names = ("Top", "Base"), ("F1",)
+
+    @property
+    def surfaces(self):
+        raise AssertionError("computed before the arguments were checked")
+
+    curves = units = patches = surfaces
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"view": (1, 2, 3)}, r"view is \(1, 2, 3\), expected azimuth and height"),
+        ({"view": (0, 91)}, "height of the view is 91°, expected -90 to 90"),
+        ({"zoom": 0}, "zoom is 0, expected a number from 0.1 to 100"),
+        ({"title": 5}, "title must be text"),
+        ({"only": ["Topp"]}, "only has the unknown name 'Topp'.*Did you mean 'Top'"),
+        ({"only": 5}, "only is 5, expected a list of names"),
+        ({"colour_by": "zones", "show": ["units"]}, "'zones'.*Did you mean 'zone'"),
+        ({"colour_by": "zone"}, "Add 'units' to show"),
+        ({"colour_by": {"a": np.nan}, "show": ["units"]}, "no list of finite numbers"),
+        ({"style": "dark"}, r"style is a str, expected a PictureStyle"),
+        ({"overlay": 3}, "overlay is a int, expected an PictureOverlay"),
+    ],
+)
+def test_arguments_are_checked_before_anything_is_computed(wrong, sentence, tmp_path):
+    with pytest.raises(InputError, match=sentence):
+        render_scene(Silent(), tmp_path / "x.png", **wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"theme": "drak"}, "theme is 'drak'.*Did you mean 'dark'"),
+        ({"font": "Nope Sans"}, "font 'Nope Sans' is not installed"),
+        ({"colours": {"Top": "tael"}}, "colour of 'Top' is 'tael'.*Did you mean 'teal'"),
+        ({"colours": {"Top": (2, 0, 0)}}, "colour of 'Top'"),
+        ({"colours": ["red"]}, "colours is a list, expected a mapping"),
+        ({"colour_map": "virdis"}, "colour_map is 'virdis'.*Did you mean 'viridis'"),
+        ({"transparent": "yes"}, "transparent"),
+    ],
+)
+def test_a_style_is_checked_when_it_is_made(wrong, sentence):
+    with pytest.raises(InputError, match=sentence):
+        PictureStyle(**wrong)
+
+
+def test_themes_change_the_background_and_no_zone(units, tmp_path):
+    images = {}
+    looks = {"light": {}, "dark": {"theme": "dark"}, "none": {"transparent": True}}
+    for name, style in looks.items():
+        path = tmp_path / f"{name}.png"
+        render_units(units, path, size=SMALL, style=PictureStyle(**style))
+        images[name] = imread(path)
+    assert part(images["light"][..., :3], palette.PAPER) > 0.5
+    assert part(images["dark"][..., :3], DARK_PAPER) > 0.5
+
+    # a transparent picture on white is the light one, but for the rounding of edges
+    clear = images["none"]
+    assert (clear[..., 3] == 0.0).mean() > 0.5
+    on_white = clear[..., :3] * clear[..., 3:] + 1.0 - clear[..., 3:]
+    assert np.abs(on_white - images["light"][..., :3]).mean() < 0.004
+    model = (clear[..., 3] == 1.0) & (
+        np.abs(clear[..., :3] - images["light"][..., :3]).max(2) < 0.01
+    )
+    assert part(images["dark"][model][None, :, :3], images["light"][model][None, :, :3]) > 0.8
+
+
+def test_a_dark_figure_has_no_dark_text(top):
+    figure = plot_map(top, size=SMALL, style=PictureStyle(theme="dark"))
+    assert figure.get_facecolor()[:3] == pytest.approx(DARK_PAPER)
+    words = [text for text in figure.axes[0].texts if text.get_text()]
+    assert words
+    assert all(np.mean(text.get_color()[:3]) > 0.4 for text in words)
+
+
+def test_zoom_shows_the_middle_larger(top, tmp_path):
+    shares = []
+    for zoom in (0.5, 4.0):
+        path = render_surfaces([top], path=tmp_path / "z.png", size=SMALL, view="top", zoom=zoom)
+        image = pixels(path)[60:150, 80:220]
+        shares.append((image < 0.99).any(axis=2).mean())
+    assert shares[0] < 0.98
+    assert shares[1] == 1.0
+
+
+def test_only_selects_surfaces_units_zones_and_blocks(scene, units, tmp_path):
+    assert len(show_units(units).legend) == 6
+    path = tmp_path / "x.png"
+    for only, count in ((["Top/Base"], 2), (["F1-"], 3), (["below Base, F1+"], 1)):
+        render_units(units, path, only=only, size=SMALL)
+        assert pixels(path).min() < 0.9
+        assert len(show_units(units, only=Selection(tuple(only))).legend) == count
+    render_scene(scene, path, only=["Base"], show=["horizons"], size=SMALL)
+    assert part(pixels(path), palette.stratum(0), 0.05) < 0.005
+
+
+def test_numbers_of_units_become_colours_with_a_bar(units):
+    volumes = {name: unit.volume for name, unit in units.items()}
+    by_name = show_units(units, colour_by=volumes)
+    as_array = show_units(units, colour_by=np.array(list(volumes.values())))
+    colours = [layer.colour for layer in by_name.layers]
+    assert colours == [layer.colour for layer in as_array.layers]
+    assert by_name.bar is not None
+    largest = max(volumes, key=volumes.__getitem__)
+    darkest = min(by_name.legend, key=lambda entry: sum(entry.colour))
+    assert darkest.label == largest
+
+    # no value: grey; another number of values or another name: an error
+    assert show_units(units, colour_by={largest: 1.0}).legend[0].detail in ("no value", "1")
+    with pytest.raises(InputError, match="2 numbers for 6 units"):
+        show_units(units, colour_by=[1.0, 2.0])
+    with pytest.raises(InputError, match="'Nope', which is not a unit"):
+        show_units(units, colour_by={"Nope": 1.0})
+    with pytest.raises(InputError, match="Use one of unit, zone"):
+        check_colour_by(object())
+
+
+def test_elevation_colours_points(units, top, tmp_path):
+    content = show_units(units, colour_by="z")
+    shell = content.layers[0]
+    order = np.argsort(shell.points[:, 2])
+    red = shell.shades[order][:, 0]
+    assert red[0] != red[-1]
+    flat = shell.points[:, 2] == shell.points[order[-1], 2]
+    assert (shell.shades[flat] == shell.shades[order[-1]]).all()
+    path = render_surfaces([top], path=tmp_path / "z.png", colour_by="z", size=SMALL, view="top")
+    assert part(pixels(path), palette.stratum(0), 0.03) < 0.01
+
+
+@settings(max_examples=40)
+@given(st.lists(st.text("ab1/ _", min_size=1, max_size=60), max_size=12), st.integers(10, 34))
+def test_different_names_have_different_short_labels(names, most):
+    labels = shortened_apart(names, most)
+    assert set(labels) == set(names)
+    assert len(set(labels.values())) == len(labels)
+    assert all(len(label) <= most for label in labels.values())
+    assert all(labels[name] == name for name in names if len(name) <= most)
+
+
+def test_long_names_that_differ_in_the_middle_stay_apart():
+    names = [f"Volantis interval {i:02d} of the upper reservoir" for i in range(30)]
+    labels = list(shortened_apart(names).values())
+    assert all(f"{i:02d}" in label for i, label in enumerate(labels))
+
+
+def test_a_name_without_letters_in_the_font_says_what_to_do(top):
+    figure = plot_map(top.renamed("顶部"), size=SMALL)
+    with pytest.warns(gs.GeosurfWarning, match=r"letters that their font lacks: '顶', '部'"):
+        figure._repr_png_()
+
+
+@pytest.mark.parametrize("name", ["Верх", "Κορυφή", "قمة"])
+def test_cyrillic_greek_and_arabic_have_letters(top, name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plot_map(top.renamed(name), size=SMALL)._repr_png_()
+
+
+def test_an_overlay_is_projected_to_a_section():
+    line = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
+    flat, far = _projected(np.array([[3.0, 1.0, -5.0], [12.0, 4.0, -6.0]]), line)
+    np.testing.assert_allclose(flat, [[3.0, -5.0], [14.0, -6.0]])
+    np.testing.assert_allclose(far, [1.0, 2.0])
+    ring = np.array([[2.0, -1, -3], [4, -1, -3], [4, 1, -3], [2, 1, -3], [2, -1, -3]])
+    assert sorted(_crossings(ring, line)) == [(2.0, -3.0), (4.0, -3.0)]
+
+
+def test_an_overlay_is_drawn_on_views_maps_and_sections(scene, top, curves, tmp_path):
+    overlay = PictureOverlay(
+        wells={"W": [[458000, 6781500, -1700], [458000, 6781500, -2500]]},
+        polygons={"Licence": [[456500, 6780500], [459500, 6780500], [459500, 6782500]]},
+        points={"Picks": [[458500, 6782000, -1750.0]]},
+    )
+    path = tmp_path / "x.png"
+    render_scene(scene, path, overlay=overlay, size=(640, 400))
+    purple, pink = palette.rgb("#5b2a86"), palette.rgb("#b3005e")
+    assert part(pixels(path), purple, 0.1) > 5e-4
+    assert part(pixels(path), pink, 0.1) > 5e-5
+    figure = plot_map(top, curves, size=SMALL, overlay=overlay)
+    assert "W" in [text.get_text() for text in figure.axes[1].texts]
+    for wrong in ({"wells": {"W": [1, 2]}}, {"points": {"P": [[0, 0, np.nan]]}}, {"points": 3}):
+        with pytest.raises(InputError):
+            PictureOverlay(**wrong)
