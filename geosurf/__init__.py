@@ -107,6 +107,8 @@ _HOME = {
     "to_geodataframe": "geosurf.write.neighbours",
     # what geosurf assumed
     "GeosurfWarning": "geosurf.errors",
+    # what it is doing
+    "show_progress": "geosurf.conventions.running",
 }
 _ROOMS = ("synthetic", "ensemble", "errors", "conventions")
 
@@ -118,6 +120,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf import synthetic as synthetic
     from geosurf.carve import carve_units as carve_units
     from geosurf.arrangement import intersect_triangles as intersect_triangles
+    from geosurf.conventions.running import show_progress as show_progress
     from geosurf.ensemble import run_ensemble as run_ensemble
     from geosurf.errors import GeosurfWarning as GeosurfWarning
     from geosurf.faults import (

@@ -36,6 +36,7 @@ from geosurf.cli.exit_codes import ExitCode
 from geosurf.cli.live import peak_megabytes
 from geosurf.cli.parser import build_parser
 from geosurf.cli.without_dask import skip_dask
+from geosurf.conventions.running import silence
 
 __all__ = ["build_parser", "main"]
 
@@ -59,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     2
     """
     # outermost: the parser's own messages quote arguments in any script
-    with encodable_output():
+    with encodable_output(), silence():
         options = build_parser().parse(argv)
         if argv is None and options.run is not ensemble_command:
             skip_dask()

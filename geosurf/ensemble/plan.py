@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf import __version__
 from geosurf.conventions import counted
+from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Prepared, Uncertainty
 from geosurf.ensemble.draws import Draws
 from geosurf.ensemble.maps import Layers
@@ -111,8 +112,8 @@ class Plan:
         Warnings are counted, not issued: those of the base case are issued once.
         """
         change = Change(self.model, Draws(self.seed, realization))
-        # One warning per realisation would fill the console.
-        with silenced() as warnings:
+        # One warning per realisation would fill the console; the ensemble has a line of its own.
+        with silence(), silenced() as warnings:
             try:
                 for one in self.prepared:
                     one.apply(change)

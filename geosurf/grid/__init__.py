@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from geosurf.conventions import is_number
+from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.grid.build import (
     GriddedModel,
@@ -25,6 +26,7 @@ from geosurf.warning import warn
 __all__ = ["build_grid"]
 
 
+@running("grid")
 def build_grid(
     scene: GriddedModel,
     cell: Any = (100.0, 100.0),

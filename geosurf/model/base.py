@@ -13,7 +13,7 @@ from geosurf.conventions.card import Card
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
-    from geosurf.scene.shown import InteractiveView
+    from geosurf.scene.interactive_view import InteractiveView
 
 Made = TypeVar("Made")
 

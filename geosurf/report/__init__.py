@@ -25,6 +25,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from geosurf.conventions.running import running
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
@@ -36,6 +37,7 @@ from geosurf.report.sections import build_page
 __all__ = ["report_scene"]
 
 
+@running("report")
 def report_scene(
     scene: ReportedModel,
     folder: str | os.PathLike[str],

@@ -18,6 +18,8 @@ memory.py            results by what went into them; steps and warnings
 store.py             the results that scenes share, within a budget
 pictures.py          the pictures of a scene
 attempt.py           an error of one picture costs no other result
+shown.py             cards and interactive views of scenes, and of all nouns: `gs.show`
+interactive_view.py  a page that notebooks show in a frame
 plots.py             maps and diagrams as figures of matplotlib
 ===================  =====================================================================
 """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,10 +15,11 @@ import numpy as np
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.crs import crs_of
+from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.scene.progress import OnStart, silent
+from geosurf.scene.progress import OnStart, announced, silent
 from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
 
@@ -226,7 +227,9 @@ class Memory:
         start = time.perf_counter()
         found: list[GeosurfWarning] = []
         try:
-            with collected() as found:
+            # who is called at each start has a display of their own
+            shown = running(f"{stage} {subject}") if self.on_start is announced else nullcontext()
+            with shown, collected() as found:
                 result = run()
             warnings = tuple(dict.fromkeys(found))
             self.store.put(key, result, warnings, self._used)

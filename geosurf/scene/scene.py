@@ -13,6 +13,7 @@ import numpy as np
 
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify, same_bytes
+from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.compartments import VirtualWall
@@ -122,8 +123,8 @@ class Scene(ScenePlots, ShownScene):
         Inputs that declare another are refused.
     on_start : callable, optional
         Is called before each step: stage, subject, its number, and how many there are, as in
-        ``("tear", "Top", 2, 4)``. ``on_start=print`` shows what takes so long. Scenes made by
-        `replace` call it, too; copies do not.
+        ``("tear", "Top", 2, 4)``. Scenes made by `replace` call it, too; copies do not. Default:
+        terminals and notebooks show what has been running for two seconds (`show_progress`).
 
     Raises
     ------
@@ -883,9 +884,10 @@ class Scene(ScenePlots, ShownScene):
         """
         from geosurf.scene.pictures import render_pictures
 
-        with self._graph.memory.collecting():
+        with running("pictures"), self._graph.memory.collecting():
             return render_pictures(self, folder, on_file, choice)
 
+    @running("certificate")
     def check(self) -> Certificate:
         """Return the certificate of the model.
 

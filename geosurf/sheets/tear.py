@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions.running import running
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
@@ -30,6 +31,7 @@ from geosurf.warning import warn
 __all__ = ["tear_horizon"]
 
 
+@running("tear horizon")
 def tear_horizon(
     data: Any,
     faults: Mapping[str, Any] | Sequence[TriSurface],

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.running import running
 from geosurf.errors import InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient3d_rows
 from geosurf.model import TetMesh, Units
@@ -22,6 +23,7 @@ MOST = 100_000_000  # tetrahedra: 30 GB
 ALLOWED = 1e-12  # of a unit
 
 
+@running("tetrahedra")
 def mesh_units(units: Units, size: float | None = None) -> TetMesh:
     """
     Fill all units with tetrahedra: one conforming mesh, with the unit of each.

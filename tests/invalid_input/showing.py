@@ -60,6 +60,9 @@ SHOWING = {
     "show.max_triangle": (
         lambda g, v: gs.show(g.f1, max_triangle=v), lambda g: ["abc", None, 0, -1, np.nan, [], {}],
     ),
+    "show_progress": (
+        lambda g, v: gs.show_progress(v), lambda g: [None, 0, "on", [], {}, object()],
+    ),
     "render_scene": (lambda g, v: gs.render_scene(v, "no/x.png"), lambda g: wrong.things(g.scene)),
     "render_scene.path": (
         lambda g, v: gs.render_scene(g.scene, v, size=(400, 250)), lambda g: wrong.paths("."),

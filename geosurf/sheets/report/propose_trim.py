@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.running import running
 from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.faults.traces import mesh_in_frame
@@ -35,6 +36,7 @@ SEVERAL = 3  # faults that may show together that trims have to be wider
 FEWEST = 20  # data that a bin has to have
 
 
+@running("trim")
 def propose_trim(
     data: Any,
     faults: Mapping[str, Any] | Sequence[TriSurface],

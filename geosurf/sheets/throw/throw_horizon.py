@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions.running import running
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.sheets.faults.dip_lines import DIRECTIONS, beyond
@@ -39,6 +40,7 @@ from geosurf.sheets.throw.tear_ends import throw_at_early_ends
 FAR = 1e-6  # cells outside of the data from which a particle is counted
 
 
+@running("throw horizon")
 def throw_horizon(
     horizon: Any,
     faults: Mapping[str, Any] | Sequence[TriSurface],
