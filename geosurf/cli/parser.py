@@ -204,6 +204,24 @@ def _add_render_options(render: argparse.ArgumentParser) -> None:
         type=number,
         help="vertical exaggeration (default: chosen by the shape of the model)",
     )
+    render.add_argument(
+        "--camera",
+        metavar="ANGLES",
+        help='azimuth and height of the viewer in degrees, in place of --view: "225,30"',
+    )
+    render.add_argument("--zoom", type=number, help="2 shows the middle twice as large")
+    render.add_argument("--only", metavar="NAMES", help="draw these surfaces, units, zones, blocks")
+    render.add_argument(
+        "--colour-by", help="colours of units: unit, zone, block, contact or z (elevation)"
+    )
+    render.add_argument("--title", help="text above the picture (default: what is shown)")
+    render.add_argument("--theme", help="light or dark")
+    render.add_argument(
+        "--transparent", action=argparse.BooleanOptionalAction, help="leave the background out"
+    )
+    render.add_argument(
+        "--size", metavar="W,H", help='pixels (default: of the scenario): "1280,800"'
+    )
     render.add_argument("--clip", action=argparse.BooleanOptionalAction,
                         help="draw the inside of the model only")  # fmt: skip
 

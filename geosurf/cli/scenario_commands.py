@@ -18,6 +18,7 @@ from geosurf.cli.results import certificate_data, exit_code_of, units_data, warn
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.render.picture_style import PictureStyle
     from geosurf.scenario.execute import Outcome
     from geosurf.scenario.keys import Scenario
     from geosurf.scene import Scene
@@ -208,21 +209,75 @@ def render_command(options: argparse.Namespace) -> Answer:
 def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a view in space; options that are not given are those of the scenario."""
     from geosurf.render import render_scene
+    from geosurf.render.colouring import check_colour_by
+    from geosurf.render.compose import check_look
 
     def given(option: Any, otherwise: Any) -> Any:
         """Return an option, or its default if it is not given."""
         return otherwise if option is None else option
 
     # an option wins over the scenario, the scenario over the default
+    settings = scenario.pictures
+    if options.view is not None and options.camera is not None:
+        raise InputError("--view and --camera cannot be combined. Leave one of them out.")
+    view = given(options.view, VIEW if settings.camera is None else settings.camera)
+    look: dict[str, Any] = {
+        "view": view
+        if options.camera is None
+        else _numbers_of(options.camera, "--camera", "225,30"),
+        "size": _size_of(scenario, options),
+        "zoom": given(options.zoom, settings.zoom),
+        "title": options.title,
+    }
+    only = None if options.only is None else _words_of(options.only)
+    colours = {} if options.colour_by is None else {"colour_by": options.colour_by}
+    style = _style_of(scenario, options)
+
+    # all of it is checked before the model is built
+    check_look(**look, path=options.out)
+    check_colour_by(given(options.colour_by, "unit"))
     return render_scene(
         _built(scenario, options),
         options.out,
-        view=given(options.view, VIEW),
-        show=tuple(word.strip() for word in given(options.show, SHOW).split(",")),
-        size=scenario.output.size_px,
+        show=_words_of(given(options.show, SHOW)),
         exaggeration=given(options.exaggeration, scenario.output.exaggeration),
         clip=given(options.clip, scenario.output.clip),
+        only=only,
+        style=style,
+        **look,
+        **colours,
     )
+
+
+def _words_of(text: str) -> tuple[str, ...]:
+    """Words of an option with commas between them."""
+    return tuple(word.strip() for word in text.split(","))
+
+
+def _numbers_of(text: str, option: str, example: str) -> tuple[float, float]:
+    """Two numbers of an option with a comma between them."""
+    try:
+        first, second = map(float, text.split(","))
+    except ValueError as error:
+        raise InputError(f"{option} is {text!r}, expected two numbers: {example}.") from error
+    return first, second
+
+
+def _size_of(scenario: Scenario, options: argparse.Namespace) -> tuple[int, int]:
+    """Width and height of the picture [pixels]."""
+    from geosurf.render.views import check_size
+
+    if options.size is None:
+        return scenario.output.size_px
+    pair: Any = _numbers_of(options.size, "--size", "1280,800")
+    return check_size(pair)
+
+
+def _style_of(scenario: Scenario, options: argparse.Namespace) -> PictureStyle:
+    """The style of the scenario with the theme of the options."""
+    given = {word: getattr(options, word) for word in ("theme", "transparent")}
+    known = {word: value for word, value in given.items() if value is not None}
+    return replace(scenario.pictures.style, **known)
 
 
 def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
@@ -243,8 +298,9 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     from geosurf.render import render_section
 
     # None means "not given": argparse has no other way to tell it from a default
-    for word in ("view", "show", "exaggeration", "clip"):
+    for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
         if getattr(options, word) is not None:
+            word = word.replace("_", "-")
             raise InputError(
                 f"--section and --{word} cannot be combined: --{word} applies to views "
                 "only. Leave one of them out."
@@ -252,8 +308,9 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
 
     # the line is checked before the model is built
     line = _line_of(options.section)
+    size, style = _size_of(scenario, options), _style_of(scenario, options)
     section = _built(scenario, options).section(line)
-    return render_section(section, options.out, size=scenario.output.size_px)
+    return render_section(section, options.out, size=size, title=options.title, style=style)
 
 
 def _line_of(text: str) -> list[tuple[float, float]]:

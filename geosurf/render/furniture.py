@@ -14,7 +14,7 @@ from geosurf.conventions import length_text
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, Entry
-from geosurf.render.names import shortened, shortened_apart
+from geosurf.render.names import shortened, shortened_apart, text_size
 from geosurf.render.picture_style import FONT
 from geosurf.render.sheet import (
     DPI,
@@ -57,6 +57,8 @@ __all__ = [
     "shortened",
 ]
 
+TWO_LINES, ONE_LINE = 38.0, 18.0  # heights of an entry of the legend [design pixels]
+
 
 def rim_of_words(unit: float) -> list[AbstractPathEffect]:
     """Return a white rim that makes text readable on any background."""
@@ -93,36 +95,64 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     left = layout.width - 250.0 * unit
     top = layout.height - 84.0 * unit
 
-    # 38 design pixels for each entry; the last line counts those that have no room
-    fits = max(int(room / 38.0), 1)
+    # entries have two lines; where they have no room, one line each; the last line counts the rest
+    high = TWO_LINES if len(legend) * TWO_LINES <= room else ONE_LINE
+    fits = max(int(room / high), 1)
     shown = legend if len(legend) <= fits else legend[: fits - 1]
     labels = shortened_apart(entry.label for entry in legend)
     for row, entry in enumerate(shown):
-        y = top - 38.0 * unit * row
-        if entry.kind in ("line", "dashes"):
-            dashes: LineStyle = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
-            sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **dashes)
-        elif entry.kind == "circle":
-            circle = sheet.circle((left + 13 * unit, y), 5.5 * unit)
-            circle.set_edgecolor(entry.colour)
-        elif entry.kind == "area":
-            look: AreaStyle = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
-            if entry.stripes is not None:
-                sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
-                look = {"facecolor": "none", "edgecolor": entry.stripes, "hatch": STRIPES}
-            patch = sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
-            patch.set_hatch_linewidth(STRIPE_WIDTH)
+        y = top - high * unit * row
+        _draw_mark(sheet, entry, (left, y), 16.0 if high == TWO_LINES else 11.0)
+        words = left + 38.0 * unit
+        if high == ONE_LINE:
+            _draw_one_line(sheet, entry, labels[entry.label], (words, y))
+            continue
 
         # a label above, its detail below
-        words = left + 38.0 * unit
-        high = 8.0 * unit if entry.detail else 0.0
-        sheet.text((words, y + high), labels[entry.label], 13.5)
+        up = 8.0 * unit if entry.detail else 0.0
+        sheet.text((words, y + up), labels[entry.label], 13.5)
         detail = shortened(entry.detail, DETAIL_ROOM)
         sheet.text((words, y - 8.0 * unit), detail, 11.5, palette.FAINT)
     if len(shown) < len(legend):
-        y = top - 38.0 * unit * len(shown)
+        y = top - high * unit * len(shown)
         more = f"and {len(legend) - len(shown)} more"
         sheet.text((left + 38.0 * unit, y), more, 12.0, palette.FAINT)
+
+
+def _draw_mark(sheet: Sheet, entry: Entry, at: tuple[float, float], high: float) -> None:
+    """Draw the line, circle or area of an entry; `high` is in design pixels."""
+    unit = sheet.layout.unit
+    left, y = at
+    if entry.kind in ("line", "dashes"):
+        dashes: LineStyle = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
+        sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **dashes)
+    elif entry.kind == "circle":
+        circle = sheet.circle((left + 13 * unit, y), 5.5 * unit)
+        circle.set_edgecolor(entry.colour)
+    elif entry.kind == "area":
+        look: AreaStyle = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
+        corner = (left, y - 0.5 * high * unit)
+        if entry.stripes is not None:
+            sheet.rectangle(corner, 26 * unit, high * unit, **look)
+            look = {"facecolor": "none", "edgecolor": entry.stripes, "hatch": STRIPES}
+        patch = sheet.rectangle(corner, 26 * unit, high * unit, **look)
+        patch.set_hatch_linewidth(STRIPE_WIDTH)
+
+
+def _draw_one_line(sheet: Sheet, entry: Entry, label: str, at: tuple[float, float]) -> None:
+    """Write the label of an entry and, after it, as much of its detail as fits."""
+    x, y = at
+    sheet.text((x, y), label, 11.5)
+    wide, _ = text_size(sheet, label, 11.5)
+    rest = 205.0 * sheet.layout.unit - wide
+
+    # whole words: a part of a number would be another number
+    parts = entry.detail.split(", ")
+    for n in range(len(parts), 0, -1):
+        words = ", ".join(parts[:n])
+        if text_size(sheet, words, 10.0)[0] + 8.0 * sheet.layout.unit <= rest:
+            sheet.text((x + wide + 8.0 * sheet.layout.unit, y), words, 10.0, palette.FAINT)
+            return
 
 
 def draw_compass(sheet: Sheet, camera: Camera) -> None:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.render.sheet import Sheet
 
 CUT = "…"
+HEAD = 5  # letters of the start of a label whose end is left out
+LEAST = 9  # letters of a label that can be told apart
 NAME_SIZE = 12.0  # of names at points [design pixels]
 
 
@@ -44,7 +46,7 @@ def shortened_apart(names: Iterable[str], most: int = LABEL_ROOM) -> dict[str, s
     ----------
     names : iterable of str
     most : int
-        10 or more.
+        At least `LEAST`.
 
     Returns
     -------
@@ -54,10 +56,17 @@ def shortened_apart(names: Iterable[str], most: int = LABEL_ROOM) -> dict[str, s
     --------
     >>> names = [f"Lower sandstone, member {i} (northern part)" for i in (12, 13)]
     >>> list(shortened_apart(names).values())
-    ['Lowe…12 (northern pa…', 'Lowe…13 (northern pa…']
+    ['Lower…12', 'Lower…13']
     """
     names = list(dict.fromkeys(names))
     found = {name: shortened(name, most) for name in names}
+
+    # zones are named by two horizons: each of them has to be told apart
+    zones = [name for name in names if len(name) > most and name.count("/") == 1]
+    if zones and most > 2 * LEAST:
+        parts = [part for name in zones for part in name.split("/")]
+        labels = shortened_apart(parts, (most - 1) // 2)
+        found |= {name: "/".join(labels[part] for part in name.split("/")) for name in zones}
     for group in _alike(found):
         found |= _with_difference(group, most)
 
@@ -97,9 +106,10 @@ def _with_difference(names: Sequence[str], most: int) -> dict[str, str]:
         if room < 4:
             middle, tail = middle[: most - 5], ""
             room = most - 1 - len(middle)
-        if len(tail) > room - 3:
-            tail = tail[: max(room - 5, 0)] + CUT if room > 6 else ""
         head = name[: most - 1 - len(middle) - len(tail)]
+        if len(tail) > room - 3:
+            # an end that does not fit is left out, and the label stays short
+            tail, head = "", name[: min(room, HEAD)]
         found[name] = f"{head.rstrip()}{CUT}{middle}{tail}"
     return found
 

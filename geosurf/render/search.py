@@ -15,6 +15,7 @@ from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.compose import draw_picture
 from geosurf.render.layers import BOX_EDGES, Content, Entry, Layer, show_box, triangle_layer
+from geosurf.render.picture_style import PictureStyle
 from geosurf.render.surface_layers import show_curves
 from geosurf.render.views import SIZE
 
@@ -34,6 +35,7 @@ def render_search(
     size: tuple[int, int] = SIZE,
     exaggeration: float | None = None,
     title: str = "Voxel search for intersection lines",
+    style: PictureStyle | None = None,
 ) -> Path:
     """Draw how the voxel search finds an intersection line: few triangles remain to be tested.
 
@@ -46,7 +48,7 @@ def render_search(
         The intersection lines, drawn in red.
     path : path-like
         A ``.png`` file; its folder is created.
-    view, size, exaggeration, title
+    view, size, exaggeration, title, style
         As in `render_surfaces`.
 
     Returns
@@ -63,7 +65,9 @@ def render_search(
     content = show_search(surface_a, surface_b, search)
     if curves is not None:
         content += show_curves(curves, palette.ACCENT, 3.6, {surface_a.name, surface_b.name})
-    return draw_picture(content, path, title=title, view=view, size=size, exaggeration=exaggeration)
+    return draw_picture(
+        content, path, title=title, view=view, size=size, exaggeration=exaggeration, style=style
+    )
 
 
 def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> Content:

@@ -307,7 +307,7 @@ def _draw(
 ) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
     # A picture that fails is a warning, and the run goes on.
-    choice = choice_of_pictures(scenario.output)
+    choice = choice_of_pictures(scenario.output, scenario.pictures)
     if cache is None:
         return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
 

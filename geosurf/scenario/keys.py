@@ -24,6 +24,7 @@ from geosurf.scenario.declare import key
 from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput
 from geosurf.scenario.grid_keys import GridInput
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
+from geosurf.scenario.picture_keys import PictureSettings
 from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.scenario.tear_keys import TearSettings, ThrowInput
 
@@ -254,6 +255,7 @@ class Scenario:
     uncertain : tuple of UncertainInput
     search : SearchSettings
     output : OutputSettings
+    pictures : PictureSettings
     """
 
     path: Path
@@ -339,6 +341,10 @@ class Scenario:
         "Which pictures and files are made.", values.table(OutputSettings), default=OutputSettings()
     )
 
+    pictures: PictureSettings = key(
+        "What pictures look like.", values.table(PictureSettings), default=PictureSettings()
+    )
+
     @property
     def heading(self) -> str:
         """The title, and after it the keys that were set outside of the file."""
@@ -357,6 +363,7 @@ __all__ = [
     "HorizonInput",
     "ModelInput",
     "OutputSettings",
+    "PictureSettings",
     "Scenario",
     "SearchSettings",
     "SliversInput",

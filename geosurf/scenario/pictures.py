@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from geosurf.scenario.keys import OutputSettings
+from geosurf.scenario.keys import OutputSettings, PictureSettings
 
 
-def choice_of_pictures(output: OutputSettings) -> dict[str, Any]:
+def choice_of_pictures(output: OutputSettings, pictures: PictureSettings) -> dict[str, Any]:
     """Return what `Scene.render_pictures` takes for the pictures that a scenario asks for."""
     # Keys of the scenario have units in their names, arguments of the scene do not.
     return {
@@ -22,4 +22,9 @@ def choice_of_pictures(output: OutputSettings) -> dict[str, Any]:
         "exaggeration": output.exaggeration,
         "size": output.size_px,
         "clip": output.clip,
+        "camera": pictures.camera,
+        "zoom": pictures.zoom,
+        "only": pictures.only or None,
+        "colour_by": pictures.colour_by,
+        "style": pictures.style,
     }

@@ -35,7 +35,16 @@ from geosurf.render import (
     render_units,
 )
 from geosurf.render.clip import as_modelled
-from geosurf.render.views import check_exaggeration, check_size, view_vectors
+from geosurf.render.colouring import check_colour_by, selection_of
+from geosurf.render.picture_style import PictureStyle, style_of
+from geosurf.render.views import (
+    angles_of,
+    check_exaggeration,
+    check_size,
+    check_zoom,
+    view_vectors,
+    words_of,
+)
 from geosurf.scene.attempt import Attempt
 from geosurf.scene.virtual_walls import lines_on
 from geosurf.warning import warn
@@ -64,6 +73,14 @@ class Style(TypedDict):
 
     size: tuple[int, int]
     exaggeration: float | None
+    style: PictureStyle
+
+
+class FlatStyle(TypedDict):
+    """What all maps and diagrams share."""
+
+    size: tuple[int, int]
+    style: PictureStyle
 
 
 def pictures_of(
@@ -80,6 +97,11 @@ def pictures_of(
     exaggeration: float | None = None,
     size: tuple[int, int] = (1280, 800),
     clip: bool = True,
+    camera: tuple[float, float] | None = None,
+    zoom: float = 1.0,
+    only: Sequence[str] | None = None,
+    colour_by: Any = "unit",
+    style: PictureStyle | None = None,
 ) -> list[Picture]:
     """
     Return the pictures of a scene, not yet drawn.
@@ -97,8 +119,12 @@ def pictures_of(
         west to east and from south to north, through the middle of the box.
     search : (str, str), optional
         Two surfaces, for a picture of the voxel search.
-    exaggeration, size, clip
+    exaggeration, size, clip, style
         As for `render_scene`.
+    camera, zoom : (float, float) and float, optional
+        A further view: azimuth and height of the viewer [degrees], and its scale.
+    only, colour_by
+        Units of the exploded view, and what they are coloured by; as for `render_units`.
 
     Returns
     -------
@@ -107,7 +133,7 @@ def pictures_of(
     Raises
     ------
     InputError
-        For an invalid view, size, exaggeration or line.
+        For an invalid view, size, exaggeration, line, colouring or style.
     """
     # all words and numbers first: a slip in the last option must not cost minutes of drawing
     size, box = check_size(size), scene.box
@@ -116,35 +142,45 @@ def pictures_of(
     for view in views:
         view_vectors(view)
 
+    if camera is not None:
+        angles_of(camera)
+    look = Style(size=size, exaggeration=exaggeration, style=style_of(style))
+    check_zoom(zoom)
+    check_colour_by(colour_by)
+    selection_of(only)
+
     # views in three dimensions; then maps and diagrams, which need no graphics driver
-    style = Style(size=size, exaggeration=exaggeration)
-    found = [_view(scene, view, clip, style) for view in views]
+    found = [_view(scene, view, clip, look) for view in views]
+    if camera is not None:
+        found.append(_camera(scene, camera, zoom, clip, look))
     if exploded:
         found.append(
             Picture(
                 "Exploded view of the units: zones up and down, blocks sideways.",
                 "units_exploded.png",
-                lambda path: render_units(scene.units, path, **style),
+                lambda path: render_units(
+                    scene.units, path, only=only, colour_by=colour_by, **look
+                ),
                 "exploded = false",
             )
         )
     if maps:
-        found += [_map(scene, name, size, clip) for name in scene.horizon_names]
+        found += [_map(scene, name, look, clip) for name in scene.horizon_names]
     if thickness:
-        found += [_thickness(scene, pair, size) for pair in _neighbours(scene)]
+        found += [_thickness(scene, pair, look) for pair in _neighbours(scene)]
     if allan:
-        found += [_allan(scene, name, size) for name in scene.faults_inside]
+        found += [_allan(scene, name, look) for name in scene.faults_inside]
     if throw:
         cut = {name: _cut_horizons(scene, name) for name in scene.faults_inside}
-        found += [_throw(scene, name, them, size) for name, them in cut.items() if them]
+        found += [_throw(scene, name, them, look) for name, them in cut.items() if them]
 
     # sections that the caller named, else two through the middle
     lines = _middles(box)
     if sections is not None:
         lines = [check_line(line) for line in listed(sections, "sections takes lines", _LINES)]
-    found += [_section(scene, line, i, size) for i, line in enumerate(lines)]
+    found += [_section(scene, line, i, look) for i, line in enumerate(lines)]
     if search is not None:
-        found.append(_search(scene, *search, style))
+        found.append(_search(scene, *search, look))
     return found
 
 
@@ -162,6 +198,22 @@ def _slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9+-]+", "_", name).strip("_")
 
 
+def _flat(look: Style) -> FlatStyle:
+    """What maps and diagrams share."""
+    return FlatStyle(size=look["size"], style=look["style"])
+
+
+def _camera(
+    scene: MeasuredModel, camera: tuple[float, float], zoom: float, clip: bool, look: Style
+) -> Picture:
+    return Picture(
+        f"Horizons, faults and their intersection lines, seen from {words_of(camera)}.",
+        "view_camera.png",
+        lambda path: render_scene(scene, path, view=camera, zoom=zoom, clip=clip, **look),
+        "camera",
+    )
+
+
 def _view(scene: MeasuredModel, view: str, clip: bool, style: Style) -> Picture:
     return Picture(
         f"Horizons, faults and their intersection lines, seen from the {view}.",
@@ -171,11 +223,11 @@ def _view(scene: MeasuredModel, view: str, clip: bool, style: Style) -> Picture:
     )
 
 
-def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> Picture:
+def _map(scene: MeasuredModel, name: str, look: Style, clip: bool) -> Picture:
     def draw(path: Path) -> None:
         """Draw it, inside the model if asked."""
         surface, curves, options = map_of(scene, name, clip)
-        render_map(surface, curves, path=path, size=size, **options)
+        render_map(surface, curves, path=path, **options, **_flat(look))
 
     # the row keeps files in stratigraphic order and apart where names differ in signs only
     row = scene.horizon_names.index(name)
@@ -221,11 +273,11 @@ def tops_of_scene(scene: MeasuredModel) -> Any:
     return None if scene.tops is None else scene.misfit()
 
 
-def _thickness(scene: MeasuredModel, pair: tuple[str, str], size: tuple[int, int]) -> Picture:
+def _thickness(scene: MeasuredModel, pair: tuple[str, str], look: Style) -> Picture:
     def draw(path: Path) -> None:
         """Measure and draw it."""
         thickness, polygons = thickness_of(scene, zone, None)
-        render_thickness(thickness, path, polygons=polygons, size=size)
+        render_thickness(thickness, path, polygons=polygons, **_flat(look))
 
     zone = "/".join(pair)
     row = scene.horizon_names.index(pair[0])
@@ -252,12 +304,12 @@ def thickness_of(
     return thickness, {name: scene.fault_polygons(name) for name in names}
 
 
-def _allan(scene: MeasuredModel, name: str, size: tuple[int, int]) -> Picture:
+def _allan(scene: MeasuredModel, name: str, look: Style) -> Picture:
     def draw(path: Path) -> None:
         """Measure and draw it."""
         zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
         diagram, table = scene.allan(name), scene.juxtaposition(name)
-        render_allan(diagram, table, path, zones=zones, size=size)
+        render_allan(diagram, table, path, zones=zones, **_flat(look))
 
     row = scene.fault_names.index(name)
     return Picture(
@@ -275,9 +327,7 @@ def _cut_horizons(scene: MeasuredModel, fault: str) -> list[str]:
     return [name for name in scene.horizons_inside if scene.cutoffs(name, fault)]
 
 
-def _throw(
-    scene: MeasuredModel, name: str, horizons: Sequence[str], size: tuple[int, int]
-) -> Picture:
+def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style) -> Picture:
     row = scene.fault_names.index(name)
     file = f"throw_{row:02d}_{_slug(name)}.png"
 
@@ -292,7 +342,7 @@ def _throw(
                 continue
             if np.isfinite(found.throw).any():
                 throws[horizon] = found
-        render_throw(throws, path, horizons=scene.horizon_names, size=size)
+        render_throw(throws, path, horizons=scene.horizon_names, **_flat(look))
         if missing:
             _warn(file, f"{file!r} does not show {'; '.join(missing)}.", "throw = false")
 
@@ -308,10 +358,10 @@ def _middles(box: Sequence[float]) -> list[np.ndarray]:
     return [np.array([(west, y), (east, y)]), np.array([(x, south), (x, north)])]
 
 
-def _section(scene: MeasuredModel, line: np.ndarray, row: int, size: tuple[int, int]) -> Picture:
+def _section(scene: MeasuredModel, line: np.ndarray, row: int, look: Style) -> Picture:
     def draw(path: Path) -> None:
         """Cut the model and draw it."""
-        render_section(scene.section(line), path, size=size, tops=tops_of_scene(scene))
+        render_section(scene.section(line), path, tops=tops_of_scene(scene), **_flat(look))
 
     # ends only: a line with corners would make the caption longer than the picture
     (x0, y0), (x1, y1) = line[0], line[-1]

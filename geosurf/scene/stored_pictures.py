@@ -18,7 +18,7 @@ from geosurf.scene.scene import Scene
 from geosurf.warning import collected, warn
 
 # options that decide how a picture looks, not which pictures there are
-_LOOKS = ("exaggeration", "size", "clip")
+_LOOKS = ("exaggeration", "size", "clip", "camera", "zoom", "only", "colour_by", "style")
 
 
 def draw_with_cache(
@@ -47,7 +47,7 @@ def draw_with_cache(
     """
     graph = scene._graph
     model = model_inputs(graph)
-    looks = tuple((word, choice.get(word)) for word in _LOOKS)
+    looks = tuple((word, repr(choice.get(word))) for word in _LOOKS)
     with graph.memory.collecting():
         pictures = [
             _stored(picture, (*model, *_own_inputs(picture, choice), looks), cache)

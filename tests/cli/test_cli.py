@@ -264,6 +264,33 @@ def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeyp
         assert cli.main([*call, *words]) == 0
     assert [words["clip"] for words in drawn] == [True, False, True]
     assert drawn[2]["exaggeration"] == 0.0  # refused where it is drawn, never passed over
+    look = ["--camera", "45,30", "--zoom", "2", "--theme", "dark", "--size", "300,200"]
+    assert cli.main([*call, *look, "--only", "Top,F1", "--title", "Here"]) == 0
+    assert drawn[3]["view"] == (45.0, 30.0)
+    assert drawn[3]["only"] == ("Top", "F1")
+    assert drawn[3]["style"].dark
+    assert (drawn[3]["zoom"], drawn[3]["size"], drawn[3]["title"]) == (2.0, (300, 200), "Here")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--camera", "1"], "--camera is '1', expected two numbers: 225,30"),
+        (["--view", "top", "--camera", "1,2"], "--view and --camera cannot be combined"),
+        (["--theme", "drak"], "Did you mean 'dark'"),
+        (["--colour-by", "zoen"], "Did you mean 'zone'"),
+        (["--size", "3,4"], "expected (width, height) in pixels"),
+        (["--section", "0,1 4000,1", "--zoom", "2"], "--zoom applies to views only"),
+    ],
+)
+def test_looks_that_cannot_be_drawn_are_refused_before_the_model_is_built(
+    folder, tmp_path, capsys, monkeypatch, words, said
+):
+    monkeypatch.setattr("geosurf.scenario.build_scene", lambda *_, **__: pytest.fail("built"))
+    assert (
+        cli.main(["render", str(folder / "good.toml"), "-o", str(tmp_path / "a.png"), *words]) == 2
+    )
+    assert said in capsys.readouterr().err
 
 
 def test_words_count_where_files_do_not_say_their_own(tmp_path, capsys):

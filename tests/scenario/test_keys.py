@@ -49,8 +49,22 @@ BAD = {
     "exaggeration": (("size_px", "exaggeration = 0\nsize_px"), r"output.exaggeration is 0; it must be a number above 0"),
     "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search: unknown surface 'F2'. Surfaces are 'Top', 'Base', 'F1'"),
     "search pair": (('["Top", "F1"]', '["Top", "Top"]'), r"output.search is \['Top', 'Top'\]; it must be the names of two surfaces"),
+    "theme": (("[output]", '[pictures]\ntheme = "drak"\n[output]'), r"pictures.theme is 'drak'; .*Did you mean 'dark'"),
+    "colour": (("[output]", '[pictures]\ncolours = {Top = "tael"}\n[output]'), r"pictures.colours: the colour of 'Top' is 'tael'.*Did you mean 'teal'"),
+    "font": (("[output]", '[pictures]\nfont = "Nope"\n[output]'), r"pictures.font: font 'Nope' is not installed"),
+    "colour map": (("[output]", "[pictures]\ncolour_map = 5\n[output]"), r"pictures.colour_map is 5; it must be"),
+    "camera": (("[output]", "[pictures]\ncamera = [0, 91]\n[output]"), r"pictures.camera is \[0, 91\]; it must be azimuth and height"),
+    "zoom": (("[output]", "[pictures]\nzoom = 0\n[output]"), r"pictures.zoom is 0; it must be a number from 0.1 to 100"),
     "syntax": (('title = "Tilted planes"', "title = Tilted"), r"not a valid TOML file: .*line 1,.*Correct that line"),
 }  # fmt: skip
+
+
+def test_the_look_of_pictures_becomes_a_style(scenario):
+    look = 'theme = "dark"\ncolours = {Top = "#ff0000"}\ncamera = [45, 30]\nonly = ["Top/Base"]'
+    pictures = read_scenario(scenario(("[output]", f"[pictures]\n{look}\n[output]"))).pictures
+    assert pictures.style.dark
+    assert pictures.style.colours == {"Top": (1.0, 0.0, 0.0)}
+    assert (pictures.camera, pictures.only) == ((45.0, 30.0), ("Top/Base",))
 
 
 @pytest.mark.parametrize("change", BAD)
