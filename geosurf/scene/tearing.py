@@ -21,6 +21,7 @@ from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
 from geosurf.scene.tear_rounds import Faults, same, sheets_on
 from geosurf.sheets import tear_horizon
+from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
 
@@ -130,14 +131,15 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
         if not ways and not np.array_equal(fault.vertices, given[name].vertices):
             ways = ["some cells along strike"]
         if ways:
+            far = longer_by(given[name], fault)
+            how = how_to_lengthen(name, far) if far else f"lengthen={{{name!r}: ...}}"
             found.append(
                 GeosurfWarning(
                     "fault extended",
                     name,
                     f"Fault {name!r} ends before the cut-offs of a horizon that is torn at it. It "
                     f"was extended: {' and '.join(ways)}.",
-                    f"Lengthen it yourself: lengthen={{{name!r}: ...}} (in a scenario, lengthen_m "
-                    "of the fault), or pick longer sticks.",
+                    f"Lengthen it yourself: {how}, or pick longer sticks.",
                     tuple(fault.vertices.mean(axis=0)),
                 )
             )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from ast import literal_eval
 
 import numpy as np
 import pytest
@@ -42,6 +44,21 @@ def test_throw_at_a_fault_that_is_too_short_is_a_warning(end, there, trim, large
     assert abs(float(words.split("a throw of ")[1].split(" m")[0]) - np.sign(largest) * there) < 3.0
     assert abs(float(words.split("continues for ")[1].split(" m")[0]) + end - 2440.0) < 3 * CELL
     assert words in str(sheet.report)
+
+
+def test_what_the_remedy_types_ends_the_throw():
+    """`lengthen` as it is printed: the longer fault has no throw at its tip."""
+    with pytest.warns(GeosurfWarning, match="continues for"):
+        sheet = torn(1700.0, 2500.0, trim=2.0)
+    remedy = sheet.warnings[0].remedy
+    typed = re.search(r"lengthen={'F': ({'\w+': \d+})}; in a scenario, lengthen_m = \d+", remedy)
+    assert typed, remedy
+    (fault,) = sheet.faults
+    longer = gs.lengthen_fault(fault, literal_eval(typed[1])).surface
+    assert longer.bounds[3] > 2440.0 - 3 * CELL
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        torn(longer.bounds[3], 2500.0, trim=2.0)
 
 
 @pytest.mark.parametrize("trim", [1.0, 2.0, 3.0])

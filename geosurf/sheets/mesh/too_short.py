@@ -51,7 +51,7 @@ def too_short(
         places = [place for one in holes for place in (one.place, one.lowest, one.highest)]
         for place in places:
             # distance [m] from each side of the rim: the sheet got out at the nearest
-            far = {side: _distance(place, fault.vertices[arc]) for side, arc in arcs.items()}
+            far = {side: distance_to(place, fault.vertices[arc]) for side, arc in arcs.items()}
             nearest = min(far.values())
             # at a corner the end of a fault may be a little nearer than its upper or lower rim
             close = min(reach, CORNER * nearest + 0.125 * reach)
@@ -81,7 +81,7 @@ def _is_near(place: np.ndarray, ends: np.ndarray | None, reach: float) -> bool:
     return ends is not None and bool((np.hypot(*(ends - place[:2]).T) <= reach).any())
 
 
-def _distance(place: np.ndarray, line: np.ndarray) -> float:
+def distance_to(place: np.ndarray, line: np.ndarray) -> float:
     """Distance of a place from a line of points (n, 3) [m]; infinite for a single point."""
     if len(line) < 2:
         return np.inf

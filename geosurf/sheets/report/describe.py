@@ -83,7 +83,7 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
-    warnings = [*remedies(closed), *throw_at_tips(picks, state, names, trim)]
+    warnings = [*remedies(closed), *throw_at_tips(picks, state, closed.faults, trim)]
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,

@@ -14,6 +14,7 @@ from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.close import Closed, Extended
 from geosurf.sheets.mesh.rings import LEVEL_REACH
 from geosurf.sheets.mesh.tear_ends import NO_THROW
+from geosurf.sheets.report.lengthening import end_at, how_to_lengthen
 
 WAYS = {
     "up": "up its dip",
@@ -30,7 +31,7 @@ def remedies(closed: Closed) -> list[GeosurfWarning]:
     names = [fault.name for fault in closed.faults]
     found = [_extension(picks.name, one) for one in closed.extensions]
     found += _trims_changed(closed, names)
-    found += _early_ends(picks.name, picks.frame, built, names)
+    found += _early_ends(closed, names)
     found += _parts_left_out(picks.name, picks.frame, built, names)
     found += _level_places(picks.name, picks.frame, built, names)
     return found
@@ -46,8 +47,8 @@ def _extension(horizon: str, one: Extended) -> GeosurfWarning:
         one.fault,
         f"Horizon {horizon!r} leaves fault {one.fault!r} at its rim, near {place(one.place)}. The "
         f"fault was extended {ways}.",
-        f"Lengthen the sticks of {one.fault!r}, or use the fault of the sheet, sheet.faults; in a "
-        f"scenario, lengthen_m = {max(one.lengths.values()):.0f} of the fault.",
+        f"Lengthen it yourself: {how_to_lengthen(one.fault, one.lengths)}. Or use the fault of "
+        "the sheet, sheet.faults.",
         tuple(one.place),
     )
 
@@ -68,10 +69,9 @@ def _trims_changed(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarn
             )
 
 
-def _early_ends(
-    horizon: str, frame: Frame, built: Built, names: Sequence[str]
-) -> Iterator[GeosurfWarning]:
+def _early_ends(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarning]:
     """Tears that end before their faults do: throw is wrong there."""
+    horizon, frame, built = closed.picks.name, closed.picks.frame, closed.built
     network = built.state.network
     for (number, end), n in sorted(built.repairs.shortened.items()):
         trace = network.traces[number]
@@ -88,8 +88,11 @@ def _early_ends(
         at = (*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z)
         name = names[trace.fault]
         which = "" if is_tip else f", {trace.ends[end]},"
+        lost = abs(whole - along) * frame.cell
+        side = end_at(closed.faults[trace.fault], np.array(at))
+        how = "pick more sticks" if side is None else how_to_lengthen(name, {side: lost})
         remedy = (
-            f"Continue fault {name!r}, so that it ends farther from the throw."
+            f"Continue fault {name!r}, so that it ends farther from the throw: {how}."
             if is_tip
             else "End the branch on its main fault, and tear with "
             "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces; in a "
@@ -99,7 +102,7 @@ def _early_ends(
             "tear ended early",
             name,
             f"The tear of horizon {horizon!r} at fault {name!r}{which} ends at {place(at)}, "
-            f"{abs(whole - along) * frame.cell:.0f} m before the fault does, and throw dies there: "
+            f"{lost:.0f} m before the fault does, and throw dies there: "
             "farther on the sheet does not close.",
             remedy,
             at,

@@ -20,9 +20,11 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
+from geosurf.model import TriSurface
 from geosurf.sheets.faults.traces import Trace, sample
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.report.lengthening import end_at, how_to_lengthen
 
 CHORD = 4.0  # cells of the trace by which it is continued straight
 SAMPLES = 5  # on each side, a cell apart
@@ -73,22 +75,23 @@ class Ahead:
 
 
 def throw_at_tips(
-    picks: Picks, state: Heights, names: Sequence[str], trim: float
+    picks: Picks, state: Heights, faults: Sequence[TriSurface], trim: float
 ) -> list[GeosurfWarning]:
     """A warning for each free end of a fault at which the data still show throw."""
     found = []
     for number, trace in enumerate(state.network.traces):
         for end in (0, 1):
             if trace.ends[end] == "tip":
-                warning = _at_tip(picks, state, number, trace, end, trim, names[trace.fault])
+                warning = _at_tip(picks, state, number, end, trim, faults[trace.fault])
                 found += [warning] if warning is not None else []
     return found
 
 
 def _at_tip(
-    picks: Picks, state: Heights, number: int, trace: Trace, end: int, trim: float, name: str
+    picks: Picks, state: Heights, number: int, end: int, trim: float, fault: TriSurface
 ) -> GeosurfWarning | None:
     """A warning if the data show throw at one end of a trace."""
+    name, trace = fault.name, state.network.traces[number]
     walls, frame = state.walls[number], picks.frame
     if not len(walls.place):
         return None
@@ -134,14 +137,19 @@ def _at_tip(
     xy = frame.to_world(cells / frame.stretch)
     first = float(jumps[np.isfinite(jumps)][0])
     far = f"{last * frame.cell:.0f} m" if known else f"at least {last * frame.cell:.0f} m"
+    side = end_at(fault, np.array([*xy[0], level]))
+    how = (
+        "tear with gs.extend_fault(fault, box, sides='strike').surface"
+        if side is None
+        else how_to_lengthen(name, {side: last * frame.cell})
+    )
     return GeosurfWarning(
         "throw at tip",
         name,
         f"Fault {name!r} ends inside horizon {picks.name!r} at {place((*xy[0], level))}, where the "
         f"data show a throw of {first:.3g} m. The sheet has no throw beyond that point; in the "
         f"data it continues for {far}.",
-        f"Continue fault {name!r} to about (easting {xy[1, 0]:.0f}, northing {xy[1, 1]:.0f}), or "
-        "tear with gs.extend_fault(fault, box, sides='strike').surface.",
+        f"Continue fault {name!r} to about (E {xy[1, 0]:.0f}, N {xy[1, 1]:.0f}): {how}.",
         (*xy[0], level),
     )
 
