@@ -11,6 +11,7 @@ import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.faults import lengthen_fault
 from geosurf.scene.tear_rounds import same, sheets_on
+from geosurf.sheets.faults import longer_faults
 from geosurf.sheets.faults.longer_faults import is_unchanged
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
@@ -91,6 +92,25 @@ def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side
     along = lengthen_fault(fault, {"strike": 50.0}).surface
     assert not is_unchanged(sheet, {"F1": fault}, {"F1": along})
     assert not is_unchanged(sheet, {"F1": fault}, {"F1": short})
+
+
+def test_the_limit_of_twelve_cells_bites(world, whole, monkeypatch):
+    """A fault that grows next to the cut-offs changes heights; a small limit would not see it."""
+    top = world.horizons["Top"]
+    z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
+    spared, missed = [], []
+    for cells in (0.25, 1.0, 1.5):
+        low = z.min() - cells * 25.0
+        fault = _between(whole, low, z.max() + 300.0)
+        longer = lengthen_fault(fault, {"down": 300.0}).surface
+        one, other = (gs.tear_horizon(top, [f], name="Top", trim=2) for f in (fault, longer))
+        change = float(np.abs(one.surface.vertices - other.surface.vertices).max())
+        with monkeypatch.context() as patch:
+            spared += [change] if is_unchanged(one, {"F1": fault}, {"F1": longer}) else []
+            patch.setattr(longer_faults, "NEAR", 0.1)
+            missed += [change] if is_unchanged(one, {"F1": fault}, {"F1": longer}) else []
+    assert spared == [0.0]  # what is spared is equal
+    assert 0.05 < max(missed) < 0.2  # a smaller limit would keep heights that are wrong by 0.1 m
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")

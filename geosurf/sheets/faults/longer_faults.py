@@ -1,8 +1,14 @@
 """Whether a sheet is the same at a fault that became longer elsewhere.
 
 A tear reads its faults where they are near the horizon: distances of data at their own height,
-traces, tips and branches. What a fault has farther away changes no number of it. So a horizon is
-torn again only where a longer fault comes near it.
+traces, tips and branches. So a horizon is torn again only where a longer fault comes within `NEAR`
+cells of it.
+
+That nothing farther away matters is an assumption, measured and not proven. On three fields every
+sheet that changed had a new triangle within 3.4 cells, so 12 cells are 3.5 times what was needed.
+If it were wrong, one horizon would keep heights of the shorter fault: where the rule has to bite,
+they differ by up to 0.1 m in the synthetic world of the tests. The sheet still ends on the longer
+fault, and the certificate still holds. See decision 48.
 """
 
 from __future__ import annotations
@@ -17,7 +23,7 @@ from geosurf.sheets.faults.fault_distance import blocks_between, side_at_own_hei
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.frame import frame_of_lattice
 
-NEAR = 12.0  # cells: as far as any datum or node is compared with a fault
+NEAR = 12.0  # cells; an assumption, see above
 
 
 def is_unchanged(
