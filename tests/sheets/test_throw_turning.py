@@ -253,3 +253,15 @@ def test_parts_of_a_fault_that_no_wall_reaches_may_lie_flat_or_turn_back(beyond)
     )  # fmt: skip
     sheet = gs.throw_horizon(flat, {"L": fault}, {"L": 50.0}, name="H")
     np.testing.assert_allclose(sheet.cuts["L"].throw, 50.0, atol=1e-6)
+
+
+def test_a_fault_is_read_once_for_cells_that_differ_by_rounding():
+    """Throw of four horizons of one field read each fault four times."""
+    world = gs.synthetic.torn("normal", 31)
+    (fault,) = (gs.triangulate_fault(one, name=name) for name, one in world.faults.items())
+    one, other = (section_of(fault, np.zeros(2), step, None) for step in (25.0, 25.0 + 4e-15 * 25))
+    assert one is other
+    coarse = section_of(fault, np.zeros(2), 100.0, None)
+    assert coarse is not one
+    assert coarse.table.shape[0] < one.table.shape[0]
+    np.testing.assert_array_equal(coarse.axes, one.axes)

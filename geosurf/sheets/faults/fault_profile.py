@@ -138,7 +138,9 @@ def section_of(
         If the fault has no strike, or turns back between the levels, so that it has two places in
         one section.
     """
-    section, back, z = _read_fault(_Content(fault), tuple(corner), step)
+    content, place_of = _Content(fault), tuple(corner)
+    seen = _seen_along_strike(content, place_of)
+    section, back, z = _section(content, place_of, seen.n_node(step)), seen.turned, seen.elevations
     if levels is not None:
         back = back[(z[back].min(1) <= levels[1]) & (z[back].max(1) >= levels[0])]
         if len(back):
@@ -170,14 +172,50 @@ class _Content:
         return isinstance(other, _Content) and self.key == other.key
 
 
-@lru_cache(maxsize=KEPT)
-def _read_fault(
-    content: _Content, corner: tuple[float, float], step: float
-) -> tuple[Section, np.ndarray, np.ndarray]:
-    """Section of a fault, triangles that turn back, and elevations (n_triangle, 3) of corners.
+@dataclass(frozen=True, eq=False)
+class _AlongStrike:
+    """A fault as it is seen along its strike, before it is read as a table.
 
-    The next horizon, and the next realisation of an ensemble, have the same faults.
+    Attributes
+    ----------
+    axes : ndarray (2, 2)
+        As of the section.
+    slope : float
+    s, r : ndarray (n_vertex,)
+        Of its vertices; s is not yet counted from the first end.
+    first, length : float
+        Least s and range of s, on triangles that do not turn back.
+    z : ndarray (2,)
+        The same of elevations.
+    triangles : ndarray (n, 3)
+        Those that do not turn back.
+    bends : bool
+        Whether these differ in direction: a plane is linear in z.
+    turned : ndarray (n,)
+        Triangles that turn back.
+    elevations : ndarray (n_triangle, 3)
     """
+
+    axes: np.ndarray
+    slope: float
+    s: np.ndarray
+    r: np.ndarray
+    first: float
+    length: float
+    z: np.ndarray
+    triangles: np.ndarray
+    bends: bool
+    turned: np.ndarray
+    elevations: np.ndarray
+
+    def n_node(self, step: float) -> int:
+        """Nodes of a table along strike, as fine as asked for."""
+        return int(np.clip(np.ceil(self.length / step), 2, MOST[0] - 1)) + 1
+
+
+@lru_cache(maxsize=KEPT)
+def _seen_along_strike(content: _Content, corner: tuple[float, float]) -> _AlongStrike:
+    """See a fault along its strike."""
     fault = content.fault
     points = fault.vertices - np.append(corner, 0.0)
     corners = points[fault.triangles]
@@ -199,46 +237,44 @@ def _read_fault(
     elevations = points[fault.triangles, 2]
     level = (normals[:, :2] == 0.0).all(axis=1)
     turned = np.flatnonzero((ahead <= 0) & ~level)
-    section = _section(fault, points, normals, ahead, turned, step)
-    for array in (*(getattr(section, key) for key in ARRAYS), turned, elevations):
-        array.flags.writeable = False
-    return section, turned, elevations
 
-
-def _section(
-    fault: TriSurface,
-    points: np.ndarray,
-    normals: np.ndarray,
-    ahead: np.ndarray,
-    turned: np.ndarray,
-    step: float,
-) -> Section:
-    """The section of a fault, from the normals of its triangles and how far these look ahead."""
-    mean = normals.sum(axis=0)
-    across = float(np.hypot(*mean[:2]))
-    dip = mean[:2] / across
     axes = np.array([[-dip[1], dip[0]], dip])
     triangles, normals = fault.triangles[ahead > 0], normals[ahead > 0]
     used = np.unique(triangles)
-
-    # r as a table over s and z, on the triangles that do not turn back
     s, r = axes @ points[:, :2].T
-    first, length = float(s[used].min()), float(np.ptp(s[used]))
-    z = np.array([points[used, 2].min(), points[used, 2].max()])
-    slope = float(-mean[2] / across)
-
-    # nodes along strike as fine as asked for; two levels are enough for a plane
-    n_s = int(np.clip(np.ceil(length / step), 2, MOST[0] - 1)) + 1
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    n_z = MOST[1] if np.ptp(unit, axis=0).max() > 1e-12 else 2  # a plane is linear in z
-    levels_z = np.linspace(z[0], z[1], n_z)
-    at_s, at_z = np.meshgrid(np.linspace(0.0, length, n_s), levels_z, indexing="ij")
-    plane = np.column_stack([s - first, points[:, 2]])
-    table = _read(plane, r, triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
-    ends = _ends(plane, triangles, z)
-    table = table.reshape(n_s, n_z)
-    left_out = plane[fault.triangles[turned]]
-    return Section(fault.name, axes, first, length, z, table, slope, ends, left_out)
+    return _AlongStrike(
+        axes, float(-mean[2] / across), s, r, float(s[used].min()), float(np.ptp(s[used])),
+        np.array([points[used, 2].min(), points[used, 2].max()]), triangles,
+        bool(np.ptp(unit, axis=0).max() > 1e-12), turned, elevations,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=KEPT)
+def _section(content: _Content, corner: tuple[float, float], n_s: int) -> Section:
+    """The section of a fault, with some nodes along strike.
+
+    The next horizon, and the next realisation of an ensemble, have the same faults. Their cells are
+    equal but for rounding, and the number of nodes is what the table depends on.
+    """
+    fault, seen = content.fault, _seen_along_strike(content, corner)
+
+    # r as a table over s and z, on the triangles that do not turn back; two levels do for a plane
+    n_z = MOST[1] if seen.bends else 2
+    at_s, at_z = np.meshgrid(
+        np.linspace(0.0, seen.length, n_s), np.linspace(seen.z[0], seen.z[1], n_z), indexing="ij"
+    )
+    plane = np.column_stack([seen.s - seen.first, fault.vertices[:, 2]])
+    at = np.column_stack([at_s.ravel(), at_z.ravel()])
+    table = _read(plane, seen.r, seen.triangles, at, seen.slope).reshape(n_s, n_z)
+    ends = _ends(plane, seen.triangles, seen.z)
+    section = Section(
+        fault.name, seen.axes, seen.first, seen.length, seen.z, table, seen.slope, ends,
+        plane[fault.triangles[seen.turned]],
+    )  # fmt: skip
+    for array in (*(getattr(section, key) for key in ARRAYS), seen.turned, seen.elevations):
+        array.flags.writeable = False
+    return section
 
 
 def overlapping(triangle: np.ndarray, others: np.ndarray) -> np.ndarray:
