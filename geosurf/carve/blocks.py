@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.zones import distinct_pairs, own_sides
+from geosurf.carve.zones import own_sides, pairs_of_faces
 from geosurf.kernels.meshes.mesh import join_pairs
 
 WHOLE = "whole"
@@ -111,15 +111,16 @@ def sides_of_units(
     cell = np.arange(1, cells.n_cell + 1)
     _, first = np.unique(unit_of_cell[1:], return_index=True)
     within = np.stack([cell, 1 + first[unit_of_cell[1:]]], axis=1)
+    pairs, pair_of_face = pairs_of_faces(cells.cell_of_side, cells.n_cell)
+    count = np.bincount(pair_of_face[pair_of_face >= 0], minlength=len(pairs))
     for fault, surfaces in faults.items():
         of = [own_sides(cells, i) for i in surfaces]
         mine, sides = (np.concatenate([one[k] for one in of]) for k in (0, 2))
 
         # all faces but those of the fault: cells that they link are one region
-        passed = np.ones(len(cells.surface_of), dtype=bool)
-        passed[mine] = False
-        pairs = distinct_pairs(cells.cell_of_side[passed], cells.n_cell)
-        region = join_pairs(np.concatenate([pairs, within]), cells.n_cell + 1)
+        own = pair_of_face[np.unique(mine)]
+        left = count - np.bincount(own[own >= 0], minlength=len(pairs))
+        region = join_pairs(np.concatenate([pairs[left > 0], within]), cells.n_cell + 1)
         seen = np.zeros((2, cells.n_cell + 1), dtype=bool)  # from its front, from its back
         for side in range(2):
             beside = sides[:, side]
@@ -130,7 +131,9 @@ def sides_of_units(
             for u in np.unique(unit_of_cell[1:][alone[region[1:]]]).tolist():
                 if u >= 0:
                     found[u].add(fault + sign)
-    return [tuple(sorted(sides, key=in_words)) for sides in found]
+    # by name first: F1 and F01 have one key
+    rank = {side: k for k, side in enumerate(sorted(sorted(set().union(*found)), key=in_words))}
+    return [tuple(sorted(sides, key=rank.__getitem__)) for sides in found]
 
 
 def name_blocks(

@@ -87,6 +87,16 @@ def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:
     return np.stack(np.divmod(keys, n_cell + 1), axis=1)
 
 
+def pairs_of_faces(sides: np.ndarray, n_cell: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same pairs, and the row of that of each face (n,); -1 where it has none inside."""
+    low, high = sides.min(axis=1, initial=n_cell), sides.max(axis=1, initial=0)
+    inside = low > 0
+    keys, rows = np.unique((low * (n_cell + 1) + high)[inside], return_inverse=True)
+    of_face = np.full(len(sides), -1)
+    of_face[inside] = rows.ravel()
+    return np.stack(np.divmod(keys, n_cell + 1), axis=1), of_face
+
+
 def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarray:
     """
     Side of each surface that each cell is on: ABOVE, BELOW, or UNKNOWN.
