@@ -17,6 +17,7 @@ measures.py          thickness, throw, juxtaposition, sections ..., as functions
 memory.py            results by what went into them; steps and warnings
 store.py             the results that scenes share, within a budget
 pictures.py          the pictures of a scene
+picture_contents.py  what maps and sections of a scene show
 attempt.py           an error of one picture costs no other result
 shown.py             cards and interactive views of scenes, and of all nouns: `gs.show`
 interactive_view.py  a page that notebooks show in a frame

@@ -20,8 +20,7 @@ import numpy as np
 from geosurf.conventions import did_you_mean
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
-from geosurf.model import Curves, SheetReport, TriSurface
-from geosurf.model.expected import flag_of, listed, path_of
+from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
 from geosurf.render import (
     doctor,
@@ -34,7 +33,6 @@ from geosurf.render import (
     render_throw,
     render_units,
 )
-from geosurf.render.clip import as_modelled
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.picture_style import PictureStyle, style_of
 from geosurf.render.views import (
@@ -46,15 +44,14 @@ from geosurf.render.views import (
     words_of,
 )
 from geosurf.scene.attempt import Attempt
-from geosurf.scene.virtual_walls import lines_on
+from geosurf.scene.picture_contents import map_of, thickness_of, tops_of_scene
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
+    pass
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
-CELLS = 200  # of a thickness map, along the longer side of the box
 
 
 @dataclass(frozen=True)
@@ -240,39 +237,6 @@ def _map(scene: MeasuredModel, name: str, look: Style, clip: bool) -> Picture:
     )
 
 
-def map_of(
-    scene: MeasuredModel, name: str, clip: bool
-) -> tuple[TriSurface, Curves, dict[str, Any]]:
-    """What a map of a horizon shows: surface, curves, and the other arguments of `render_map`."""
-    west, east, south, north = scene.box[:4]
-
-    # the outline that clips: the area of interest, or the box in the map
-    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-    inside = ring if scene.aoi is None else scene.aoi
-    surface = scene.surface(name)
-    options = {
-        "outline": inside if flag_of(clip, "clip") else None,
-        "faults": scene.fault_names,
-        "tops": tops_of_scene(scene),
-        "hatched": surface,
-        "remedies": _remedies(scene, name),
-        "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
-    }
-    return as_modelled(scene, surface), scene.curves, options
-
-
-def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
-    """What closed the tear of a horizon where its faults alone did not."""
-    sheet = scene.sheets.get(name)
-    report = None if sheet is None else sheet.report
-    return report.remedies if isinstance(report, SheetReport) else ()
-
-
-def tops_of_scene(scene: MeasuredModel) -> Any:
-    """The misfits of the well tops, if the scene has some."""
-    return None if scene.tops is None else scene.misfit()
-
-
 def _thickness(scene: MeasuredModel, pair: tuple[str, str], look: Style) -> Picture:
     def draw(path: Path) -> None:
         """Measure and draw it."""
@@ -288,20 +252,6 @@ def _thickness(scene: MeasuredModel, pair: tuple[str, str], look: Style) -> Pict
         "thickness = false",
         needs_opengl=False,
     )
-
-
-def thickness_of(
-    scene: MeasuredModel, zone: str, grid: Any
-) -> tuple[xarray.DataArray, dict[str, xarray.Dataset]]:
-    """Thickness map of a zone, and the fault polygons of the horizons above and below."""
-    if grid is None:
-        # CELLS along the longer side, whatever the size of the field: pictures have that many
-        # pixels to show
-        west, east, south, north = scene.box[:4]
-        grid = max(east - west, north - south) / CELLS
-    thickness = scene.thickness(zone, grid)
-    names = [name for name in zone.split("/") if name in scene.horizon_names]
-    return thickness, {name: scene.fault_polygons(name) for name in names}
 
 
 def _allan(scene: MeasuredModel, name: str, look: Style) -> Picture:

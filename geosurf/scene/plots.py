@@ -96,7 +96,7 @@ class ScenePlots:
         """
         from geosurf.render.map import plot_map
         from geosurf.render.overlay import overlay_of
-        from geosurf.scene.pictures import map_of
+        from geosurf.scene.picture_contents import map_of
 
         overlay = overlay_of(overlay)
         look = look_of(ax, size, title, style)
@@ -139,7 +139,7 @@ class ScenePlots:
             For an unknown zone, or axes that are not axes.
         """
         from geosurf.render.isochores import plot_thickness
-        from geosurf.scene.pictures import thickness_of
+        from geosurf.scene.picture_contents import thickness_of
 
         look = look_of(ax, size, title, style)
         thickness, polygons = thickness_of(self, zone, grid)
@@ -183,7 +183,7 @@ class ScenePlots:
         """
         from geosurf.render.overlay import overlay_of
         from geosurf.render.section import plot_section
-        from geosurf.scene.pictures import tops_of_scene
+        from geosurf.scene.picture_contents import tops_of_scene
 
         overlay = overlay_of(overlay)
         look = look_of(ax, size, title, style)

@@ -1,0 +1,69 @@
+"""What maps and sections of a scene show: surfaces, lines, well tops, thickness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning
+from geosurf.model import Curves, SheetReport, TriSurface
+from geosurf.model.expected import flag_of
+from geosurf.model.protocols import MeasuredModel
+from geosurf.render.clip import as_modelled
+from geosurf.scene.virtual_walls import lines_on
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+CELLS = 200  # of a thickness map, along the longer side of the box
+
+
+def map_of(
+    scene: MeasuredModel, name: str, clip: bool
+) -> tuple[TriSurface, Curves, dict[str, Any]]:
+    """What a map of a horizon shows: surface, curves, and the other arguments of `render_map`."""
+    west, east, south, north = scene.box[:4]
+
+    # the outline that clips: the area of interest, or the box in the map
+    ring = np.array([(west, south), (east, south), (east, north), (west, north)])
+    inside = ring if scene.aoi is None else scene.aoi
+    surface = scene.surface(name)
+    options = {
+        "outline": inside if flag_of(clip, "clip") else None,
+        "faults": scene.fault_names,
+        "tops": tops_of_scene(scene),
+        "hatched": surface,
+        "remedies": _remedies(scene, name),
+        "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
+    }
+    return as_modelled(scene, surface), scene.curves, options
+
+
+def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:
+    """What closed the tear of a horizon where its faults alone did not."""
+    sheet = scene.sheets.get(name)
+    report = None if sheet is None else sheet.report
+    return report.remedies if isinstance(report, SheetReport) else ()
+
+
+def tops_of_scene(scene: MeasuredModel) -> Any:
+    """The misfits of the well tops, if the scene has some."""
+    return None if scene.tops is None else scene.misfit()
+
+
+def thickness_of(
+    scene: MeasuredModel, zone: str, grid: Any
+) -> tuple[xarray.DataArray, dict[str, xarray.Dataset]]:
+    """Thickness map of a zone, and the fault polygons of the horizons above and below."""
+    if grid is None:
+        # CELLS along the longer side, whatever the size of the field: pictures have that many
+        # pixels to show
+        west, east, south, north = scene.box[:4]
+        grid = max(east - west, north - south) / CELLS
+    thickness = scene.thickness(zone, grid)
+    names = [name for name in zone.split("/") if name in scene.horizon_names]
+    return thickness, {name: scene.fault_polygons(name) for name in names}
+
+
+__all__ = ["map_of", "thickness_of", "tops_of_scene"]
