@@ -17,6 +17,7 @@ from geosurf.kernels.location import lattice_units, triangle_bins
 from geosurf.kernels.location.pushed import digits_of, frame_with, sum_from_top
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.measure.columns import signs_of_turns
+from geosurf.measure.voxels import Voxels, voxels_of
 from geosurf.model import Lattice, Units
 from geosurf.model.pieces import Pieces, Strips
 
@@ -109,17 +110,20 @@ class Locator:
         Easting and northing of the middle of the model, elevation of its floor, local.
     groups : tuple of Grids
     bins : Bins
-    tiles : ndarray of float64, shape (4,)
-        West and south of the model, tiles per metre to the east and to the north.
+    vertical : ndarray of float64, shape (n, 9)
+        Corners of vertical triangles, local: they are above no point.
+    box : ndarray of float64, shape (2, 3)
+        Lowest and highest coordinates of the model, local.
     """
 
     origin: np.ndarray
     rule: np.ndarray
     groups: tuple[Grids, ...]
     bins: Bins
-    tiles: np.ndarray
+    vertical: np.ndarray
+    box: np.ndarray
 
-    def find(self, points: np.ndarray) -> np.ndarray:
+    def find(self, points: np.ndarray, voxels: Voxels | None = None) -> np.ndarray:
         """
         Return the unit at each point.
 
@@ -127,6 +131,8 @@ class Locator:
         ----------
         points : ndarray of float64, shape (n, 3)
             World coordinates [m].
+        voxels : Voxels, optional
+            Of this model: points in voxels that no surface meets are looked up there.
 
         Returns
         -------
@@ -135,12 +141,37 @@ class Locator:
         """
         # into the local frame as nodes of surfaces go: a point at a node stays at it
         local = points - self.origin
-        feet, levels = np.empty((len(points), 2)), np.empty(len(points))
-        of = (self.tiles, np.full(2, TILES), feet, levels)
+        if voxels is None:
+            return self._search(local)
+        unit, others = voxels.find(local)
+        unit[others] = self._search(local[others])
+        return unit
+
+    def _search(self, local: np.ndarray) -> np.ndarray:
+        """Units of points, tile by tile: neighbours share cells and bins."""
+        feet, levels = np.empty((len(local), 2)), np.empty(len(local))
+        tiles = np.append(self.box[0, :2], TILES / np.ptp(self.box, axis=0)[:2])
+        of = (tiles, np.full(2, TILES), feet, levels)
         order = triangle_bins.order_by_tile(local, local[:, 2].copy(), *of)
-        found = np.empty(len(points), dtype=np.int64)
-        found[order] = self._units(Lines(feet, levels, 1), len(points))
+        found = np.empty(len(local), dtype=np.int64)
+        found[order] = self._units(Lines(feet, levels, 1), len(local))
         return found
+
+    @cached_property
+    def voxels(self) -> Voxels:
+        """Voxels of the model: made once, for questions with many points."""
+        return voxels_of(
+            self.box,
+            [(g.x, g.y, g.places, g.z, g.column, g.steps) for g in self.groups],
+            (self.bins.corners, self.vertical),
+            lambda feet, levels: self._on_lines(Lines(feet, levels, 0)),
+        )
+
+    @property
+    def n_triangle(self) -> int:
+        """How many triangles `voxels` has to place, about."""
+        of_grids = sum(grids.column.size * grids.steps.shape[1] for grids in self.groups)
+        return of_grids + len(self.bins.corners) + len(self.vertical)
 
     def find_on_lines(self, feet: np.ndarray, levels: np.ndarray) -> np.ndarray:
         """
@@ -158,8 +189,12 @@ class Locator:
         ndarray of int64, shape (n_line, n_level)
             Row of the unit; -1 outside the model.
         """
-        lines = Lines(feet - self.origin[:2], levels - self.origin[2], 0)
-        return self._units(lines, len(feet) * len(levels)).reshape(len(feet), len(levels))
+        return self._on_lines(Lines(feet - self.origin[:2], levels - self.origin[2], 0))
+
+    def _on_lines(self, lines: Lines) -> np.ndarray:
+        """Units of local lines that have the same levels."""
+        n_line, n_level = len(lines.feet), len(lines.levels)
+        return self._units(lines, n_line * n_level).reshape(n_line, n_level)
 
     def _units(self, lines: Lines, n_point: int) -> np.ndarray:
         """Units of all points, line by line."""
@@ -212,8 +247,8 @@ def locator_of(units: Units) -> Locator:
     corners, step = (np.concatenate(parts) for parts in zip(*lists, strict=True))
     low, high = np.reshape(units.box, (3, 2)).T - pieces.origin
     rule = np.array([*(0.5 * (low + high))[:2], low[2]])
-    tiles = np.append(low[:2], TILES / (high - low)[:2])
-    return Locator(pieces.origin, rule, groups, _bins(corners, step), tiles)
+    bins, vertical = _bins(corners, step)
+    return Locator(pieces.origin, rule, groups, bins, vertical, np.stack([low, high]))
 
 
 def _cut_triangles(pieces: Pieces, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -229,7 +264,7 @@ def _cut_triangles(pieces: Pieces, sides: np.ndarray) -> tuple[np.ndarray, np.nd
 def _run_triangles(
     lattice: Lattice, strips: Strips, sides: np.ndarray, origin: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same for the runs of a grid that folds on the map, such as an upright fault."""
+    """The same for the runs of a grid that folds on the map, such as an vertical fault."""
     step = _spread(lattice, strips, sides[:, 1] - sides[:, 0])
     keys = np.flatnonzero(step)
     nodes = lattice.corners_of_keys(keys)
@@ -310,8 +345,8 @@ def _guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
     return np.array([start[0], *back[0], start[1], *back[1]])
 
 
-def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
-    """Sort triangles (n, 3, 3) into bins, the highest first; upright ones have no shadow."""
+def _bins(corners: np.ndarray, step: np.ndarray) -> tuple[Bins, np.ndarray]:
+    """Sort triangles (n, 3, 3) into bins, the highest first; vertical ones have no shadow."""
     n = len(corners)
     facing = signs_of_turns(
         corners.reshape(-1, 3)[:, :2], np.arange(3 * n, dtype=np.int64).reshape(-1, 3)
@@ -319,7 +354,7 @@ def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
 
     # the highest first; a front that looks up has the unit behind it below
     top = corners[:, :, 2].max(axis=1, initial=-np.inf)
-    order = np.flatnonzero(facing)
+    order, vertical = np.flatnonzero(facing), corners[facing == 0].reshape(-1, 9)
     order = order[np.argsort(-top[order], kind="stable")]
     facing, corners, step = facing[order], corners[order], step[order] * facing[order]
     ends = np.stack([corners[:, :, 2].min(axis=1, initial=np.inf), top[order]], axis=1)
@@ -331,7 +366,8 @@ def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
     start = np.cumsum(count)
     items = np.empty(start[-1], dtype=np.int64)
     triangle_bins.fill_bins(c, facing, grid, shape, start[:-1].copy(), items)
-    return Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
+    bins = Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
+    return bins, vertical
 
 
 def _bin_shapes(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -128,7 +128,7 @@ def _set_corner(x, y, z, a, k, i, j, row, s):
 
 
 @scalar
-def _corner_nodes(a, i, j, half):
+def corner_nodes(a, i, j, half):
     """Rows and columns of the three corners of half a cell, in the order of `build_triangles`."""
     if a[RISING] == 1:
         # corners 0, 1, 2, 3 around the cell: 0 1 2 and 0 2 3
@@ -212,7 +212,7 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
         of = column[2 * (i * (a[N_COL] - 1) + j) + half]
         if of == 0:  # no surface of the group is whole here
             continue
-        corners = _corner_nodes(a, i, j, half)
+        corners = corner_nodes(a, i, j, half)
         for k in range(steps.shape[1]):
             step = steps[of, k]
             if step == 0:
