@@ -23,6 +23,7 @@ from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import Line, diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.names import shortened_apart
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.styles import AreaStyle, LineStyle
 from geosurf.render.views import check_size
@@ -246,9 +247,10 @@ def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None
     for side, x, offset, ha in (("+", left, -8.0, "right"), ("-", right, 8.0, "left")):
         names = sorted(ends[side], key=ends[side].__getitem__)
         levels = _spread([ends[side][name] for name in names], 14.0 * unit * height)
+        labels = shortened_apart((name for _, name in names), 12)
         for (kind, name), z in zip(names, levels, strict=True):
             axes.annotate(
-                furniture.shortened(name, 12), (x, z), (offset * unit, 0), annotation_clip=False,
+                labels[name], (x, z), (offset * unit, 0), annotation_clip=False,
                 textcoords="offset pixels", ha=ha, va="center", family=furniture.FONT,
                 fontsize=11.0 * unit * 72.0 / furniture.DPI, color=LINES[kind], parse_math=False,
             )  # fmt: skip
@@ -280,13 +282,14 @@ def _legend(
 ) -> tuple[Entry, ...]:
     """Pairs of zones: different zones first, the largest area first."""
     legend = []
+    labels = shortened_apart((zone for pair in pairs for zone in pair), 15)
 
     # False sorts before True: pairs of different zones first
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     areas = area_texts(area for _, area in order)
     for ((minus, plus), _), area in zip(order, areas, strict=True):
         # a zone against itself has no stripes in the diagram, and none in the legend
-        other = furniture.shortened(plus, 15) if plus != minus else "itself"
+        other = labels[plus] if plus != minus else "itself"
         detail = f"against {other}, {area}"
         stripes = None if plus == minus else colours[plus]
         legend.append(Entry(minus, colours[minus], detail, stripes=stripes))

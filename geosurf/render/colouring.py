@@ -106,7 +106,7 @@ def check_colour_by(colour_by: Any) -> tuple[Property, str]:
     words = str(getattr(colour_by, "name", None) or "Property").replace("_", " ")
     unit = getattr(colour_by, "attrs", {})
     if isinstance(unit, Mapping) and unit.get("units"):
-        words += f" [{unit['units']}]"
+        words += f" [{unit['units']}]".replace("m3]", "m³]").replace("m2]", "m²]")
     names = list(colour_by) if isinstance(colour_by, Mapping) else None
     try:
         values = real_numbers(list(colour_by.values()) if names is not None else colour_by)
@@ -224,10 +224,9 @@ def _scaled(words: str, most: float) -> tuple[str, float]:
 
     Examples
     --------
-    >>> _scaled("volume [m3]", 3.0e9)
+    >>> _scaled("volume [m³]", 3.0e9)
     ('volume [10⁹ m³]', 1000000000.0)
     """
-    words = words.replace("m3]", "m³]").replace("m2]", "m²]")
     power = 3 * math.floor(math.log10(most) / 3.0) if most > 0.0 else 0
     if -3 <= power <= 3:
         return words, 1.0

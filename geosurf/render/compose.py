@@ -104,7 +104,7 @@ def draw_picture(
     draw_names(sheet, camera, content.names)
     room = layout.height / layout.unit - 84 - 250
     if content.bar is not None:
-        room = 290.0
+        room = 280.0
         _draw_bar(sheet, content.bar)
     furniture.draw_legend(sheet, content.legend, room)
     furniture.draw_compass(sheet, camera)

@@ -14,7 +14,7 @@ from geosurf.conventions import length_text
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, Entry
-from geosurf.render.names import shortened, shortened_apart, text_size
+from geosurf.render.names import shortened, shortened_apart
 from geosurf.render.picture_style import FONT
 from geosurf.render.sheet import (
     DPI,
@@ -28,7 +28,7 @@ from geosurf.render.sheet import (
     sheet_for,
 )
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
-from geosurf.render.theme import apply_theme
+from geosurf.render.theme import LEGEND, apply_theme
 from geosurf.render.ticks import nice_step
 from geosurf.render.views import Camera
 
@@ -125,7 +125,8 @@ def _draw_mark(sheet: Sheet, entry: Entry, at: tuple[float, float], high: float)
     left, y = at
     if entry.kind in ("line", "dashes"):
         dashes: LineStyle = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
-        sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **dashes)
+        line = sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **dashes)
+        line.set_gid(LEGEND)
     elif entry.kind == "circle":
         circle = sheet.circle((left + 13 * unit, y), 5.5 * unit)
         circle.set_edgecolor(entry.colour)
@@ -143,14 +144,14 @@ def _draw_one_line(sheet: Sheet, entry: Entry, label: str, at: tuple[float, floa
     """Write the label of an entry and, after it, as much of its detail as fits."""
     x, y = at
     sheet.text((x, y), label, 11.5)
-    wide, _ = text_size(sheet, label, 11.5)
+    wide, _ = sheet.text_size(label, 11.5)
     rest = 205.0 * sheet.layout.unit - wide
 
     # whole words: a part of a number would be another number
     parts = entry.detail.split(", ")
     for n in range(len(parts), 0, -1):
         words = ", ".join(parts[:n])
-        if text_size(sheet, words, 10.0)[0] + 8.0 * sheet.layout.unit <= rest:
+        if sheet.text_size(words, 10.0)[0] + 8.0 * sheet.layout.unit <= rest:
             sheet.text((x + wide + 8.0 * sheet.layout.unit, y), words, 10.0, palette.FAINT)
             return
 

@@ -26,6 +26,7 @@ from geosurf.render.map_frame import (
     map_axes,
     number_contours,
 )
+from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, draw_on_map, overlay_of
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.remedies import draw_remedies
@@ -39,7 +40,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.figure import Figure
 
 MAX_MAP_TRIANGLE = 250_000
-NAME_WIDTH, NAME_HEIGHT = 8.5, 15.0  # of a letter of a name next to a line [design pixels]
 N_BAND = 3  # bands of colour per contour interval
 
 
@@ -358,18 +358,18 @@ def _draw_curves(
 
     # the name goes next to the longest line, 9 design pixels to the right; the longest lines first,
     # and no name over another: the legend has them all
-    unit, taken = sheet.layout.unit, list[tuple[float, float, float]]()
+    unit = sheet.layout.unit
+    labels = shortened_apart(curves.names[other] for other in longest)
     for other, (_, at) in sorted(longest.items(), key=lambda item: -item[1][0]):
+        label = labels[curves.names[other]]
         x, y = axes.transData.transform(at)
-        wide, high = NAME_WIDTH * unit * len(curves.names[other]), NAME_HEIGHT * unit
-        if any(x < right and left < x + wide and abs(y - up) < high for left, right, up in taken):
+        x += 9.0 * unit
+        wide, high = sheet.text_size(label, 11.5, "bold")
+        if not sheet.names.take((x, y - 0.7 * high, x + wide, y + 0.7 * high)):
             continue
-        taken.append((x, x + wide, y))
-        at = axes.transData.inverted().transform((x + 9.0 * unit, y))
+        at = axes.transData.inverted().transform((x, y))
         colour = palette.shade(colours[curves.names[other]], 1, 2)
-        furniture.halo_text(
-            sheet, axes, at, curves.names[other], 11.5, colour, ha="left", fontweight="bold"
-        )
+        furniture.halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
     # faults first: where the legend has no room, horizons are the ones that are only counted
     met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
     return [

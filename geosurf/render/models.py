@@ -157,7 +157,7 @@ def render_scene(
     return draw_picture(
         content,
         path,
-        title=_title(show) if title is None else title,
+        title=_title(show, colour_by) if title is None else title,
         view=view,
         size=size,
         exaggeration=exaggeration,
@@ -201,14 +201,18 @@ def _check_scene(scene: object, show: Sequence[str]) -> None:
             )
 
 
-def _title(show: Sequence[str]) -> str:
-    """Return the title: a list of what the picture shows."""
+def _title(show: Sequence[str], colour_by: Any = None) -> str:
+    """Return the title: a list of what the picture shows, and what it is coloured by."""
     # in the order of `SHOWABLE`, however the caller listed them
     words = ["intersection lines" if w == "curves" else w for w in SHOWABLE if w in show]
     if not words:
         return "Scene"
     head, last = ", ".join(words[:-1]), words[-1]
-    return (f"{head} and {last}" if head else last).capitalize()
+    title = (f"{head} and {last}" if head else last).capitalize()
+    if colour_by is None:
+        return title
+    _, kind = check_colour_by(colour_by)
+    return f"{title}, by {'elevation' if kind == 'z' else kind}"
 
 
 def render_surfaces(

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import takewhile
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.render.layers import LABEL_ROOM
 
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.render.sheet import Sheet
-
 CUT = "…"
 HEAD = 5  # letters of the start of a label whose end is left out
+MARGIN = 1.5  # around names [pixels]
 LEAST = 9  # letters of a label that can be told apart
 NAME_SIZE = 12.0  # of names at points [design pixels]
 
@@ -127,27 +124,15 @@ class Room:
         self.taken = [np.asarray(box, dtype=np.float64) for box in taken]
 
     def take(self, box: Sequence[float]) -> bool:
-        """Take a box if it is free; return whether it was."""
-        left, bottom, right, top = box
+        """Take a box if it is free, with a margin for rims; return whether it was."""
+        left, bottom, right, top = (
+            box[0] - MARGIN, box[1] - MARGIN, box[2] + MARGIN, box[3] + MARGIN,
+        )  # fmt: skip
         for one in self.taken:
             if left < one[2] and one[0] < right and bottom < one[3] and one[1] < top:
                 return False
-        self.taken.append(np.asarray(box, dtype=np.float64))
+        self.taken.append(np.array([left, bottom, right, top]))
         return True
 
 
-def text_size(sheet: Sheet, words: str, size: float, weight: str = "normal") -> tuple[float, float]:
-    """Return width and height of a text [pixels]; `size` is in design pixels."""
-    from matplotlib.backends.backend_agg import RendererAgg
-    from matplotlib.font_manager import FontProperties
-
-    dpi = 100.0
-    points = size * sheet.layout.unit * 72.0 / dpi
-    font = FontProperties(family=sheet.style.fonts, size=points, weight=weight)
-    # matplotlib's renderer has no types
-    renderer: Any = RendererAgg(1, 1, dpi)  # type: ignore[no-untyped-call]
-    wide, high, _ = renderer.get_text_width_height_descent(words, font, False)
-    return float(wide), float(high)
-
-
-__all__ = ["Room", "shortened", "shortened_apart", "text_size"]
+__all__ = ["Room", "shortened", "shortened_apart"]

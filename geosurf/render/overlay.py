@@ -14,7 +14,7 @@ from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.diagram import highest_in_view
 from geosurf.render.layers import Content, Entry, Layer
-from geosurf.render.names import NAME_SIZE, Room, shortened_apart, text_size
+from geosurf.render.names import NAME_SIZE, Room, shortened_apart
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -173,7 +173,7 @@ def draw_names(
         inside = 0.0 <= x - origin[0] <= layout.view_size[0]
         if not (inside and 0.0 <= y - origin[1] <= layout.view_size[1]):
             continue
-        wide, high = text_size(sheet, labels[name], NAME_SIZE, "bold")
+        wide, high = sheet.text_size(labels[name], NAME_SIZE, "bold")
         away = AWAY * unit
         for left, bottom in (
             (x + away, y - 0.5 * high), (x - 0.5 * wide, y + away),
@@ -304,7 +304,7 @@ def _dots(sheet: furniture.Sheet, axes: Axes, points: np.ndarray) -> None:
 
 def _mark(sheet: furniture.Sheet, axes: Axes, heads: Mapping[str, np.ndarray]) -> None:
     """Mark the heads of wells and write their names, none over another."""
-    unit, labels, room = sheet.layout.unit, shortened_apart(heads), Room()
+    unit, labels, room = sheet.layout.unit, shortened_apart(heads), sheet.names
     inverse = axes.transData.inverted()
     low, high = axes.transAxes.transform([(0.0, 0.0), (1.0, 1.0)])
     for name, place in heads.items():
@@ -316,7 +316,7 @@ def _mark(sheet: furniture.Sheet, axes: Axes, heads: Mapping[str, np.ndarray]) -
             *place, marker="o", markersize=size, color=palette.PAPER, markeredgecolor=WELL,
             markeredgewidth=0.2 * size, zorder=6.0,
         )  # fmt: skip
-        wide, tall = text_size(sheet, labels[name], NAME_SIZE, "bold")
+        wide, tall = sheet.text_size(labels[name], NAME_SIZE, "bold")
         away = 8.0 * unit
         for left, bottom in (
             (x + away, y - 0.5 * tall), (x - away - wide, y - 0.5 * tall),

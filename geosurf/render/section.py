@@ -16,6 +16,7 @@ from geosurf.render.allan import HALO
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import diagram_axes, highest_in_view, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, draw_on_section, overlay_of
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.views import check_size
@@ -283,14 +284,33 @@ def _draw_lines(
             if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
                 named[name] = highest
 
-    # each fault is named once, at its highest point in the picture
-    for name, (x, z) in named.items():
-        axes.annotate(
-            furniture.shortened(name, 12), (x, z), (0.0, 9.0 * unit), annotation_clip=False,
-            textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
-            fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
-            path_effects=furniture.rim_of_words(unit), parse_math=False,
-        )  # fmt: skip
+    _name_faults(sheet, axes, named, faults)
+
+
+def _name_faults(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    named: dict[str, np.ndarray],
+    faults: dict[str, palette.RGB],
+) -> None:
+    """Name each fault once, at its highest point in the picture; no name lies over another."""
+    unit, labels = sheet.layout.unit, shortened_apart(named, 12)
+    for name, place in named.items():
+        x, y = axes.transData.transform(place)
+        wide, high = sheet.text_size(labels[name], 12.0)
+
+        # above the fault, else to its right or left; the legend has those without room
+        for shift in (0.0, 0.5 * wide, -0.5 * wide):
+            left, bottom = x + shift - 0.5 * wide, y + 9.0 * unit
+            if not sheet.names.take((left, bottom, left + wide, bottom + high)):
+                continue
+            axes.annotate(
+                labels[name], (place[0], place[1]), (shift, 9.0 * unit), annotation_clip=False,
+                textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
+                fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
+                path_effects=furniture.rim_of_words(unit), parse_math=False,
+            )  # fmt: skip
+            break
 
 
 def _draw_ends(sheet: furniture.Sheet, axes: Axes, corners: np.ndarray) -> None:

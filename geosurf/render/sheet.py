@@ -20,6 +20,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import Entry
+from geosurf.render.names import Room
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.warning import warn
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Circle, Rectangle
 
 DPI = 100
@@ -61,12 +63,16 @@ def lay_out(size: tuple[int, int]) -> Layout:
 
 
 class Sheet:
-    """A blank picture on which text and lines are drawn at pixel positions."""
+    """A blank picture on which text and lines are drawn at pixel positions.
+
+    `names` has the places that names next to lines and wells have taken.
+    """
 
     def __init__(self, layout: Layout, style: PictureStyle = PLAIN) -> None:
         figure = _figure((layout.width, layout.height))
         self.layout = layout
         self.style = style
+        self.names = Room()
         self.figure = figure
         self.axes = figure.add_axes((0, 0, 1, 1))
         self.axes.set_axis_off()
@@ -99,11 +105,14 @@ class Sheet:
         width: float = 1.0,
         colour: palette.RGB = palette.INK,
         **look: Unpack[LineStyle],
-    ) -> None:
+    ) -> Line2D:
         """Draw a line through pixels; `width` is in design pixels."""
         x, y = np.asarray(points, dtype=float).T
         points_wide = width * self.layout.unit * 72.0 / DPI
-        self.axes.plot(x, y, color=colour, linewidth=points_wide, solid_capstyle="butt", **look)
+        (line,) = self.axes.plot(
+            x, y, color=colour, linewidth=points_wide, solid_capstyle="butt", **look
+        )
+        return line
 
     def rectangle(
         self,
@@ -131,6 +140,19 @@ class Sheet:
         self.axes.add_patch(circle)
         return circle
 
+    def text_size(self, words: str, size: float, weight: str = "normal") -> tuple[float, float]:
+        """Return width and height of a text [pixels]; `size` is in design pixels."""
+        from matplotlib.backends.backend_agg import RendererAgg
+        from matplotlib.font_manager import FontProperties
+
+        points = size * self.layout.unit * 72.0 / DPI
+        font = FontProperties(family=self.style.fonts, size=points, weight=weight)
+
+        # matplotlib's renderer has no types
+        renderer: Any = RendererAgg(1, 1, DPI)  # type: ignore[no-untyped-call]
+        wide, high, _ = renderer.get_text_width_height_descent(words, font, False)
+        return float(wide), float(high)
+
     @property
     def room(self) -> tuple[float, float]:
         """Width and height for a map or a diagram [pixels]."""
@@ -153,6 +175,7 @@ class UserSheet(Sheet):
 
     def __init__(self, axes: Axes, style: PictureStyle = PLAIN) -> None:
         self.style = style
+        self.names = Room()
         # a design pixel is a pixel at 100 per inch: words have the size of usual figures
         self.layout = lay_out((1100, 800))
         self.figure = axes.figure  # type: ignore[assignment]

@@ -26,6 +26,7 @@ ROLES = {  # light -> dark
     palette.PAPER: DARK_PAPER,
     palette.CONTACT: rgb("#7d9bff"),
 }
+LEGEND = "legend"  # marks lines that have the colour of data
 CONTRAST = 4.5  # of text against the background (WCAG 2.1, AA)
 SEEN, RIM = 2.0, 0.9  # least contrast of a line without rims, and their width [points]
 NEAR = 0.005  # colours this near are the same: matplotlib stores some of them in 8 bits
@@ -90,7 +91,8 @@ def _darken(figure: Figure, frame: Axes) -> None:
                 tick.set_color(_swapped(tick.get_color()))
     # legend, arrows and scale bar; a line that frames an area of the legend is part of it
     for line in frame.findobj(Line2D):
-        line.set_color(_swapped(line.get_color()))
+        if line.get_gid() != LEGEND:
+            line.set_color(_swapped(line.get_color()))
         if _contrast(to_rgb(line.get_color()), DARK_PAPER) < SEEN:
             # a dark line keeps the colour that it has on the model, between light rims
             wide = line.get_linewidth() + 2.0 * RIM
@@ -142,4 +144,4 @@ def _luminance(colour: RGB) -> float:
     return sum(w * x for w, x in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
-__all__ = ["apply_theme", "background", "readable"]
+__all__ = ["LEGEND", "apply_theme", "background", "readable"]

@@ -90,7 +90,8 @@ def draw_wells_on_map(sheet: furniture.Sheet, axes: Axes, tops: Sequence[WellTop
 
     # boxes of all circles first, in pixels: a name may hide neither circles nor other names
     room = (RADIUS + 2.0) * sheet.layout.unit
-    taken = [_box(axes, top.place, (room, room, room)) for top in shown]
+    taken = sheet.names.taken
+    taken += [_box(axes, top.place, (room, room, room)) for top in shown]
     for top in shown:
         place = top.place
         _circle(sheet, axes, place, palette.PAPER)
@@ -130,7 +131,8 @@ def draw_wells_on_section(
 
     # no name crosses the line of another well
     heads = [np.array([mine[0].place[0], above]) for mine in wells.values()]
-    taken = [_box(axes, head, (2.0 * unit, 60.0 * unit, 0.0)) for head in heads]
+    taken = sheet.names.taken
+    taken += [_box(axes, head, (2.0 * unit, 60.0 * unit, 0.0)) for head in heads]
     for well, mine in wells.items():
         head = np.array([mine[0].place[0], above])
         path = np.array([head, *(top.place for top in mine)])
