@@ -264,7 +264,7 @@ def _cut_triangles(pieces: Pieces, sides: np.ndarray) -> tuple[np.ndarray, np.nd
 def _run_triangles(
     lattice: Lattice, strips: Strips, sides: np.ndarray, origin: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same for the runs of a grid that folds on the map, such as an vertical fault."""
+    """The same for the runs of a grid that folds on the map, such as a vertical fault."""
     step = _spread(lattice, strips, sides[:, 1] - sides[:, 0])
     keys = np.flatnonzero(step)
     nodes = lattice.corners_of_keys(keys)
