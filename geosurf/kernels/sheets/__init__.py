@@ -11,6 +11,7 @@ file               question                                               source
 `envelope_solver`  How are they ordered, filled and solved?               Cuthill & McKee 1969
 `column_products`  What are sums of products of a few columns?
 `graph_distance`   How many links away is a node?                         breadth-first search
+`moved_rock`       Where are faults and beds that throw moves rock along?
 `sheet_trim`       Which parts of a torn sheet remain?
 `sheet_corners`    Which corners of pieces are vertices of the sheet?
 =================  =====================================================  ====================

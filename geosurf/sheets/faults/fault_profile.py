@@ -21,6 +21,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.sheets.moved_rock import across_fault, values_in_table
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.fault_distance import Blocks
 
@@ -81,12 +82,10 @@ class Section:
 
     def across(self, s: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Where the fault is across strike: straight on past its ends, at its mean dip beyond."""
-        n_s, n_z = self.table.shape
-        low, high = self.z
-        within = np.clip(z, low, high)
-        u = np.clip(s / self.length, 0.0, 1.0) * (n_s - 1)
-        v = (within - low) / (high - low) * (n_z - 1)
-        return bilinear(self.table, u, v) + self.slope * (z - within)
+        out = np.empty(len(s))
+        of = (*self.z.tolist(), self.length, self.slope)
+        across_fault(self.table, *of, np.ascontiguousarray(s), np.ascontiguousarray(z), out)
+        return out
 
 
 def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -97,13 +96,9 @@ def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     >>> bilinear(np.array([[0.0, 1.0], [2.0, 5.0]]), np.array([0.5, 1.0]), np.array([0.5, 0.0]))
     array([2., 2.])
     """
-    i = np.minimum(u.astype(np.int64), table.shape[0] - 2)
-    j = np.minimum(v.astype(np.int64), table.shape[1] - 2)
-    f, g = u - i, v - j
-    lower = table[i, j] * (1.0 - f) + table[i + 1, j] * f
-    upper = table[i, j + 1] * (1.0 - f) + table[i + 1, j + 1] * f
-    found: np.ndarray = lower * (1.0 - g) + upper * g
-    return found
+    out = np.empty(len(u))
+    values_in_table(table, np.ascontiguousarray(u), np.ascontiguousarray(v), out)
+    return out
 
 
 def section_of(

@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.sheets.moved_rock import heights_on_triangles
 from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.lattice.frame import Frame
 
@@ -30,7 +31,7 @@ class Before:
         self.values, self.rising = values, rising
         self.to_columns = np.linalg.inv(frame.step)
         self.holes = bool(np.isnan(values).any())
-        self.filled = _filled(values) if self.holes else values
+        self.filled = np.ascontiguousarray(_filled(values) if self.holes else values, np.float64)
 
     def _corners(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n, 3) of the triangle at each place, and their weights (n, 3)."""
@@ -60,12 +61,10 @@ class Before:
 
     def at(self, xy: np.ndarray) -> np.ndarray:
         """Elevation (n,) at places (n, 2) from the corner; holes take the nearest value."""
-        node, weight = self._corners(xy)
-        grid = self.filled.ravel()
-        base = grid[node[:, 0]]  # a node itself comes back bit for bit
-        one, two = grid[node[:, 1]] - base, grid[node[:, 2]] - base
-        found: np.ndarray = base + weight[:, 1] * one + weight[:, 2] * two
-        return found
+        x, y = (xy @ self.to_columns).T.copy()
+        out = np.empty(len(xy))
+        heights_on_triangles(self.filled, self.rising, x, y, out)
+        return out
 
     def lost(self, xy: np.ndarray) -> np.ndarray:
         """Mask (n,) of places in holes; the rim of a hole is not in it."""
