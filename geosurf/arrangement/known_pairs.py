@@ -4,14 +4,20 @@ A search decides each candidate pair of triangles alone: how two triangles meet 
 coordinates and the origin. So what one search found of two surfaces holds for every other search of
 both, whatever other surfaces there are. Which contacts rounding could change is judged by the
 largest coordinate of all candidates; with another one, the pairs are decided again.
+
+The last arrangement as a whole is stored, too: the next one takes from it what did not change.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.arrangement.earlier import Earlier
 
 MOST = 1 << 20  # candidates of two surfaces; more are searched again
 
@@ -45,25 +51,35 @@ class KnownPairs:
     Attributes
     ----------
     get : callable
-        Key -> `Known` or None.
+        Key -> what was stored, or None.
     put : callable
-        Key and `Known` -> None.
+        Key and what is to be stored -> None.
     keys : list of hashable
         One of each surface, which stands for its triangles.
     """
 
-    get: Callable[[Hashable], Known | None]
-    put: Callable[[Hashable, Known], None]
+    get: Callable[[Hashable], Any]
+    put: Callable[[Hashable, Any], None]
     keys: list[Hashable]
 
     def of(self, i: int, j: int, *options: Hashable) -> Known | None:
         """What is known of two surfaces; None if they have not been searched."""
-        return self.get(("pair", self.keys[i], self.keys[j], *options))
+        found: Known | None = self.get(("pair", self.keys[i], self.keys[j], *options))
+        return found
 
     def add(self, i: int, j: int, found: Known, *options: Hashable) -> None:
         """Store what a search found, unless that is too much."""
         if len(found.rows) <= MOST:
             self.put(("pair", self.keys[i], self.keys[j], *options), found)
+
+    def arrangement(self) -> Earlier | None:
+        """The last arrangement of such surfaces."""
+        found: Earlier | None = self.get(("arrangement",))
+        return found
+
+    def keep_arrangement(self, one: Earlier) -> None:
+        """Store an arrangement in place of the last one."""
+        self.put(("arrangement",), one)
 
 
 __all__ = ["Known", "KnownPairs"]

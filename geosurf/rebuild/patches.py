@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.model import Patches, TriSurface
 from geosurf.rebuild.assemble import assemble
@@ -68,9 +69,12 @@ def rebuild_surfaces(
     return patches_from(contacts)
 
 
-def patches_from(contacts: Contacts) -> Patches:
-    """Cut the faces of known contacts and weld everything into patches."""
-    contacts, children, moves = cut_soundly(contacts)
+def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches:
+    """Cut the faces of known contacts and weld everything into patches.
+
+    What earlier arrangements of the same surfaces found is taken from `known`.
+    """
+    contacts, children, moves = cut_soundly(contacts, known)
     pieces, rim = assemble(contacts, children)
     report = {
         "cut_triangles": len(children.cut),

@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
+from geosurf.arrangement.earlier import Earlier, compare, cut_changed
+from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
@@ -52,8 +54,17 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     return crossing_faces(contacts, children)
 
 
-def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float]]:
+def cut_soundly(
+    contacts: Contacts, known: KnownPairs | None = None
+) -> tuple[Contacts, Children, dict[str, float]]:
     """Cut all faces; repair the inputs where rounding turns children over.
+
+    Parameters
+    ----------
+    contacts : Contacts
+    known : KnownPairs, optional
+        What earlier arrangements of these surfaces found: faces that were cut alike are taken from
+        there, and this arrangement is added unless it is repaired.
 
     Returns
     -------
@@ -68,9 +79,11 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
         If neither the coarsest step nor a shift helps: names the surface and the place.
     """
     contacts = with_own_contacts(contacts)
-    children = cut_contacts(contacts)
+    children = _cut(contacts, known)
     bad = unsound(contacts, children)
     if len(bad) == 0:
+        if known is not None:
+            known.keep_arrangement(Earlier(tuple(known.keys), contacts, children))
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
@@ -95,6 +108,15 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
             if len(bad) == 0:
                 return contacts, children, _moves(given, surfaces, moved)
     raise _refusal(*first)
+
+
+def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
+    """All children; those of faces that an earlier arrangement cut alike are not made again."""
+    earlier = None if known is None else known.arrangement()
+    if known is None or earlier is None:
+        return cut_contacts(contacts)
+    same = compare(earlier, contacts, known.keys)
+    return cut_contacts(contacts) if same is None else cut_changed(earlier, contacts, same)
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:

@@ -357,7 +357,7 @@ class Graph:
             self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections, known=known,
         )  # fmt: skip
-        patches = trim_sheets(patches_from(contacts))
+        patches = trim_sheets(patches_from(contacts, known))
         branches = (self.prepared_by or self.faults).rules
         ended = end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
         found = end_virtual_walls(ended[0], self._virtual, self.inputs.compartments)

@@ -12,6 +12,7 @@ file                 question                                                 so
 `cavity`             How are triangles that a segment crosses replaced?       Toussaint & Avis 1982
 `constraints`        How do segments become edges, with their crossings?
 `cut_faces`          What are the children of all cut faces?
+`unchanged_faces`    Which faces are cut as in an earlier arrangement?
 `thin_pieces`        Which pieces are so thin that rounding may invert them?
 ===================  =======================================================  =====================
 """
