@@ -40,11 +40,11 @@ def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.nda
         the map times its mean height; over a closed shell, these add up to the volume inside.
     """
     found = np.zeros((n_face, 3))
-    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
-    kernels.volume_below_triangles(pieces.x, pieces.triangles[rows], face[rows], level, found)
+    kernels.volume_below_triangles(pieces.x, *_triangles(pieces, face), level, found)
     for lattice, runs, of in _runs(pieces, face):
         height = level + pieces.origin[2]
-        kernels.volume_below_runs(*lattice.coordinates, lattice.places, runs, of, height, found)
+        sums = _of_runs(lattice, runs, height)
+        kernels.add_runs(lattice.places, sums, of, found)
     return found
 
 
@@ -65,8 +65,7 @@ def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
     """
     found = np.zeros((n_face, 12))
     found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
-    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
-    kernels.extent_triangles(pieces.x, pieces.triangles[rows], face[rows], found)
+    kernels.extent_triangles(pieces.x, *_triangles(pieces, face), found)
     for lattice, runs, of in _runs(pieces, face):
         kernels.extent_runs(*lattice.coordinates, lattice.places, runs, of, pieces.origin, found)
     return found
@@ -90,9 +89,7 @@ def beside_level(pieces: Pieces, face: np.ndarray, n_face: int, level: float) ->
         that look up, the first is positive and the second negative.
     """
     found = np.zeros((n_face, 4))
-    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
-    given = pieces.x, pieces.triangles[rows], face[rows], level
-    level_volumes.volume_beside_triangles(*given, found)
+    level_volumes.volume_beside_triangles(pieces.x, *_triangles(pieces, face), level, found)
     for lattice, runs, of in _runs(pieces, face):
         height = level + pieces.origin[2]
         level_volumes.volume_beside_runs(
@@ -104,11 +101,37 @@ def beside_level(pieces: Pieces, face: np.ndarray, n_face: int, level: float) ->
 def heights(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
     """Lowest and highest local elevation of faces, float64 (n_face, 2) [m]; as for `below`."""
     found = np.repeat([[np.inf, -np.inf]], n_face, axis=0)
-    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
-    level_volumes.heights_of_triangles(pieces.x, pieces.triangles[rows], face[rows], found)
+    level_volumes.heights_of_triangles(pieces.x, *_triangles(pieces, face), found)
     for lattice, runs, of in _runs(pieces, face):
-        given = lattice.coordinates[2], lattice.places, runs, of, float(pieces.origin[2])
-        level_volumes.heights_of_runs(*given, found)
+        ends = _of_runs(lattice, runs)
+        level_volumes.widen_by_runs(ends, of, float(pieces.origin[2]), found)
+    return found
+
+
+def _triangles(pieces: Pieces, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles that belong to a face, and which; `take` is many times as fast as brackets."""
+    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
+    return pieces.triangles.take(rows, axis=0), face.take(rows)
+
+
+def _of_runs(lattice: Lattice, runs: np.ndarray, level: float | None = None) -> np.ndarray:
+    """Volume below each run and its map area (n_run, 3), without a level its heights (n_run, 2).
+
+    A moved fault changes a few runs of each row: what the last model had of them is known.
+    """
+    held = lattice.__dict__.setdefault("_known_runs", {})  # with the lattice, as its tree is
+    kind = "heights" if level is None else "volumes"
+    before, runs0, known = held.get(
+        kind, (level, runs[:0], np.empty((0, 2 if level is None else 3)))
+    )
+    if before != level:
+        runs0, known = runs0[:0], known[:0]
+    given = lattice.coordinates, lattice.places, runs
+    if level is None:
+        found = level_volumes.heights_of_runs(given[0][2], *given[1:], runs0, known)
+    else:
+        found = kernels.volume_below_runs(*given[0], *given[1:], level, runs0, known)
+    held[kind] = level, runs, found
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
-from geosurf.kernels.meshes.volumes import _add, _first_node, _lowest
+from geosurf.kernels.meshes.volumes import _add, _first_node, _lowest, next_run, same_run
 from geosurf.kernels.search.tree import RISING, TURNED
 
 
@@ -116,10 +116,19 @@ def heights_of_triangles(x, t, face, out):
             out[face[i], 1] = max(out[face[i], 1], height)
 
 
-@entry("d1 l1 l2 l1 d d2 -> .")
-def heights_of_runs(r, a, runs, face, origin, out):
-    """Widen the same by runs; `origin` is subtracted from their nodes."""
+@entry("d1 l1 l2 l2 d2 -> d2")
+def heights_of_runs(r, a, runs, runs0, known):
+    """Lowest and highest node of each run (n_run, 2), in order.
+
+    `known` has the rows of some runs (`runs0`, in order) of this lattice.
+    """
+    out = np.empty((runs.shape[0], 2))
+    m = 0
     for i in range(runs.shape[0]):
+        m = next_run(runs, i, runs0, m)
+        if m < runs0.shape[0] and same_run(runs, i, runs0, m):
+            out[i, 0], out[i, 1] = known[m, 0], known[m, 1]
+            continue
         low, high = np.inf, -np.inf
         first, last = runs[i, FIRST], runs[i, LAST]
         for k in range(2):
@@ -134,5 +143,13 @@ def heights_of_runs(r, a, runs, face, origin, out):
             for col in range(left, right + 1):
                 height = r[z + col * dz]
                 low, high = min(low, height), max(high, height)
-        out[face[i], 0] = min(out[face[i], 0], low - origin)
-        out[face[i], 1] = max(out[face[i], 1], high - origin)
+        out[i, 0], out[i, 1] = low, high
+    return out
+
+
+@entry("d2 l1 d d2 -> .")
+def widen_by_runs(ends, face, origin, out):
+    """Widen the rows (n_face, 2) of their faces by those of runs, less `origin`."""
+    for i in range(ends.shape[0]):
+        out[face[i], 0] = min(out[face[i], 0], ends[i, 0] - origin)
+        out[face[i], 1] = max(out[face[i], 1], ends[i, 1] - origin)

@@ -82,6 +82,8 @@ def half_edges_by_vertex(t, n_vertex):
 def edges(t, n_vertex):
     """A ring through the half-edges of each edge, and the number of edges.
 
+    Half-edges of a ring rise, but for the last one, which leads back to the first.
+
     Half-edges are put into buckets by their lower vertex and matched inside a bucket: a hash table
     of all half-edges takes six times as long, since it jumps through memory. In the long bucket of
     a vertex with thousands of triangles, each upper vertex stores the last half-edge that led to
@@ -167,25 +169,21 @@ def join_pairs(pairs, n):
 
 
 @scalar
-def _around(owners, ring, twin, i, seen):
-    """Of the distinct triangles around an edge: number, last two, and whether owners differ.
-
-    `seen` is set for all half-edges of the ring.
-    """
+def _around(owners, ring, twin, i):
+    """Of the distinct triangles around an edge: number, last two, and whether owners differ."""
     count = 0
     one = other = -1
     mixed = False
     j = i
-    while not seen[j]:
-        seen[j] = True
-
+    while True:
         # Coinciding triangles count once, by their first copy.
         if twin[j // 3] == j // 3:
             count += 1
             one, other = other, j // 3
             mixed = mixed or (one >= 0 and owners[one] != owners[other])
         j = ring[j]
-    return count, one, other, mixed
+        if j == i:
+            return count, one, other, mixed
 
 
 @entry("l2 l1 l1 l1 l1 l -> l1 l2")
@@ -200,11 +198,11 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
     parent = np.arange(n)
     rim = np.empty((n_edge, 2), dtype=np.int64)
     n_rim = 0
-    seen = np.zeros(3 * n, dtype=np.bool_)
     for i in range(3 * n):
+        # Rings rise: the last half-edge of an edge leads back to the first one, `j`.
         j = ring[i]
-        if j <= i and (j == i or ring[j] == i):
-            continue  # alone, or the second of two
+        if j >= i:
+            continue  # alone, or not the last
 
         # The common case: two distinct triangles.
         one, other = i // 3, j // 3
@@ -212,10 +210,8 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
             # Two triangles of the same surfaces belong to one patch.
             same = owners[one] == owners[other]
             count, mixed = 2, not same
-        elif seen[i]:
-            continue
         else:  # once per edge: thousands of triangles may share it
-            count, one, other, mixed = _around(owners, ring, twin, i, seen)
+            count, one, other, mixed = _around(owners, ring, twin, j)
             same = count == 2 and owners[one] == owners[other]
         if same:
             join(parent, one, other)

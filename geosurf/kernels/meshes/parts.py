@@ -21,7 +21,7 @@ from geosurf.kernels.meshes.mesh import find, join
 from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sort_by_floats
 
 DONE, NEEDS_EXACT = -1, -2
-_SEEN, _FULL = 0, -1
+_FULL = -1
 
 
 @scalar
@@ -90,7 +90,7 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 def _gather_around(t, ring, part, start, order, directions):
     """Triangles around the edge of a half-edge and their directions; their number.
 
-    `_SEEN` if an earlier half-edge had this edge, `_FULL` if the arrays are too short.
+    `_FULL` if the arrays are too short.
     """
     n = 0
     u = t[start // 3, start % 3]
@@ -98,8 +98,6 @@ def _gather_around(t, ring, part, start, order, directions):
     while True:
         # Triangles that are left out bound nothing.
         if part[j // 3] >= 0:
-            if j < start:
-                return _SEEN
             if n == order.shape[0]:
                 return _FULL
             order[n] = j // 3
@@ -111,15 +109,18 @@ def _gather_around(t, ring, part, start, order, directions):
 
 
 @scalar
-def _is_inner_edge(t, ring, link, part, start):
-    """Whether an edge lies inside a part: its triangles have been joined."""
-    i, j = start // 3, ring[start]
-    if j == start:
-        return link[start] >= 0 and part[t.shape[0] + link[start]] >= 0
+def _is_inner_edge(t, ring, link, part, last):
+    """Whether an edge, by its last half-edge, lies inside a part: its triangles have been joined.
+
+    So do edges of triangles that are left out.
+    """
+    i, j = last // 3, ring[last]
+    if j == last:
+        return part[i] < 0 or (link[last] >= 0 and part[t.shape[0] + link[last]] >= 0)
     # More than two triangles, or two parts: sides have to be found by their order.
-    if ring[j] != start or part[i] != part[j // 3]:
+    if ring[j] != last or part[i] != part[j // 3]:
         return False
-    return t[i, start % 3] != t[j // 3, j % 3]
+    return part[i] < 0 or t[i, last % 3] != t[j // 3, j % 3]
 
 
 @scalar
@@ -138,8 +139,10 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
     # Sixteen triangles around an edge are plenty for most models; the arrays grow.
     order = np.empty(16, dtype=np.int64)
     directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
-    for start in range(3 * t.shape[0]):
-        if part[start // 3] < 0 or _is_inner_edge(t, ring, link, part, start):
+    for last in range(3 * t.shape[0]):
+        # Rings rise: the last half-edge of an edge leads back to the first one.
+        start = ring[last]
+        if start > last or _is_inner_edge(t, ring, link, part, last):
             continue
 
         # Enlarge the arrays until all triangles around the edge fit.

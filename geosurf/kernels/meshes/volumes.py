@@ -65,56 +65,98 @@ def _first_node(a, axis, row):
     return a[3 * axis] + row * a[3 * axis + 1], a[3 * axis + 2]
 
 
-@entry("d1 d1 d1 l1 l2 l1 d d2 -> .")
-def volume_below_runs(p, q, r, a, runs, face, level, out):
-    """Add the same for runs.
+@scalar
+def _volume_below_run(p, q, r, a, run, level):
+    """The same for one run: the sum, its rounding errors, and twice the map area.
 
     Cell by cell: two corners of each are those of the previous cell.
     """
     rising = a[RISING] != 0
-    sign = -1.0 if a[TURNED] != 0 else 1.0
+    (x, dx), (u, du) = _first_node(a, 0, run[ROW]), _first_node(a, 0, run[ROW] + 1)
+    (y, dy), (v, dv) = _first_node(a, 1, run[ROW]), _first_node(a, 1, run[ROW] + 1)
+    (z, dz), (w, dw) = _first_node(a, 2, run[ROW]), _first_node(a, 2, run[ROW] + 1)
+
+    # The first cell may start with its second half.
+    first, last = run[FIRST], run[LAST]
+    j = first >> 1
+    # corners 0, 1, 2, 3 around the cell: 1 and 2 are 0 and 3 of the next
+    x1, y1, z1 = p[x + j * dx], q[y + j * dy], r[z + j * dz] - level
+    x2, y2, z2 = p[u + j * du], q[v + j * dv], r[w + j * dw] - level
+    high = low = flat = 0.0
+    for col in range(j, (last >> 1) + 1):
+        x0, y0, z0, x3, y3, z3 = x1, y1, z1, x2, y2, z2
+        x1, y1, z1 = p[x + (col + 1) * dx], q[y + (col + 1) * dy], r[z + (col + 1) * dz] - level
+        x2, y2, z2 = p[u + (col + 1) * du], q[v + (col + 1) * dv], r[w + (col + 1) * dw] - level
+        if rising:  # 0 2 3, then 0 1 2
+            one = (x2 - x0) * (y3 - y0) - (y2 - y0) * (x3 - x0)
+            two = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
+            term, then = one * (z0 + z2 + z3), two * (z0 + z1 + z2)
+        else:  # 0 1 3, then 1 2 3
+            one = (x1 - x0) * (y3 - y0) - (y1 - y0) * (x3 - x0)
+            two = (x2 - x1) * (y3 - y1) - (y2 - y1) * (x3 - x1)
+            term, then = one * (z0 + z1 + z3), two * (z1 + z2 + z3)
+        if 2 * col < first:  # the run starts with the second half
+            one = term = 0.0
+        if 2 * col == last:
+            two = then = 0.0
+        flat += one + two
+
+        # Two-sum of both halves, with local variables.
+        total = high + term
+        back = total - high
+        low += (high - (total - back)) + (term - back)
+        high = total + then
+        back = high - total
+        low += (total - (high - back)) + (then - back)
+    return high, low, flat
+
+
+@scalar
+def same_run(runs, i, runs0, k):
+    """Whether two runs of one lattice are the same triangles."""
+    same = runs[i, ROW] == runs0[k, ROW] and runs[i, FIRST] == runs0[k, FIRST]
+    return same and runs[i, LAST] == runs0[k, LAST]
+
+
+@scalar
+def next_run(runs, i, runs0, k):
+    """The first of some runs, from k on, that does not come before another one: in order."""
+    while k < runs0.shape[0] and (
+        runs0[k, ROW] < runs[i, ROW]
+        or (runs0[k, ROW] == runs[i, ROW] and runs0[k, FIRST] < runs[i, FIRST])
+    ):
+        k += 1
+    return k
+
+
+@entry("d1 d1 d1 l1 l2 d l2 d2 -> d2")
+def volume_below_runs(p, q, r, a, runs, level, runs0, known):
+    """Rows (n_run, 3) of runs, in order: six times the volume between each and a level (two
+    numbers), and twice its map area, before the lattice is turned.
+
+    `known` has the rows of some runs (`runs0`, in order) of this lattice.
+    """
+    out = np.empty((runs.shape[0], 3))
+    k = 0
     for i in range(runs.shape[0]):
-        (x, dx), (u, du) = _first_node(a, 0, runs[i, ROW]), _first_node(a, 0, runs[i, ROW] + 1)
-        (y, dy), (v, dv) = _first_node(a, 1, runs[i, ROW]), _first_node(a, 1, runs[i, ROW] + 1)
-        (z, dz), (w, dw) = _first_node(a, 2, runs[i, ROW]), _first_node(a, 2, runs[i, ROW] + 1)
+        k = next_run(runs, i, runs0, k)
+        if k < runs0.shape[0] and same_run(runs, i, runs0, k):
+            for c in range(3):
+                out[i, c] = known[k, c]
+        else:
+            out[i, 0], out[i, 1], out[i, 2] = _volume_below_run(p, q, r, a, runs[i], level)
+    return out
 
-        # The first cell may start with its second half.
-        first, last = runs[i, FIRST], runs[i, LAST]
-        j = first >> 1
-        # corners 0, 1, 2, 3 around the cell: 1 and 2 are 0 and 3 of the next
-        x1, y1, z1 = p[x + j * dx], q[y + j * dy], r[z + j * dz] - level
-        x2, y2, z2 = p[u + j * du], q[v + j * dv], r[w + j * dw] - level
-        high = low = flat = 0.0
-        for col in range(j, (last >> 1) + 1):
-            x0, y0, z0, x3, y3, z3 = x1, y1, z1, x2, y2, z2
-            x1, y1, z1 = p[x + (col + 1) * dx], q[y + (col + 1) * dy], r[z + (col + 1) * dz] - level
-            x2, y2, z2 = p[u + (col + 1) * du], q[v + (col + 1) * dv], r[w + (col + 1) * dw] - level
-            if rising:  # 0 2 3, then 0 1 2
-                one = (x2 - x0) * (y3 - y0) - (y2 - y0) * (x3 - x0)
-                two = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
-                term, then = one * (z0 + z2 + z3), two * (z0 + z1 + z2)
-            else:  # 0 1 3, then 1 2 3
-                one = (x1 - x0) * (y3 - y0) - (y1 - y0) * (x3 - x0)
-                two = (x2 - x1) * (y3 - y1) - (y2 - y1) * (x3 - x1)
-                term, then = one * (z0 + z1 + z3), two * (z1 + z2 + z3)
-            if 2 * col < first:  # the run starts with the second half
-                one = term = 0.0
-            if 2 * col == last:
-                two = then = 0.0
-            flat += one + two
 
-            # Two-sum of both halves, with local variables.
-            total = high + term
-            back = total - high
-            low += (high - (total - back)) + (term - back)
-            high = total + then
-            back = high - total
-            low += (total - (high - back)) + (then - back)
-
+@entry("l1 d2 l1 d2 -> .")
+def add_runs(a, sums, face, out):
+    """Add the rows of `volume_below_runs` to the rows (n_face, 3) of their faces."""
+    sign = -1.0 if a[TURNED] != 0 else 1.0
+    for i in range(sums.shape[0]):
         # The sum of a run joins that of its face, with its sign and its rounding errors.
-        _add(out, face[i], 0, sign * high)
-        out[face[i], 1] += sign * low
-        out[face[i], 2] += sign * flat
+        _add(out, face[i], 0, sign * sums[i, 0])
+        out[face[i], 1] += sign * sums[i, 1]
+        out[face[i], 2] += sign * sums[i, 2]
 
 
 @scalar
