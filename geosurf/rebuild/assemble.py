@@ -10,8 +10,8 @@ from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.search import Contacts
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
-from geosurf.kernels.lattices import strips as kernels
-from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys, runs_of_keys
+from geosurf.kernels.lattices.strip_links import link_runs
+from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys
 from geosurf.kernels.meshes.mesh import (
     edges,
     join_pairs,
@@ -203,50 +203,25 @@ def _links(
 ) -> np.ndarray:
     """What lies behind each half-edge that is alone in its ring."""
     # A half-edge that is alone in its ring lies on a rim, or next to a strip.
-    link = np.full(len(ring), PAIRED, dtype=np.int64)
-    alone = np.flatnonzero(ring == np.arange(len(ring)))
-    link[alone] = FREE
+    link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
+    cut = np.searchsorted(surface, np.arange(len(strips) + 1))
     for i, of in enumerate(strips):
         if of is None:
             continue
-        half = alone[surface[alone // 3] == i]
-
-        triangle, corner = half // 3, half % 3
-        # the edge of the parent that this edge is: from corner to corner
-        parents = number[contacts.t[face[triangle]]]
-        one, two = t[triangle, corner], t[triangle, (corner + 1) % 3]
-        hits = (parents == one[:, None]) & (np.roll(parents, -1, axis=1) == two[:, None])
-        whole = hits.any(axis=1)
-
-        # The triangle behind that edge; on the rim of the lattice there is none.
-        behind = _behind(contacts, i, of, key[triangle], hits.argmax(axis=1))
-        behind[~whole] = FREE  # a part of an edge: of the rim, or its neighbour would be cut, too
-        parts = triangle[~whole]
-        sides = [_behind(contacts, i, of, key[parts], np.full(len(parts), k)) for k in range(3)]
-        if len(parts) and not (np.min(sides, axis=0) == FREE).all():
-            _raise_torn(contacts, parts[np.min(sides, axis=0) != FREE], face)
-
-        # Each such triangle is in a run of a strip; otherwise the mesh would have a gap.
-        inside = np.flatnonzero(behind >= 0)
-        run = runs_of_keys(of.places, of.runs, of.start, behind[inside])
-        if (run < 0).any():
-            _raise_torn(contacts, triangle[inside[run < 0]], face)
-        link[half[inside]] = first_run[i] + run
+        lattice = contacts.surfaces[i].lattice
+        assert lattice is not None  # only lattices have strips
+        torn = link_runs(
+            t, key, face, ring, cut[i], cut[i + 1], contacts.t, number,
+            of.places, of.absent, bool(lattice.turned), of.runs, of.start, first_run[i], link,
+        )  # fmt: skip
+        if torn >= 0:
+            _raise_torn(contacts, torn, face)
     return link
 
 
-def _behind(
-    contacts: Contacts, i: int, of: Strips, keys: np.ndarray, edge: np.ndarray
-) -> np.ndarray:
-    """The triangles behind edges of triangles of a lattice; FREE on its rim."""
-    lattice = contacts.surfaces[i].lattice
-    turned = lattice is not None and bool(lattice.turned)
-    return kernels.keys_across(of.places, of.absent, turned, keys, edge)
-
-
-def _raise_torn(contacts: Contacts, triangles: np.ndarray, face: np.ndarray) -> None:
-    """Raise the error for pieces of which an edge inside the surface has no neighbour."""
-    one = face[triangles[0]]
+def _raise_torn(contacts: Contacts, triangle: int, face: np.ndarray) -> None:
+    """Raise the error for a piece of which an edge inside the surface has no neighbour."""
+    one = face[triangle]
     name = contacts.surfaces[contacts.surface_of_face[one]].name
     raise InvariantError(
         f"surface {name!r} came apart at triangle {contacts.row_of(one)}; please report this "

@@ -177,24 +177,53 @@ def join_runs(a, runs, start):
     return pairs[:n].copy()
 
 
+@scalar
+def run_of_key(a, runs, start, key):
+    """The run that holds a triangle; -1 if none does."""
+    row = (key >> 1) // (a[N_COL] - 1)
+    place = _place_of(a, key)
+
+    # Bisection among the runs of the row.
+    low, high = start[row], start[row + 1]
+    while low < high:  # the first run that ends at or behind the place
+        middle = (low + high) // 2
+        if runs[middle, LAST] < place:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < start[row + 1] and runs[low, FIRST] <= place else -1
+
+
 @entry("l1 l2 l1 l1 -> l1")
 def runs_of_keys(a, runs, start, keys):
     """The run that holds each triangle; -1 if none does."""
     out = np.empty(keys.shape[0], dtype=np.int64)
     for k in range(keys.shape[0]):
-        row = (keys[k] >> 1) // (a[N_COL] - 1)
-        place = _place_of(a, keys[k])
-
-        # Bisection among the runs of the row.
-        low, high = start[row], start[row + 1]
-        while low < high:  # the first run that ends at or behind the place
-            middle = (low + high) // 2
-            if runs[middle, LAST] < place:
-                low = middle + 1
-            else:
-                high = middle
-        out[k] = low if low < start[row + 1] and runs[low, FIRST] <= place else -1
+        out[k] = run_of_key(a, runs, start, keys[k])
     return out
+
+
+@scalar
+def key_across(a, absent, turned, key, edge):
+    """The triangle on the other side of an edge of a triangle; -1 if none."""
+    row = (key >> 1) // (a[N_COL] - 1)
+    place = _place_of(a, key)
+    one, two = edge, (edge + 1) % 3
+
+    # Corners 1 and 2 are exchanged in a turned lattice.
+    if turned:
+        one, two = (3 - one) % 3, (3 - two) % 3
+    i, j = corner_of(a, key, one)
+    u, v = corner_of(a, key, two)
+
+    # An edge along the rows, at the side of the cell, or the diagonal.
+    if i == u:
+        row, place = _across(a, row, place)
+    elif j == v:  # the edge at the side of the cell
+        place += 1 if j > place // 2 else -1
+    else:  # the diagonal
+        place += 1 if place % 2 == 0 else -1
+    return -1 if _is_missing(a, absent, row, place) else key_at(a, row, place)
 
 
 @entry("l1 l1 b l1 l1 -> l1")
@@ -205,24 +234,7 @@ def keys_across(a, absent, turned, keys, edge):
     """
     out = np.empty(keys.shape[0], dtype=np.int64)
     for k in range(keys.shape[0]):
-        row = (keys[k] >> 1) // (a[N_COL] - 1)
-        place = _place_of(a, keys[k])
-        one, two = edge[k], (edge[k] + 1) % 3
-
-        # Corners 1 and 2 are exchanged in a turned lattice.
-        if turned:
-            one, two = (3 - one) % 3, (3 - two) % 3
-        i, j = corner_of(a, keys[k], one)
-        u, v = corner_of(a, keys[k], two)
-
-        # An edge along the rows, at the side of the cell, or the diagonal.
-        if i == u:
-            row, place = _across(a, row, place)
-        elif j == v:  # the edge at the side of the cell
-            place += 1 if j > place // 2 else -1
-        else:  # the diagonal
-            place += 1 if place % 2 == 0 else -1
-        out[k] = -1 if _is_missing(a, absent, row, place) else key_at(a, row, place)
+        out[k] = key_across(a, absent, turned, keys[k], edge[k])
     return out
 
 
