@@ -128,19 +128,18 @@ def cut_changed(earlier: Earlier, contacts: Contacts, same: Unchanged) -> Childr
     InvariantError
         As `cut_contacts`.
     """
+    # `take` is many times as fast as an index in brackets where rows are short
     records = contacts.records
-    new = cut_contacts(contacts, records[same.changed[records[:, 0]]])
+    new = cut_contacts(contacts, records.take(np.flatnonzero(same.changed[records[:, 0]]), axis=0))
     old = earlier.children
-    triangles, parent, row0, row = merge_children(
-        old.triangles, old.parent, same.face, same.point, same.changed, new.triangles, new.parent
-    )
+    triangles, parent, doubtful = merge_children(
+        old.triangles, old.parent, old.doubtful, same.face, same.point, same.changed,
+        new.triangles, new.parent, new.doubtful,
+    )  # fmt: skip
 
-    # which faces are cut, and which children are doubtful, in the new numbers
     cut = same.face[old.cut]
     cut = cut[cut >= 0]
     cut = np.sort(np.concatenate([cut[~same.changed[cut]], new.cut]))
-    doubtful = row0[old.doubtful]
-    doubtful = np.sort(np.concatenate([doubtful[doubtful >= 0], row[new.doubtful]]))
     return Children(new.x, new.d, triangles, parent, cut, doubtful, new.collisions, new.m)
 
 

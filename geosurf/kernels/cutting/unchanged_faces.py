@@ -126,37 +126,46 @@ def changed_faces(
     return changed, 1
 
 
-@entry("l2 l1 l1 l1 b1 l2 l1 -> l2 l1 l1 l1")
-def merge_children(t0, parent0, face, point, changed, t, parent):
+@entry("l2 l1 l1 l1 l1 b1 l2 l1 l1 -> l2 l1 l1")
+def merge_children(t0, parent0, doubtful0, face, point, changed, t, parent, doubtful):
     """Earlier children of unchanged faces and new ones of all others, by their faces.
 
-    Returns the children and their faces; the new row of each earlier child, or -1, and of each
-    new one.
+    Returns the children, their faces, and which are doubtful; given as rows that rise.
     """
-    n0, n = t0.shape[0], t.shape[0]
-    triangles = np.empty((n0 + n, 3), dtype=np.int64)
-    parents = np.empty(n0 + n, dtype=np.int64)
-    row0, row = np.full(n0, -1, dtype=np.int64), np.empty(n, dtype=np.int64)
-    k = out = 0
-    for i in range(n0):
+    n = t.shape[0]
+    for i in range(t0.shape[0]):
         of = face[parent0[i]]
-        if of < 0 or changed[of]:
-            continue
-        while k < n and parent[k] < of:
-            triangles[out] = t[k]
+        n += 1 if of >= 0 and not changed[of] else 0
+    triangles = np.empty((n, 3), dtype=np.int64)
+    parents = np.empty(n, dtype=np.int64)
+    doubts = np.empty(doubtful0.shape[0] + doubtful.shape[0], dtype=np.int64)
+    k = out = p0 = p = n_doubt = 0
+    for i in range(t0.shape[0] + 1):
+        # new children go before the next earlier one, and at the end
+        of = changed.shape[0]
+        if i < t0.shape[0]:
+            of = face[parent0[i]]
+            if of < 0 or changed[of]:
+                continue
+        while k < t.shape[0] and parent[k] < of:
+            for c in range(3):
+                triangles[out, c] = t[k, c]
             parents[out] = parent[k]
-            row[k] = out
-            out += 1
+            if p < doubtful.shape[0] and doubtful[p] == k:
+                doubts[n_doubt] = out
+                n_doubt += 1
+                p += 1
             k += 1
+            out += 1
+        if i == t0.shape[0]:
+            break
         for c in range(3):
             triangles[out, c] = point[t0[i, c]]
         parents[out] = of
-        row0[i] = out
+        while p0 < doubtful0.shape[0] and doubtful0[p0] < i:
+            p0 += 1
+        if p0 < doubtful0.shape[0] and doubtful0[p0] == i:
+            doubts[n_doubt] = out
+            n_doubt += 1
         out += 1
-    while k < n:
-        triangles[out] = t[k]
-        parents[out] = parent[k]
-        row[k] = out
-        out += 1
-        k += 1
-    return triangles[:out].copy(), parents[:out].copy(), row0, row
+    return triangles, parents, doubts[:n_doubt].copy()

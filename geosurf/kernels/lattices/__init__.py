@@ -8,6 +8,7 @@ file                 question                                                  s
 `survey`             Which boxes, holes and cell shapes has a lattice?
 `cell_bounds`        What do bounds of edges prove about the cells of a tile?
 `strips`             Which triangles does no curve touch? As runs of rows.
+`strip_links`        Which runs lie behind the edges of listed triangles?
 `strip_triangles`    Which triangles and points do runs stand for?
 `triangle_list`      The same for a list of triangles, in Morton order.        Morton 1966
 `coarsen`            Which fewer triangles stay within a tolerance?            Evans et al. 2001

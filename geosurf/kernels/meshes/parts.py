@@ -17,11 +17,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.meshes.mesh import find, join
 from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sort_by_floats
 
 DONE, NEEDS_EXACT = -1, -2
 _FULL = -1
+_BLOCK = 256  # edges whose rings are walked together: memory answers many requests at once
+_AROUND = 8  # triangles around an edge; those of more are gathered one by one
 
 
 @scalar
@@ -124,6 +127,53 @@ def _is_inner_edge(t, ring, link, part, last):
 
 
 @scalar
+def _open_edges(t, ring, link, part):
+    """First half-edges of all edges that are not inside a part."""
+    first = np.empty(1024, dtype=np.int64)
+    n = 0
+    for last in range(3 * t.shape[0]):
+        # Rings rise: the last half-edge of an edge leads back to the first one.
+        start = ring[last]
+        if start > last or _is_inner_edge(t, ring, link, part, last):
+            continue
+        if n == first.shape[0]:
+            longer = np.empty(2 * n, dtype=np.int64)
+            longer[:n] = first
+            first = longer
+        first[n] = start
+        n += 1
+    return first[:n]
+
+
+@scalar
+def _look_ahead(t, ring, part, parent, px, first, low, halves):
+    """Bring what lies around a block of edges into the cache, ring by ring in step."""
+    n = min(_BLOCK, first.shape[0] - low)
+    for k in range(n):
+        halves[k] = first[low + k]
+    for _ in range(_AROUND):
+        turning = False
+        for k in range(n):
+            i = halves[k] // 3
+            prefetch(t, i)
+            prefetch(part, i)
+            prefetch(parent, i)
+            following = ring[halves[k]]
+            if following != first[low + k]:
+                halves[k] = following
+                turning = True
+        if not turning:
+            break
+    for k in range(n):
+        j = first[low + k]
+        for _ in range(_AROUND):
+            prefetch(px, 3 * parent[j // 3])
+            j = ring[j]
+            if j == first[low + k]:
+                break
+
+
+@scalar
 def _side_after(part, direction):
     """The side of a part that faces forward when rotating counter-clockwise around an edge."""
     return 2 * part if direction > 0 else 2 * part + 1
@@ -139,11 +189,11 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
     # Sixteen triangles around an edge are plenty for most models; the arrays grow.
     order = np.empty(16, dtype=np.int64)
     directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
-    for last in range(3 * t.shape[0]):
-        # Rings rise: the last half-edge of an edge leads back to the first one.
-        start = ring[last]
-        if start > last or _is_inner_edge(t, ring, link, part, last):
-            continue
+    first, halves = _open_edges(t, ring, link, part), np.empty(_BLOCK, dtype=np.int64)
+    for k in range(first.shape[0]):
+        if k % _BLOCK == 0:
+            _look_ahead(t, ring, part, parent, px, first, k, halves)
+        start = first[k]
 
         # Enlarge the arrays until all triangles around the edge fit.
         n = _gather_around(t, ring, part, start, order, directions)
