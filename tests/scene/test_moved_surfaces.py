@@ -1,0 +1,87 @@
+"""Scenes whose surfaces move: each has the bytes of the scene made afresh, and cuts less."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.arrangement import earlier
+from geosurf.errors import GeosurfError, InvariantError
+from geosurf.rebuild import repair
+from tests.strategies import BOX, grid, sheet
+
+# horizons cross and lie in the wrong order here, on purpose
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+
+ARRAYS = ("x", "triangles", "surface", "key", "twin", "ring", "link", "patch")
+
+
+def horizon(rng, level):
+    """A grid of eighths: faults pass through nodes and along edges; horizons cross, and touch."""
+    return grid("H", level + rng.integers(-6, 7, (7, 7)) / 8.0, corner=(-1.0, -1.0))
+
+
+def fault(rng):
+    """An upright or slanting sheet, which may end inside the model or miss a horizon."""
+    x, shift = rng.choice(9, 2, replace=False) / 2.0
+    low, high = sorted(rng.choice([-5.0, 0.0, 2.0, 4.0, 9.0], 2, replace=False))
+    return sheet("F", [(x, -1, low), (x, 5, low), (shift, 5, high), (shift, -1, high)])
+
+
+def result(scene):
+    """Bytes of patches, curves and volumes, or the words of the refusal."""
+    try:
+        patches = scene.patches
+        found = [getattr(patches.pieces, name).tobytes() for name in ARRAYS]
+        return (
+            *found, patches.curve_edges.tobytes(), str(patches.report),
+            str(list(scene.units)), scene.volumes.values.tobytes(),
+        )  # fmt: skip
+    except InvariantError:
+        raise
+    except GeosurfError as error:
+        return type(error), str(error)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, monkeypatch):
+    """Faults newly meet horizons or leave them; every third step goes back to an earlier scene."""
+    rng = np.random.default_rng([54, seed])
+    found = []
+    monkeypatch.setattr(
+        repair, "compare", lambda *given: found.append(earlier.compare(*given)) or found[-1]
+    )
+    inputs = {
+        "horizons": {name: horizon(rng, z) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))},
+        "faults": {name: fault(rng) for name in ("F1", "F2", "F3")},
+    }
+    family = [(inputs, gs.Scene(**inputs, box=BOX))]
+    for step in range(8):
+        inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
+        kind = "faults" if step % 2 else "horizons"
+        name = str(rng.choice(list(inputs[kind])))
+        new = fault(rng) if step % 2 else horizon(rng, int(rng.integers(0, 5)))
+        inputs = {**inputs, kind: {**inputs[kind], name: new}}
+        scene = scene.replace(**{kind: {name: new}})
+        assert result(scene) == result(gs.Scene(**inputs, box=BOX)), step
+        family.append((inputs, scene))
+    # faces of one plane are cut anew; all other steps take faces from the scene before
+    assert any(one is not None and not one.changed.all() for one in found)
+
+
+def test_what_did_not_change_is_not_cut(monkeypatch):
+    world = gs.synthetic.graben(n=17)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    all_cut = scene.patches.report["cut_triangles"]
+    cut = []
+    monkeypatch.setattr(
+        earlier, "cut_contacts",
+        lambda contacts, records: cut.append(len(np.unique(records[:, 0])))
+        or cut_contacts(contacts, records),
+    )  # fmt: skip
+    cut_contacts = repair.cut_contacts
+    name = next(iter(world.horizons))
+    deeper = (world.horizons[name] - 3.0).assign_attrs(world.horizons[name].attrs)
+    assert scene.replace(horizons={name: deeper}).patches.report["cut_triangles"] > 0
+    assert 0 < cut[0] < 0.7 * all_cut
