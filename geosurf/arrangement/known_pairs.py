@@ -12,12 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.arrangement.earlier import Earlier
 
 MOST = 1 << 20  # candidates of two surfaces; more are searched again
 
@@ -72,13 +69,12 @@ class KnownPairs:
         if len(found.rows) <= MOST:
             self.put(("pair", self.keys[i], self.keys[j], *options), found)
 
-    def arrangement(self) -> Earlier | None:
-        """The last arrangement of such surfaces."""
-        found: Earlier | None = self.get(("arrangement",))
-        return found
+    def arrangement(self) -> Any:
+        """The last arrangement, an `Earlier`, or None."""
+        return self.get(("arrangement",))
 
-    def keep_arrangement(self, one: Earlier) -> None:
-        """Store an arrangement in place of the last one."""
+    def keep_arrangement(self, one: Any) -> None:
+        """Store an arrangement, an `Earlier`, in place of the last one."""
         self.put(("arrangement",), one)
 
 

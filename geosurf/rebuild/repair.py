@@ -112,7 +112,7 @@ def cut_soundly(
 
 def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
     """All children; those of faces that an earlier arrangement cut alike are not made again."""
-    earlier = None if known is None else known.arrangement()
+    earlier: Earlier | None = None if known is None else known.arrangement()
     if known is None or earlier is None:
         return cut_contacts(contacts)
     same = compare(earlier, contacts, known.keys)
