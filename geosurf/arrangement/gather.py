@@ -54,16 +54,22 @@ class Faces:
     def only(self, faces: np.ndarray) -> tuple[Faces, np.ndarray]:
         # Vertices in use, renumbered in their old order.
         """Some of the faces with their vertices, and the new number of each face."""
+        # `take` is many times as fast as an index in brackets where rows are short
+        corners = self.t.take(faces, axis=0)
         mark = np.zeros(len(self.x), dtype=bool)
-        mark[self.t[faces]] = True
-        number = np.where(mark, np.cumsum(mark) - 1, -1)
+        mark[corners] = True
+        used = np.flatnonzero(mark)
+        number = np.full(len(self.x), -1, dtype=np.int64)
+        number[used] = np.arange(len(used))
 
-        nodes = [(of[mark[ids]], number[ids[mark[ids]]]) for of, ids in self.nodes]
+        held = [(of, ids, np.flatnonzero(mark[ids])) for of, ids in self.nodes]
+        nodes = [(of.take(some), number.take(ids.take(some))) for of, ids, some in held]
         of_face = np.full(len(self.t), -1, dtype=np.int64)
         of_face[faces] = np.arange(len(faces))
         some = Faces(
-            self.x[mark], number[self.t[faces]], self.surface[faces], self.key[faces], nodes
-        )
+            self.x.take(used, axis=0), number.take(corners), self.surface.take(faces),
+            self.key.take(faces), nodes,
+        )  # fmt: skip
         return some, of_face
 
 

@@ -276,7 +276,7 @@ def _name(
         used = np.zeros(len(faces.t), dtype=bool)
         used[rows[:, :2]] = used[near] = True
         faces, number = faces.only(np.flatnonzero(used))
-        rows[:, :2], near = number[rows[:, :2]], number[near]
+        rows[:, :2], near = number.take(rows[:, :2]), number.take(near)
 
     # Stop before memory is exhausted. Contacts in a plane need most.
     x, t = faces.x, faces.t

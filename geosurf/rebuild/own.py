@@ -19,9 +19,10 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
     """The contacts, with those of surfaces with themselves that sharing vertices asks for."""
     # Faces that meet another surface.
     of = contacts.surface_of_face
-    others = contacts.rows[of[contacts.rows[:, 0]] != of[contacts.rows[:, 1]], :2]
+    first, second = contacts.rows[:, 0], contacts.rows[:, 1]
+    others = np.flatnonzero(of.take(first) != of.take(second))
     met = np.zeros(len(of), dtype=bool)
-    met[others] = True
+    met[first.take(others)] = met[second.take(others)] = True
 
     searched = {tuple(pair) for pair in contacts.options["pairs"]}
     more = []
@@ -31,7 +32,8 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
         if is_graph or (i, i) in searched:
             continue
         # A quick exact test of those faces alone: the full search follows only if some cross.
-        faces = contacts.t[met & (of == i)]
+        start, stop = np.searchsorted(of, (i, i + 1))
+        faces = contacts.t[start:stop][met[start:stop]]
         if len(faces) > 1 and len(crossing_pairs(contacts.x, faces)):
             more.append((i, i))
 
