@@ -8,6 +8,7 @@ tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
 aligned.py         candidate pairs of horizons of one survey
 upright.py         candidate pairs of grids with straight axes
+chunked.py         candidate pairs of grids in a store, tile by tile
 torn.py            self-contacts of torn sheets
 hubs.py            self-contacts at vertices with hundreds of triangles
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from geosurf.arrangement import tree
 from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.broad import candidate_pairs
+from geosurf.arrangement.chunked import is_chunked, pairs_by_tiles
 from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
 from geosurf.arrangement.known_pairs import Known
 from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, refusal
@@ -112,24 +114,26 @@ def find_candidates(
             if len(around[1]):
                 return pairs_around_hubs(surfaces[i], *around)
 
+        if i == j and not voxels and is_torn(surfaces[i]):
+            return pairs_with_itself(surfaces[i], trees[i], origin)
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
+        if not voxels:
+            if i == j:
+                return tree.candidate_pairs(trees[i], trees[j], same=True)
+            both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
+            if not (is_chunked(surfaces[i]) or is_chunked(surfaces[j])):
+                return _pairs_of_two(one_map, origin, both[1], *both)
+            # next to a hole, pairs of cells count that may be in different tiles
+            one_map = one_map and all(one.lattice.whole for one in both[0] if one.lattice)
+            return pairs_by_tiles(*both, one_map, partial(_pairs_of_two, one_map, origin, both[1]))
+
         # both surfaces have one where they share a map
         lattices: Any = surfaces[i].lattice, surfaces[j].lattice
-        if voxels:
-            rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
-            keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
-            rows = np.stack(keys, axis=1)
-            if i == j and is_torn(surfaces[i]):
-                rows = rows[over_itself(surfaces[i], rows, origin)]
-        elif i == j and is_torn(surfaces[i]):
-            return pairs_with_itself(surfaces[i], trees[i], origin)
-        elif one_map:
-            return pairs_of_one_map(lattices, (trees[i], trees[j]))
-        elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
-            both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
-            rows, spent = settled_pairs(*both, origin)
-        else:
-            rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
+        rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+        keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
+        rows = np.stack(keys, axis=1)
+        if i == j and is_torn(surfaces[i]):
+            rows = rows[over_itself(surfaces[i], rows, origin)]
         return (rows[needed(lattices[0], lattices[1], rows[:, :2])] if one_map else rows), spent
 
     def searched(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
@@ -150,6 +154,22 @@ def find_candidates(
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))
     return found, costs, cost
+
+
+def _pairs_of_two(
+    one_map: bool,
+    origin: np.ndarray,
+    wholes: tuple[tree.Tree, tree.Tree],
+    surfaces: tuple[TriSurface, TriSurface],
+    trees: tuple[tree.Tree, tree.Tree],
+) -> tuple[np.ndarray, dict[str, int]]:
+    """Candidates of two surfaces, or of windows of them; `wholes` are the trees of whole ones."""
+    if one_map:
+        lattices: Any = surfaces[0].lattice, surfaces[1].lattice
+        return pairs_of_one_map(lattices, trees, wholes)
+    if are_alike(surfaces, trees):
+        return settled_pairs(surfaces, trees, origin)
+    return tree.candidate_pairs(*trees)
 
 
 def _near_pairs(

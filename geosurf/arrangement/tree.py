@@ -18,9 +18,11 @@ from geosurf.kernels.search.tree import FAN, IS_LATTICE, N_COL, N_PLACE, N_ROW
 from geosurf.kernels.search.tree_tops import tops_overlap
 from geosurf.kernels.search.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
+_NO_NUMBERS = np.empty(0), np.empty(0), np.empty(0)  # of what stays in a store: a box alone
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
@@ -126,7 +128,8 @@ def tree_of_list(vertices: np.ndarray, triangles: np.ndarray) -> Tree:
 
 def _lattice_tree(lattice: Lattice) -> Tree:
     survey = lattice.survey
-    given = lattice.coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
+    coordinates = _NO_NUMBERS if isinstance(lattice, ChunkedLattice) else lattice.coordinates
+    given = coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
     return Tree(*given, survey.nodes, survey.levels)
 
 

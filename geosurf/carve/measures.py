@@ -6,9 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from geosurf.kernels.lattices.strips import ROW
 from geosurf.kernels.meshes import level_volumes
 from geosurf.kernels.meshes import volumes as kernels
 from geosurf.model import Lattice
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
 
 # columns of `below`: six times the volume as two numbers, twice the area in the map
@@ -144,4 +146,21 @@ def _runs(pieces: Pieces, face: np.ndarray) -> Iterator[tuple[Lattice, np.ndarra
             rows = np.flatnonzero(of >= 0)
             lattice = pieces.sources[i].lattice
             assert lattice is not None  # only lattices have strips
-            yield lattice, strips.runs[rows], of[rows]
+            if isinstance(lattice, ChunkedLattice):
+                yield from _bands(lattice, strips.runs[rows], of[rows])
+            else:
+                yield lattice, strips.runs[rows], of[rows]
+
+
+def _bands(
+    lattice: ChunkedLattice, runs: np.ndarray, of: np.ndarray
+) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
+    """The same for what stays in a store, band by band; sums are taken in the order of runs."""
+    wanted = np.zeros(lattice.shape[0] - 1, dtype=bool)
+    wanted[runs[:, ROW]] = True
+    for first, band in lattice.bands(wanted):
+        # runs are sorted by row
+        rows = slice(*np.searchsorted(runs[:, ROW], (first, first + band.shape[0] - 1)))
+        some = runs[rows].copy()
+        some[:, ROW] -= first
+        yield band, some, of[rows]

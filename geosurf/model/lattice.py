@@ -201,6 +201,15 @@ class Lattice(Noun):
         """Lower and upper corner around all nodes [m], float64 (2, 3); all nodes exist."""
         return self.survey.box.reshape(2, 3)
 
+    def corners_in_use(self) -> np.ndarray | None:
+        """Corners around the nodes that triangles use, float64 (2, 3); None if not known."""
+        return self.corners_of_box() if self.whole else None
+
+    @property
+    def n_present(self) -> int:
+        """Number of nodes that exist."""
+        return self.n_node if self.whole else int(self.present.sum())
+
     @cached_property
     def keys(self) -> np.ndarray:
         """Keys ``2 * cell + half`` of the triangles that exist, in order, int64 (n_triangle,)."""

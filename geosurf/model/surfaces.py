@@ -122,10 +122,8 @@ class TriSurface(Shown):
     @property
     def n_vertex(self) -> int:
         """Number of vertices."""
-        # Counting needs no vertices where every node exists.
-        if self.lattice is not None and self.lattice.whole:
-            return self.lattice.n_node
-        return len(self.vertices)
+        # Counting needs no vertices.
+        return len(self.vertices) if self.lattice is None else self.lattice.n_present
 
     @property
     def n_triangle(self) -> int:
@@ -200,9 +198,8 @@ class TriSurface(Shown):
             raise SurfaceError(f"surface {self.name!r} has no triangles and therefore no bounds.")
 
         # all nodes in use: the box that the survey has, no pass over the vertices
-        if self.lattice is not None and self.lattice.whole:
-            used = self.lattice.corners_of_box()
-        else:
+        used = None if self.lattice is None else self.lattice.corners_in_use()
+        if used is None:
             # vertices that no triangle uses do not count; a mark for each is faster than np.unique
             mark = np.zeros(self.n_vertex, dtype=bool)
             mark[self.triangles] = True

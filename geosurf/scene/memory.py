@@ -18,6 +18,7 @@ from geosurf.conventions.crs import crs_of
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import flag_of
 from geosurf.scene.progress import OnStart, announced, silent
 from geosurf.scene.store import Store
@@ -324,7 +325,10 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         else:  # as a lattice: its triangles need not be made
             grid = value.lattice
             digest.update(f"{grid.rising} {grid.reverse}".encode())
-            _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
+            if isinstance(grid, ChunkedLattice):  # known by its store
+                digest.update(grid.fingerprint.encode())
+            else:
+                _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
             _add(digest, array, strangers)

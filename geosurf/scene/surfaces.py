@@ -25,6 +25,7 @@ from geosurf.triangulate import (
     triangulate_fault,
     triangulate_horizon,
 )
+from geosurf.triangulate.chunked import stays_in_store
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
@@ -58,6 +59,7 @@ class InputSurfaces:
         self.inputs, self.memory = inputs, memory
         self.crs: dict[str, str] = {}
         self._fingerprints: dict[str, str] = {}
+        self._opened: dict[str, TriSurface] = {}
 
     def horizon(self, name: str, others: Lookup) -> TriSurface:
         """Return a horizon with all its nodes; one that is torn looks up its faults in `others`."""
@@ -88,6 +90,13 @@ class InputSurfaces:
 
     def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """Read and triangulate one input, or take it from memory."""
+        # a grid that exceeds the memory is opened first; its store is its content
+        if role == "horizon" and stays_in_store(value):
+            if name not in self._opened:
+                given = undeclared(value, self.inputs.options)
+                self._opened[name] = triangulate_horizon(value, name=name, **given)
+            value = self._opened[name]
+
         # the content is hashed once: an array that the user changes afterwards does not change the
         # scene
         if name not in self._fingerprints:  # once: the scene stands for its inputs as read first

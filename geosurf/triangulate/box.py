@@ -71,8 +71,7 @@ def are_unrotated(horizons: Sequence[TriSurface]) -> bool:
     """Return whether all horizons are unrotated grids without holes."""
     lattices = [horizon.lattice for horizon in horizons]
     return all(
-        lattice is not None and lattice.easting.ndim == 1 and lattice.present.all()
-        for lattice in lattices
+        lattice is not None and lattice.easting.ndim == 1 and lattice.whole for lattice in lattices
     )
 
 

@@ -19,7 +19,8 @@ from geosurf.conventions import (
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.expected import name_of
+from geosurf.model.expected import flag_of, name_of
+from geosurf.triangulate.chunked import chunked_lattice, stays_in_store
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.degenerate import map_turns
 from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
@@ -39,6 +40,7 @@ def triangulate_horizon(
     positive: str | None = None,
     length_unit: str | None = None,
     tolerance: float = 0.0,
+    lazy: bool | None = None,
 ) -> TriSurface:
     """Turn a horizon into a triangulated surface.
 
@@ -70,6 +72,11 @@ def triangulate_horizon(
         ones, vertically; for pictures and quick volumes. Needs even steps. What was met is in
         ``vertex_data``: ``"vertical_error"`` [m] around each vertex, and ``"volume_error"`` [m3],
         whose sum bounds the change of any volume below or above the horizon.
+    lazy : bool, optional
+        Whether elevations stay in the store of a Dask array and are read chunk by chunk, for
+        curves, units and volumes of grids that exceed the memory. Default: Dask arrays of more
+        than 2**26 nodes. Needs 1-D coordinates. Bounds of chunks are kept in a file next to the
+        store.
 
     Returns
     -------
@@ -124,7 +131,8 @@ def triangulate_horizon(
     da = own_form(da, title, "horizon", positive)
     if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
-    values = _checked_values(da, what)
+    _check_array(da, what)
+    chunked = stays_in_store(da) if lazy is None else flag_of(lazy, "lazy")
 
     # Attributes of the array say what its numbers mean, unless arguments do.
     try:
@@ -134,7 +142,9 @@ def triangulate_horizon(
         raise HorizonError(str(error)) from error
 
     easting, northing = _coordinates(da, what)
-    lattice = _lattice_of(easting, northing, np.asarray(values, dtype=np.float64), scale)
+    if chunked:
+        return _in_store(da, (easting, northing), scale, title, tolerance)
+    lattice = _lattice_of(easting, northing, np.asarray(da.values, dtype=np.float64), scale)
     # Only 1-D axes have an order to check; the check costs a pass, so floats decide first.
     if easting.ndim == 1 and not lattice.has_rising_axes:
         _check_axis("easting", easting, what)
@@ -187,9 +197,44 @@ def _from_mesh(
     return surface
 
 
-def _checked_values(da: Any, what: str) -> np.ndarray:
-    """Values of a two-dimensional numeric array; anything else is refused."""
-    if not all(hasattr(da, key) for key in ("dims", "coords", "attrs", "values")):
+def _in_store(
+    da: Any, axes: tuple[np.ndarray, np.ndarray], scale: float, title: str, tolerance: float
+) -> TriSurface:
+    """A horizon whose elevations are read chunk by chunk."""
+    what = f"horizon {title!r}"
+    if not hasattr(da.data, "dask"):
+        raise HorizonError(
+            f"{what}: lazy=True, but its values are in memory. Open it with "
+            "xr.open_zarr(path), or leave lazy out."
+        )
+    if axes[0].ndim == 2:
+        raise HorizonError(
+            f"{what}: the grid has 2-D coordinates, which geosurf cannot read chunk by chunk. "
+            "Load it with da.load(), or select a part with da.isel(...)."
+        )
+    if tolerance > 0:
+        raise HorizonError(
+            f"{what}: tolerance is {tolerance:g}, but a grid that stays in its store cannot be "
+            "simplified. Take every tenth node instead: da[::10, ::10]."
+        )
+    for key, axis in zip(("easting", "northing"), axes, strict=True):
+        _check_axis(key, axis, what)
+    lattice = chunked_lattice(da, axes, scale, title)
+    lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
+    if lattice.n_triangle == 0:
+        raise HorizonError(
+            f"{what}: no triangle has its three nodes. Check the no-data value of the store."
+        )
+    made = TriSurface(title, "horizon", lattice=lattice)
+    made.crs = crs_of(da)
+    return made
+
+
+def _check_array(da: Any, what: str) -> None:
+    """Refuse what is not a two-dimensional array of numbers."""
+    # of the class: to ask an array itself for its values would read them
+    values = hasattr(type(da), "values") or hasattr(da, "values")
+    if not (values and all(hasattr(da, key) for key in ("dims", "coords", "attrs"))):
         if isinstance(da, str | PathLike):
             raise HorizonError(
                 f"{what}: found the path {str(da)!r}, expected the content of the file. Read "
@@ -224,13 +269,11 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
             "Drop others with da.isel(...) or da.squeeze()."
         )
 
-    values: np.ndarray = da.values
-    if min(values.shape) < 2:
+    if min(da.shape) < 2:
         raise HorizonError(
             f"{what}: the grid has {da.shape[0]} x {da.shape[1]} nodes, expected 2 x 2 or "
             "more. Read a larger part of the grid."
         )
-    return values
 
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,395 @@
+"""A lattice whose elevations stay in a store (Zarr, NetCDF) and are read chunk by chunk.
+
+It is a `Lattice` with the node numbers of the whole grid, so that points, curves and patches have
+the same names as those of a grid in memory. Whoever needs all elevations at once gets an error that
+names the size; what streams asks for `bands` or `window`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import HorizonError
+from geosurf.model.base import frozen
+from geosurf.model.lattice import Lattice
+from geosurf.model.survey import Survey
+
+CACHE = 64 << 20  # bytes of chunks that one grid holds: the last ones that were used
+KNOWN = 8_000_000  # nodes next to curves that are held one by one
+_BROKEN = (  # what libraries of stores raise for files that are damaged or gone
+    OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, ImportError,
+    ArithmeticError, AttributeError,
+)  # fmt: skip
+_AT_ONCE = 1 << 22  # nodes that are read at once
+_NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Store:
+    """Where elevations come from.
+
+    Attributes
+    ----------
+    name : str
+        Of the horizon, for messages.
+    data : array over rows and columns
+        Sliced and turned into numpy arrays when needed; a Dask array, mostly.
+    row_starts, col_starts : ndarray of int64
+        First node of each chunk, south-west first, and the number of nodes at last.
+    turned : (bool, bool)
+        Whether rows and columns of `data` run the other way.
+    scale : float
+        From values to metres above the datum.
+    """
+
+    name: str
+    data: Any
+    row_starts: np.ndarray
+    col_starts: np.ndarray
+    turned: tuple[bool, bool]
+    scale: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rows and columns of nodes."""
+        return int(self.row_starts[-1]), int(self.col_starts[-1])
+
+    def read(
+        self, rows: tuple[int, int], cols: tuple[int, int], out: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Elevations [m] of some rows and columns (first, last + 1), float64; written to `out`."""
+        if out is None:
+            out = np.empty((rows[1] - rows[0], cols[1] - cols[0]))
+
+        # some chunks at a time: Dask holds what it has read twice, and reads it in threads
+        step = max(_AT_ONCE // max(rows[1] - rows[0], 1), 1)
+        ends = self.col_starts[1:][np.diff(self.col_starts // step) > 0].tolist()
+        bounds = [cols[0], *(end for end in ends if cols[0] < end < cols[1]), cols[1]]
+        for first, last in pairwise(bounds):
+            part = out[:, first - cols[0] : last - cols[0]]
+            values = self._values(rows, (first, last))
+
+            # as for grids in memory: scaled as float64, and no -0.0
+            if self.scale != 1.0:
+                values = np.multiply(values, self.scale, dtype=np.float64)
+            np.add(values, 0.0, out=part, dtype=np.float64)
+        return out
+
+    def _values(self, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
+        """Values as the store has them, from the south-west."""
+        source = [
+            slice(n - last, n - first) if turn else slice(first, last)
+            for (first, last), n, turn in zip((rows, cols), self.shape, self.turned, strict=True)
+        ]
+        try:
+            values = np.asarray(self.data[tuple(source)])
+        except _BROKEN as error:
+            raise HorizonError(
+                f"horizon {self.name!r}: rows {rows[0]} to {rows[1] - 1} cannot be read from the "
+                f"store ({type(error).__name__}: {error}). Check that its files are complete."
+            ) from error
+        found: np.ndarray = values[tuple(slice(None, None, -1 if t else 1) for t in self.turned)]
+        return found
+
+    def tile(self, i: int, j: int) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Rows and columns (first, last + 1) of chunk (i, j), and of its neighbours before it.
+
+        Each cell of the grid belongs to one tile.
+        """
+        (r, s), (c, d) = self.row_starts[i : i + 2].tolist(), self.col_starts[j : j + 2].tolist()
+        return (max(r - 1, 0), s), (max(c - 1, 0), d)
+
+
+@dataclass(frozen=True, eq=False)
+class ChunkBounds:
+    """What one pass over all chunks found.
+
+    Attributes
+    ----------
+    boxes : ndarray of float64, shape (n_tile, 6)
+        Lower, then upper corner around each tile, row by row.
+    blocks : ndarray of float64, shape (n_block, 6)
+        The same around blocks of 64 x 64 cells of each tile.
+    starts : ndarray of int64, shape (n_tile + 1,)
+        First block of each tile.
+    n_triangles : (int, int)
+        As `Survey.n_triangles`.
+    in_use : ndarray of float64, shape (6,)
+        Box around the nodes that triangles use.
+    n_present : int
+        Number of nodes that exist.
+    last_rows : ndarray of float64, shape (n_tile_row, n_col)
+        Elevations of the last row of each row of chunks [m]: the tiles after it begin there.
+    last_cols : ndarray of float64, shape (n_tile_col, n_row)
+        The same for columns.
+    """
+
+    boxes: np.ndarray
+    blocks: np.ndarray
+    starts: np.ndarray
+    n_triangles: tuple[int, int]
+    in_use: np.ndarray
+    n_present: int
+    last_rows: np.ndarray
+    last_cols: np.ndarray
+
+
+@dataclass(eq=False)
+class _Held:
+    """Chunks and nodes that were read last."""
+
+    chunks: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict)
+    size: int = 0
+    nodes: tuple[np.ndarray, np.ndarray] = _NOTHING
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def __reduce__(self) -> Any:
+        return _Held, ()
+
+
+class ChunkedLattice(Lattice):
+    """A lattice with straight axes and elevations in a store."""
+
+    store: Store
+    bounds: ChunkBounds
+    fingerprint: str
+
+    @classmethod
+    def of(
+        cls,
+        axes: tuple[np.ndarray, np.ndarray],
+        store: Store,
+        bounds: ChunkBounds,
+        fingerprint: str,
+    ) -> ChunkedLattice:
+        """Make a lattice of rising axes (easting, northing), a store and its bounds."""
+        made: ChunkedLattice = object.__new__(cls)
+        easting, northing = (frozen(axis, np.float64) for axis in axes)
+        made.__dict__.update(
+            easting=easting, northing=northing, rising=True, reverse=None, store=store,
+            bounds=bounds, fingerprint=fingerprint, _held=_Held(),
+        )  # fmt: skip
+        return made
+
+    def turned_as(self, rising: bool, reverse: bool | None) -> ChunkedLattice:
+        """Return the lattice with another diagonal; what is known of nodes is shared."""
+        if rising == self.rising and reverse is self.reverse:
+            return self
+        keys = ("easting", "northing", "store", "bounds", "fingerprint", "_held")
+        twin: ChunkedLattice = object.__new__(type(self))
+        twin.__dict__.update({key: self.__dict__[key] for key in keys})
+        twin.__dict__.update(rising=rising, reverse=reverse)
+        return twin
+
+    @property
+    def elevation(self) -> np.ndarray:
+        """All elevations: an error, since they may exceed the memory."""
+        raise self._too_large()
+
+    def corners_in_use(self) -> np.ndarray:
+        """Corners around the nodes that triangles use, float64 (2, 3)."""
+        return self.bounds.in_use.reshape(2, 3)
+
+    @property
+    def n_present(self) -> int:
+        """Number of nodes that exist."""
+        return self.bounds.n_present
+
+    @property
+    def keys(self) -> np.ndarray:
+        """Keys of all triangles: an error, as for elevations."""
+        raise self._too_large()
+
+    def build_vertices(self) -> np.ndarray:
+        """All nodes that exist: an error, as for elevations."""
+        raise self._too_large()
+
+    def build_triangles(self) -> np.ndarray:
+        """All triangles: an error, as for elevations."""
+        raise self._too_large()
+
+    def _too_large(self) -> HorizonError:
+        """The error of whoever needs all nodes at once."""
+        n_row, n_col = self.shape
+        without = "Curves, units and volumes do not."
+        if not self.whole:
+            without = "Curves do not; units and volumes do because nodes are absent (NaN)."
+        return HorizonError(
+            f"horizon {self.store.name!r} stays in its store ({n_row} x {n_col} nodes, "
+            f"{8e-9 * self.n_node:.2g} GB), and this result needs all nodes in memory. {without} "
+            "Load it with da.load(), or select a part with da.isel(...).",
+            surfaces=[self.store.name],
+        )
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rows and columns of nodes."""
+        return self.store.shape
+
+    @property
+    def n_node(self) -> int:
+        """Number of nodes, absent ones too."""
+        return self.shape[0] * self.shape[1]
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """The layout of all coordinates, as `Lattice.places`; elevations are row by row."""
+        rest = 0, self.shape[1], 1, *self.shape, self.rising, self.turned, 1
+        return frozen(np.array([0, 0, 1, 0, 1, 0, *rest], dtype=np.int64), np.int64)
+
+    @cached_property
+    def survey(self) -> Survey:
+        """What is known of all nodes; the pyramid is one box."""
+        bounds = self.bounds
+        low, high = bounds.boxes[:, :3].min(axis=0), bounds.boxes[:, 3:].max(axis=0)
+        complete = bounds.n_present == self.n_node
+        unknown = np.full(2, np.nan), np.full(2, np.inf), np.inf, 0.0, np.full((2, 3), np.nan)
+        return Survey(
+            frozen(np.concatenate([low, high])[None], np.float64),
+            frozen(np.array([[0, 1, 1]]), np.int64),
+            bounds.n_triangles, (True, True, complete), False, True, *unknown,
+        )  # fmt: skip
+
+    @property
+    def tile_shape(self) -> tuple[int, int]:
+        """Number of tiles along rows and columns."""
+        return len(self.store.row_starts) - 1, len(self.store.col_starts) - 1
+
+    def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """World coordinates (n, 3) of nodes, row by row."""
+        row, col = np.divmod(np.asarray(nodes, dtype=np.int64).reshape(-1), self.shape[1])
+        z = self._elevations(row * self.shape[1] + col)
+        return np.stack([self.easting[col], self.northing[row], z], axis=1)
+
+    def remember(self, nodes: np.ndarray, elevations: np.ndarray) -> None:
+        """Keep elevations of some nodes, which `places_of_nodes` then does not read again."""
+        held: _Held = self.__dict__["_held"]
+        with held.lock:
+            known, z = held.nodes
+            if len(known) + len(nodes) > KNOWN:
+                known, z = _NOTHING
+            both, first = np.unique(np.concatenate([known, nodes]), return_index=True)
+            held.nodes = both, np.concatenate([z, elevations])[first]
+
+    def _elevations(self, nodes: np.ndarray) -> np.ndarray:
+        """Elevations of nodes: known ones, then chunk by chunk."""
+        held: _Held = self.__dict__["_held"]
+        known, values = held.nodes
+        found = np.empty(len(nodes))
+        wanted, inverse = np.unique(nodes, return_inverse=True)
+        z = np.empty(len(wanted))
+        at = np.minimum(np.searchsorted(known, wanted), max(len(known) - 1, 0))
+        there = known[at] == wanted if len(known) else np.zeros(len(wanted), dtype=bool)
+        z[there] = values[at[there]]
+
+        missing = np.flatnonzero(~there)
+        if len(missing):
+            row, col = np.divmod(wanted[missing], self.shape[1])
+            i = np.searchsorted(self.store.row_starts, row, side="right") - 1
+            j = np.searchsorted(self.store.col_starts, col, side="right") - 1
+            tile = i * self.tile_shape[1] + j
+            order = np.argsort(tile, kind="stable")
+            for some in np.split(order, np.flatnonzero(np.diff(tile[order])) + 1):
+                a, b = int(i[some[0]]), int(j[some[0]])
+                chunk = self._chunk(a, b)
+                r, c = self.store.row_starts[a], self.store.col_starts[b]
+                z[missing[some]] = chunk[row[some] - r, col[some] - c]
+            self.remember(wanted[missing], z[missing])
+        found[:] = z[inverse.reshape(-1)]
+        return found
+
+    def _chunk(self, i: int, j: int) -> np.ndarray:
+        """Elevations of a chunk, from those that were used last if it is among them."""
+        held: _Held = self.__dict__["_held"]
+        with held.lock:
+            if (i, j) in held.chunks:
+                held.chunks.move_to_end((i, j))
+                return held.chunks[i, j]
+        rows, cols = (
+            (int(of[k]), int(of[k + 1]))
+            for of, k in ((self.store.row_starts, i), (self.store.col_starts, j))
+        )
+        chunk = self.store.read(rows, cols)
+        with held.lock:
+            if (i, j) not in held.chunks:
+                held.chunks[i, j] = chunk
+                held.size += chunk.nbytes
+            while held.size > CACHE and len(held.chunks) > 1:
+                held.size -= held.chunks.popitem(last=False)[1].nbytes
+        return chunk
+
+    def window(self, rows: tuple[int, int], cols: tuple[int, int]) -> Lattice:
+        """Return some rows and columns (first, last + 1) as a lattice in memory."""
+        z = np.empty((rows[1] - rows[0], cols[1] - cols[0]))
+        starts = self.store.row_starts, self.store.col_starts
+
+        # the chunks that the window meets, each copied to its place
+        spans = [
+            range(
+                int(np.searchsorted(of, first, side="right")) - 1,
+                int(np.searchsorted(of, last, side="left")),
+            )
+            for of, (first, last) in zip(starts, (rows, cols), strict=True)
+        ]
+        for i in spans[0]:
+            for j in spans[1]:
+                (r, r_end), (c, c_end) = starts[0][i : i + 2], starts[1][j : j + 2]
+                r0, r1 = max(r, rows[0]), min(r_end, rows[1])
+                c0, c1 = max(c, cols[0]), min(c_end, cols[1])
+
+                # of chunks before a tile only the last row or column, which is known
+                if r1 - r0 == 1 and r1 == r_end:
+                    part = self.bounds.last_rows[i, None, c0:c1]
+                elif c1 - c0 == 1 and c1 == c_end:
+                    part = self.bounds.last_cols[j, r0:r1, None]
+                else:
+                    part = self._chunk(i, j)[r0 - r : r1 - r, c0 - c : c1 - c]
+                z[r0 - rows[0] : r1 - rows[0], c0 - cols[0] : c1 - cols[0]] = part
+        return self._part(rows, cols, z)
+
+    def _part(self, rows: tuple[int, int], cols: tuple[int, int], z: np.ndarray) -> Lattice:
+        """A lattice in memory of some rows and columns with their elevations."""
+        axes = self.easting[slice(*cols)], self.northing[slice(*rows)]
+        return Lattice(*axes, z, self.rising, self.reverse)
+
+    def bands(self, wanted: np.ndarray | None = None) -> Iterator[tuple[int, Lattice]]:
+        """Yield all cells in order, as bands of chunks: first row of nodes, and a lattice.
+
+        Parameters
+        ----------
+        wanted : ndarray of bool, shape (n_row - 1,), optional
+            Rows of cells; bands without any are not read.
+        """
+        n_col = self.shape[1]
+        for i in range(self.tile_shape[0]):
+            (first, last), _ = self.store.tile(i, 0)
+            some = wanted is None or wanted[first : last - 1].any()
+            if not some or last - first < 2:
+                continue
+            z = np.empty((last - first, n_col))
+            if i:
+                z[0] = self.bounds.last_rows[i - 1]
+            start = int(self.store.row_starts[i])
+            self.store.read((start, last), (0, n_col), z[start - first :])
+            yield first, self._part((first, last), (0, n_col), z)
+
+
+def part_of(lattice: Lattice, rows: tuple[int, int], cols: tuple[int, int]) -> Lattice:
+    """Return some rows and columns (first, last + 1) of any lattice, as one in memory."""
+    if isinstance(lattice, ChunkedLattice):
+        return lattice.window(rows, cols)
+    r, c = slice(*rows), slice(*cols)
+    x, y = lattice.easting, lattice.northing
+    x, y = (x[c], y[r]) if x.ndim == 1 else (x[r, c], y[r, c])
+    return Lattice(x, y, lattice.elevation[r, c], lattice.rising, lattice.reverse)
+
+
+__all__ = ["ChunkBounds", "ChunkedLattice", "Store", "part_of"]

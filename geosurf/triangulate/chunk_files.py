@@ -1,0 +1,133 @@
+"""Bounds of chunks in a file next to their store, or in geosurf's cache where that is read-only.
+
+A file is used only if its key is that of the store: the names, sizes and times of its files, what
+is done to its values, and the form of the bounds. Damaged files and those of others are made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.files.atomic import write_whole
+from geosurf.files.sealed import read_own, sealed, unsealed
+from geosurf.kernels.compile.cache_folder import cache_root
+from geosurf.model.chunked import ChunkBounds, Store
+
+_FORM = f"geosurf bounds of chunks 1 {list(ChunkBounds.__dataclass_fields__)}"
+_ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols")
+_LARGEST = 1 << 32
+_SUFFIX = ".geosurf-bounds"
+
+
+def key_of_store(
+    store: Store, axes: tuple[np.ndarray, np.ndarray]
+) -> tuple[str | None, Path | None]:
+    """Return what identifies the values of a store, and where to keep bounds; None if unknown."""
+    try:
+        sources = _sources(store.data)
+        if not sources:
+            return None, None
+        digest = hashlib.sha256(_FORM.encode())
+        digest.update(f"{store.data.name} {store.shape} {store.turned} {store.scale!r}".encode())
+        for array in (store.row_starts, store.col_starts, *axes):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        for source in sources:
+            _add_files(digest, source)
+    except OSError:
+        return None, None  # the store is not a folder or file of this machine
+    first = sources[0]
+    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in store.name)
+    return digest.hexdigest(), first.with_name(f"{first.name}.{name}{_SUFFIX}")
+
+
+def load_bounds(place: Path, key: str) -> ChunkBounds | None:
+    """Return bounds that an earlier session kept under a key, or None."""
+    for path in _places(place, key):
+        try:
+            payload = unsealed(key, read_own(path, _LARGEST))
+        except OSError:
+            continue
+        if payload is not None:  # its checksum is right: what follows was written by `save_bounds`
+            with np.load(io.BytesIO(payload), allow_pickle=False) as found:
+                falling, rising, n_present = found["counts"].tolist()
+                arrays = {key: found[key] for key in _ARRAYS}
+                triangles = falling, rising
+                return ChunkBounds(n_triangles=triangles, n_present=n_present, **arrays)
+    return None
+
+
+def save_bounds(place: Path, key: str, bounds: ChunkBounds) -> None:
+    """Keep bounds next to their store, else in the cache; without either they are made again."""
+    buffer = io.BytesIO()
+    counts = np.array([*bounds.n_triangles, bounds.n_present], dtype=np.int64)
+    arrays = {key: getattr(bounds, key) for key in _ARRAYS}
+    np.savez(buffer, allow_pickle=False, counts=counts, **arrays)
+    data = sealed(key, buffer.getvalue())
+    for path in _places(place, key):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(path, data, 0o644)
+            return
+        except OSError:
+            continue
+
+
+def _places(place: Path, key: str) -> list[Path]:
+    """Files in which bounds may be: next to the store, then in the cache."""
+    try:
+        return [place, cache_root() / "bounds" / f"{key}{_SUFFIX}"]
+    except OSError:
+        return [place]
+
+
+def _sources(data: Any) -> list[Path]:
+    """Folders and files that a Dask array reads; empty if some are not known."""
+    found = []
+    for name, layer in data.dask.layers.items():
+        if not str(name).startswith("original-"):  # xarray calls what it has opened so
+            continue
+        for value in layer.values():
+            path = _path_of(value)
+            if path is None:
+                return []
+            found.append(path)
+    return sorted(set(found))
+
+
+def _path_of(value: Any) -> Path | None:
+    """The path behind wrappers of xarray, of a Zarr store in a folder or of a file."""
+    value = getattr(value, "value", value)  # Dask wraps data
+    while hasattr(value, "array"):
+        value = value.array
+    zarr = getattr(value, "_array", None)
+    root = getattr(getattr(zarr, "store", None), "root", None)
+    name = getattr(getattr(value, "datastore", None), "_filename", None)
+    path = root if root is not None else name
+    return Path(path) if isinstance(path, str | os.PathLike) and Path(path).exists() else None
+
+
+def _add_files(digest: Any, source: Path) -> None:
+    """Add names, sizes and times of a file, or of all files in a folder."""
+    folders = [source]
+    if source.is_file():
+        status = source.stat()
+        digest.update(f"{source.name} {status.st_size} {status.st_mtime_ns}".encode())
+        return
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in sorted(entries, key=lambda one: one.name):
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append(Path(entry.path))
+                else:
+                    status = entry.stat()
+                    name = Path(entry.path).relative_to(source).as_posix()
+                    digest.update(f"{name} {status.st_size} {status.st_mtime_ns}\n".encode())
+
+
+__all__ = ["key_of_store", "load_bounds", "save_bounds"]

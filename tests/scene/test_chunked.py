@@ -1,0 +1,175 @@
+"""Scenes of horizons that stay in their store: units and volumes as of grids in memory."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.triangulate import chunked
+from geosurf.triangulate.chunked import survey_chunks
+
+pytest.importorskip("zarr")
+
+
+@pytest.fixture(autouse=True)
+def _small(monkeypatch):
+    monkeypatch.setattr(chunked, "LEAST", 1)
+    monkeypatch.setattr(chunked, "STAYS", 1000)
+
+
+@pytest.fixture
+def passes(monkeypatch):
+    """Counts passes over stores."""
+    names = []
+    monkeypatch.setattr(
+        chunked, "survey_chunks",
+        lambda store, axes: names.append(store.name) or survey_chunks(store, axes),
+    )  # fmt: skip
+    return names
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """Two horizons that cross nowhere and are rough, in chunks of 7 x 11 nodes."""
+    rng = np.random.default_rng(7)
+    z = np.round(rng.normal(size=(37, 45)) * 8) - 1000
+    axes = {"northing": 25.0 * np.arange(37)[::-1], "easting": 25.0 * np.arange(45)}
+    attrs = {"units": "m", "positive": "up"}
+    values = {"top": z, "base": z - 60 + np.round(rng.normal(size=z.shape) * 3)}
+    made = xr.Dataset({k: (("northing", "easting"), v, attrs) for k, v in values.items()}, axes)
+    path = tmp_path_factory.mktemp("stores") / "big.zarr"
+    made.chunk({"northing": 7, "easting": 11}).to_zarr(path, consolidated=False)
+    return path
+
+
+@pytest.fixture
+def path(store, tmp_path):
+    """A store of its own for a test that changes it."""
+    return shutil.copytree(store, tmp_path / "big.zarr")
+
+
+def opened(path) -> dict[str, xr.DataArray]:
+    data = xr.open_zarr(path, consolidated=False)
+    return {"Top": data.top, "Base": data.base}
+
+
+def faults() -> dict[str, gs.TriSurface]:
+    two = [[0, 1, 2], [0, 2, 3]]
+    f1 = [[300, -100, -2000], [400, 1100, -2000], [900, 1100, 0], [800, -100, 0]]
+    # one that dies out inside: no block
+    f2 = [[150, 300, -2000], [150, 500, -2000], [160, 500, 0], [160, 300, 0]]
+    return {k: gs.TriSurface(k, "fault", v, two) for k, v in (("F1", f1), ("F2", f2))}
+
+
+def test_law_units_and_volumes_are_those_of_grids_in_memory(path):
+    lazy = gs.Scene(opened(path), faults())
+    loaded = gs.Scene({k: v.compute() for k, v in opened(path).items()}, faults())
+    assert lazy.volumes.identical(loaded.volumes)
+    assert lazy.units.table.identical(loaded.units.table)
+    assert lazy.curves.local.tobytes() == loaded.curves.local.tobytes()
+    for name, unit in lazy.units.items():
+        assert (unit.volume, unit.map_area) == (
+            loaded.units[name].volume,
+            loaded.units[name].map_area,
+        )
+
+    # a contact and an area cut both alike
+    area = [[110, 110], [900, 150], [850, 800], [120, 700]]
+    change = {"contacts": {"OWC": -1030.0}, "aoi": area}
+    assert lazy.replace(**change).volumes.identical(loaded.replace(**change).volumes)
+
+
+def test_what_needs_all_nodes_names_the_size_and_the_remedy(path):
+    scene = gs.Scene(opened(path), faults())
+    words = r"'Top' stays in its store \(37 x 45 nodes.*GB\).*da\.load\(\)"
+    for ask in (
+        lambda: scene.thickness("Top/Base"),
+        lambda: scene.sample([[500.0, 500.0, -1030.0]]),
+        lambda: scene.replace(tolerance=1.0).curves,
+        lambda: scene.replace(voxel_size=50.0).curves,
+        lambda: scene.surface("Top").vertices,
+        lambda: scene.surface("Top").triangles,
+    ):
+        with pytest.raises(gs.errors.HorizonError, match=words):
+            ask()
+
+
+def test_holes_leave_curves_and_refuse_units(path):
+    def scene(change):
+        grids = {k: change(v.where(v.easting != 500.0)) for k, v in opened(path).items()}
+        return gs.Scene(grids, faults(), box=(110, 480, 110, 800, -1500, -800))
+
+    lazy, loaded = scene(lambda v: v), scene(lambda v: v.compute())
+    assert lazy.surface("Top").bounds == loaded.surface("Top").bounds
+    assert repr(lazy.surface("Top")) == repr(loaded.surface("Top"))
+    assert lazy.curves.local.tobytes() == loaded.curves.local.tobytes()
+    with pytest.raises(gs.errors.HorizonError, match="nodes are absent"):
+        _ = lazy.volumes
+
+
+def test_no_data_values_are_refused(path):
+    grids = {
+        k: v.where(v.easting != 500.0, -999.25) - 5000 * (v.easting != 500.0)
+        for k, v in opened(path).items()
+    }
+    with pytest.raises(gs.errors.HorizonError, match=r"-999\.25 m, a usual no-data value"):
+        _ = gs.Scene(grids, faults()).curves
+
+
+def test_bounds_are_kept_beside_the_store_until_it_changes(path, passes):
+    def elevations() -> tuple[float, ...]:
+        surfaces = (gs.triangulate_horizon(v, name=k) for k, v in opened(path).items())
+        return tuple(end for one in surfaces for end in one.bounds[4:])
+
+    first = elevations()
+    files = sorted(path.parent.glob("*.geosurf-bounds"))
+    names = [f"big.zarr.{name}.geosurf-bounds" for name in ("Base", "Top")]
+    assert [file.name for file in files] == names
+    assert passes == ["Top", "Base"]
+    assert elevations() == first
+    assert len(passes) == 2
+
+    # damage: made again
+    files[1].write_bytes(files[1].read_bytes()[:-9])
+    assert elevations() == first
+    assert passes[2:] == ["Top"]
+
+    # files with other content: made again
+    data = xr.open_zarr(path, consolidated=False).compute()
+    lower = (data.base - 10.0).to_dataset(name="base").chunk({"northing": 7, "easting": 11})
+    lower.to_zarr(path, mode="r+", consolidated=False)
+    assert elevations() == (*first[:2], first[2] - 10.0, first[3] - 10.0)
+    assert passes[3:] == ["Top", "Base"]
+
+    # other values of the same files
+    assert gs.triangulate_horizon(-opened(path)["Top"], name="Top").bounds[4] == -first[1]
+
+
+def test_stores_that_are_read_only_use_the_cache(path, passes, monkeypatch, tmp_path):
+    from geosurf.triangulate import chunk_files
+
+    write = chunk_files.write_whole
+
+    def refuse(target, *rest):
+        if target.parent == path.parent:
+            raise PermissionError(13, "read-only")
+        write(target, *rest)
+
+    monkeypatch.setattr(chunk_files, "write_whole", refuse)
+    monkeypatch.setattr(chunk_files, "cache_root", lambda: tmp_path / "cache")
+    for _ in range(2):
+        for name, grid in opened(path).items():
+            gs.triangulate_horizon(grid, name=name)
+    assert passes == ["Top", "Base"]
+    assert len(list((tmp_path / "cache" / "bounds").iterdir())) == 2
+
+
+def test_small_dask_arrays_are_read_as_before(path, monkeypatch):
+    monkeypatch.setattr(chunked, "STAYS", 1 << 26)
+    scene = gs.Scene(opened(path), faults())
+    assert scene.thickness("Top/Base").size > 0
+    assert not list(path.parent.glob("*.geosurf-bounds"))
