@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import logging
+import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -35,6 +36,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 DPI = 100
 DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
 MISSING = "\N{REPLACEMENT CHARACTER}"  # for letters that the font lacks
+RIGHT = ("R", "AL")  # classes of letters that run from right to left (Unicode, annex 9)
 STRIPES, STRIPE_WIDTH = "//", 4.0  # hatching of areas with two colours
 
 
@@ -308,13 +310,25 @@ def _replace_missing_letters(figure: Figure) -> None:
 
     # all texts of the figure at once, so that there is one warning for a picture
     missing: dict[str, None] = {}
+    joined = False
     for text in figure.findobj(Text):
         words = text.get_text()
+        joined = joined or any(unicodedata.bidirectional(letter) in RIGHT for letter in words)
         known = _letters(tuple(text.get_fontfamily()))
         lacking = {letter for letter in words if ord(letter) not in known and letter != "\n"}
         if lacking:
             text.set_text("".join(MISSING if letter in lacking else letter for letter in words))
             missing.update(dict.fromkeys(filter(lacking.__contains__, words)))
+    if joined and not _joins_letters():
+        warn(
+            GeosurfWarning(
+                "picture",
+                "script",
+                "Arabic and Hebrew names are drawn from left to right, with letters apart: this "
+                "version of matplotlib cannot do otherwise.",
+                "Install matplotlib 3.11 or newer; reports and files have the names as they are.",
+            )
+        )
     if missing:
         some = ", ".join(repr(letter) for letter in list(missing)[:5])
         more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
@@ -325,6 +339,13 @@ def _replace_missing_letters(figure: Figure) -> None:
             _remedy(missing),
         )
         warn(note)
+
+
+def _joins_letters() -> bool:
+    """Whether matplotlib lays out scripts that join letters or run from right to left."""
+    from matplotlib import ft2font
+
+    return hasattr(ft2font, "__libraqm_version__")
 
 
 def _remedy(letters: Iterable[str]) -> str:

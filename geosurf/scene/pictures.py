@@ -146,6 +146,8 @@ def pictures_of(
     check_colour_by(colour_by)
     selection_of(only)
 
+    _warn_of_colours(scene, look["style"])
+
     # views in three dimensions; then maps and diagrams, which need no graphics driver
     found = [_view(scene, view, clip, look) for view in views]
     if camera is not None:
@@ -179,6 +181,20 @@ def pictures_of(
     if search is not None:
         found.append(_search(scene, *search, look))
     return found
+
+
+def _warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
+    """Warn of colours for names that the model does not have."""
+    if not style.colours:
+        return
+    known = {*scene.horizon_names, *scene.fault_names}
+    for unit in scene.units.values():
+        known |= {unit.name, unit.zone, unit.block, unit.contact}
+    for name in style.colours:
+        if name not in known:
+            guess = did_you_mean(name, known)
+            effect = f"No surface, zone, block or unit is called {name!r}: its colour is not used."
+            warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
 
 
 def _neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
@@ -423,7 +439,8 @@ def _warn(subject: str, effect: str, without: str = "") -> None:
     remedy = "All other results are complete."
     if without:
         how = f"Set {without}" if "=" in without else f"Leave out {without}"
-        remedy += f" {how} in [output] to run without it."
+        table = "[pictures]" if without == "camera" else "[output]"
+        remedy += f" {how} in {table} to run without it."
     warn(GeosurfWarning("picture", subject, effect, remedy))
 
 

@@ -196,6 +196,12 @@ def test_cyrillic_greek_and_arabic_have_letters(top, name):
         plot_map(top.renamed(name), size=SMALL)._repr_png_()
 
 
+def test_a_matplotlib_that_cannot_join_letters_is_warned_of(top, monkeypatch):
+    monkeypatch.setattr("geosurf.render.sheet._joins_letters", lambda: False)
+    with pytest.warns(gs.GeosurfWarning, match="drawn from left to right.*matplotlib 3.11"):
+        plot_map(top.renamed("قمة"), size=SMALL)._repr_png_()
+
+
 def test_an_overlay_is_projected_to_a_section():
     line = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
     flat, far = _projected(np.array([[3.0, 1.0, -5.0], [12.0, 4.0, -6.0]]), line)
