@@ -16,7 +16,7 @@ EVERY = 30.0  # s between two lines of progress in a log file
 
 def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
-    from geosurf.ensemble import run_ensemble
+    from geosurf.ensemble import report_ensemble, run_ensemble
     from geosurf.ensemble.tables import quantile_csv, quantile_text
     from geosurf.files.atomic import write_whole
 
@@ -36,18 +36,23 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     )
     for by in ("unit", "zone", "contact"):
         write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
+    page = report_ensemble(result, out, title=Path(options.scenario).stem)
     seconds, count = time.perf_counter() - start, result.sizes["realization"]
     data = {
         "scenario": options.scenario,
         "out": out,
         "realisations": count,
         "seconds": seconds,
+        "report": page,
         "quantiles": {by: _rows(quantile_csv(result, by)) for by in ("unit", "zone", "contact")},
     }
     return Answer(
         data,
         f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
-        closing=(f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",),
+        closing=(
+            f"Open {page}.",
+            f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",
+        ),
     )
 
 

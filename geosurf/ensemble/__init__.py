@@ -18,6 +18,7 @@ on_dask.py         realisations on Dask: threads, processes, clusters
 store.py           the Zarr store; sums.py: its maps
 progress.py        progress with the time left
 results.py         quantiles, convergence, tornado; tables.py: as text
+report.py          one HTML page; charts.py: its figures
 scenario_model.py  the tables [ensemble] and [[uncertain]] of a scenario
 =================  ============================================================
 """
@@ -30,6 +31,7 @@ from geosurf.ensemble.depths import DepthError, DepthShift
 from geosurf.ensemble.fault_moves import FaultDip, FaultShift
 from geosurf.ensemble.field_grid import FieldGrid
 from geosurf.ensemble.fields import GaussianField
+from geosurf.ensemble.report import report_ensemble
 from geosurf.ensemble.results import convergence, open_ensemble, quantiles, tornado, volumes_by
 from geosurf.ensemble.run import realize, run_ensemble
 from geosurf.ensemble.throws import Throw
@@ -53,6 +55,7 @@ __all__ = [
     "open_ensemble",
     "quantiles",
     "realize",
+    "report_ensemble",
     "run_ensemble",
     "tornado",
     "volumes_by",

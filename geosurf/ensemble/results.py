@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 BY = ("unit", "zone", "block", "contact")
 EXCEEDED = (90, 50, 10)  # %: P90 is exceeded by 90 % of the realisations
+LEAST = 10  # realisations for a tornado
 TAIL = 0.2  # of the realisations: those with a low or high value of a parameter
 
 
@@ -101,15 +103,7 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
     volume: xarray.DataArray = result.volume.isel(realization=rows)
     if by == "unit":
         return volume
-    # Labels of units, by which their volumes are summed.
-    labels = result[by].values.tolist()
-    if by == "contact":
-        labels = [
-            f"{zone} {part}".strip()
-            for zone, part in zip(result.zone.values.tolist(), labels, strict=True)
-        ]
-    # In the order of units, each once.
-    names = list(dict.fromkeys(labels))
+    labels, names = _labels(result, by)
     sums = np.stack(
         [volume.values[:, [k for k, one in enumerate(labels) if one == name]].sum(axis=1)
          for name in names], axis=1,
@@ -118,6 +112,17 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
         sums, dims=("realization", by), attrs={"units": "m3"}, name="volume",
         coords={"realization": volume.realization.values, by: np.array(names, dtype=object)},
     )  # fmt: skip
+
+
+def _labels(result: xarray.Dataset, by: str) -> tuple[list[str], list[str]]:
+    """The sum that each unit is a part of, and all sums in the order of units, each once."""
+    labels = result[by].values.tolist()
+    if by == "contact":
+        labels = [
+            f"{zone} {part}".strip()
+            for zone, part in zip(result.zone.values.tolist(), labels, strict=True)
+        ]
+    return labels, list(dict.fromkeys(labels))
 
 
 def quantiles(
@@ -175,9 +180,11 @@ def quantiles(
     # How often a unit exists at all, which volumes alone do not show.
     data["present"] = (by, (values > 0).mean(axis=0), {"units": "1"})
     coords: dict[str, Any] = {by: volume[by].values}
-    # Labels and base case belong to units; sums have neither.
+    labels, names = _labels(result, by)
+    base = result.base_volume.values
+    sums = [math.fsum(base[[one == name for one in labels]].tolist()) for name in names]
+    data["base"] = (by, np.array(sums), metric)
     if by == "unit":
-        data["base"] = (by, result.base_volume.values, metric)
         coords |= {k: (by, result[k].values) for k in BY[1:]}
     attrs = {"n": len(values), "failed": int((result.status.values == 2).sum())}
     return xr.Dataset(data, coords=coords, attrs=attrs)
@@ -257,7 +264,7 @@ def tornado(result: xarray.Dataset, name: str, by: str = "unit") -> xarray.Datas
     import xarray as xr
 
     values = _one(result, name, by)
-    if len(values) < 10:
+    if len(values) < LEAST:
         raise InputError("a tornado needs at least ten realisations. Give a larger n.")
     # Rows of the volumes: realisations that were built.
     drawn = result.drawn.values[result.status.values == 1]

@@ -1,0 +1,207 @@
+"""The report of an ensemble: one HTML page with quantiles, charts and maps."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from geosurf.conventions import counted
+from geosurf.conventions.running import running
+from geosurf.ensemble.charts import detail_chart, map_chart, png_of, quantile_chart
+from geosurf.ensemble.results import LEAST, quantiles, tornado
+from geosurf.errors import InputError, OutputError
+from geosurf.files.atomic import write_whole
+from geosurf.model.expected import path_of
+from geosurf.render.compose import save_png
+from geosurf.report import page
+from geosurf.report.page import Section
+from geosurf.report.run_tables import version_table
+from geosurf.report.table import NOTHING, Table, number
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+GROUPS = (("contact", "By zone and contact"), ("zone", "By zone"), ("block", "By block"),
+          ("unit", "By unit"))  # fmt: skip
+MOST_DETAILS = 6  # sums with a chart of their own: the largest ones
+MOST_REASONS = 20
+OUTSIDE = ("above ", "below ")  # zones whose volume depends on the model box
+MILLION = 1e6
+
+
+@running("report")
+def report_ensemble(
+    result: xarray.Dataset,
+    folder: str | os.PathLike[str],
+    *,
+    title: str = "Ensemble",
+    made: str = "",
+) -> Path:
+    """
+    Write ``index.html``: quantiles, convergence, parameters, maps and failures of an ensemble.
+
+    The page is one file, which needs no network. Its charts are PNG files, too, in the folder
+    ``pictures``.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        Of `run_ensemble` or `open_ensemble`.
+    folder : path-like
+        Folder of the page. It is created if it does not exist.
+    title : str
+        Heading of the page.
+    made : str
+        A date or a name to print below the title. By default the page has no date, so the same
+        results give the same page.
+
+    Returns
+    -------
+    pathlib.Path
+        File of the page.
+
+    Raises
+    ------
+    InputError
+        If the result is not of an ensemble, or no realisation was built.
+    OutputError
+        If a file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import geosurf as gs
+    >>> from geosurf.ensemble import ContactLevel, Uniform, report_ensemble
+    >>> world = gs.synthetic.tilted_planes(n=3)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2200.0})
+    >>> level = ContactLevel("OWC", shift=Uniform(-9.0, 9.0))
+    >>> result = gs.run_ensemble(scene, 3, uncertain=[level], progress=False)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     report_ensemble(result, folder, title="Two planes").name
+    'index.html'
+    """
+    folder = path_of(folder, "report_ensemble")
+    wanted = {"volume", "status", "reason", "drawn"}
+    if not wanted <= set(getattr(result, "data_vars", ())):
+        raise InputError(
+            f"report_ensemble takes the results of an ensemble, not {type(result).__name__}. Pass "
+            "what run_ensemble or open_ensemble returns."
+        )
+    built, failed = (int((result.status == code).sum()) for code in (1, 2))
+    waiting = result.sizes["realization"] - built - failed
+    facts = f"{counted(built, 'realisation')} built, {failed} failed; seed {result.attrs['seed']}."
+    if waiting:
+        facts += f" {waiting} have not run yet."
+    header = [page.paragraph(made, "faint")] if made else []
+    header += [
+        page.paragraph(facts),
+        page.paragraph("P90 is the volume that 90 % of the realisations exceed.", "faint"),
+    ]
+    html = page.fill_page(str(title), "\n".join(header), list(_sections(result, folder)))
+    target = folder / "index.html"
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(target, html.encode("utf-8"))
+    except OSError as error:
+        raise OutputError(
+            f"{target}: the report cannot be written ({error.strerror}). "
+            "Choose a folder that you can write to."
+        ) from error
+    return target
+
+
+def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
+    """Answers first, then what they rest on."""
+    pictures = folder / "pictures"
+    names = _inside(result)
+    chart = save_png(png_of(quantile_chart(result, names, "contact")), pictures / "quantiles.png")
+    tables = "\n".join(
+        page.folded(words, page.html_table(quantile_table(result, by)))
+        if by != "contact" else page.html_table(quantile_table(result, by))
+        for by, words in GROUPS
+    )  # fmt: skip
+    drawn = page.figure("P90 to P10 by zone and contact.", chart)
+    yield Section("Volumes [million m³]", f'<div class="pictures">{drawn}</div>\n{tables}')
+
+    details, parts = [], names[:MOST_DETAILS]
+    for k, name in enumerate(parts):
+        path = save_png(png_of(detail_chart(result, name, "contact")), pictures / f"volume_{k}.png")
+        details.append(f"<h3>{escape(name)}</h3>\n{page.figure(_settled(result, name), path)}")
+    yield Section("The largest volumes in detail", "\n".join(details))
+
+    if "probability" in result:
+        maps = {}
+        for k, layer in enumerate(result.layer.values.tolist()):
+            path = save_png(png_of(map_chart(result, layer)), pictures / f"map_{k}.png")
+            maps[f"{layer}: probability, mean and standard deviation of thickness."] = path
+        yield Section("Maps", page.html_pictures(maps))
+    yield Section("Uncertain numbers", page.html_table(parameter_table(result)))
+    failures = failure_table(result)
+    yield Section("Failed realisations", page.html_table(failures) if failures.rows else "")
+    yield Section("Versions", page.html_table(version_table()))
+
+
+def _inside(result: xarray.Dataset) -> list[str]:
+    """Sums by zone and contact between two horizons, the largest first."""
+    found = quantiles(result, "contact")
+    order = found.P50.values.argsort(kind="stable")[::-1]
+    names = [found.contact.values.tolist()[k] for k in order]
+    between = [name for name in names if not name.startswith(OUTSIDE)]
+    return between or names
+
+
+def _settled(result: xarray.Dataset, name: str) -> str:
+    """The caption of a sum: the parameter that matters most, if one does."""
+    if not result.sizes["parameter"] or int((result.status == 1).sum()) < LEAST:
+        return f"{name}."
+    found = tornado(result, name, "contact")
+    most = found.isel(parameter=0)
+    rank, noise = float(most.rank_correlation), found.attrs["noise"]
+    if abs(rank) <= noise:
+        return f"{name}: no rank correlation is above {noise:.2f}, which may be chance."
+    return f"{name}: depends most on {most.parameter.item()} (rank correlation {number(rank, 2)})."
+
+
+def quantile_table(result: xarray.Dataset, by: str) -> Table:
+    """Quantiles of volumes [million m3], and in what share of the realisations each is present."""
+    found = quantiles(result, by)
+    keys = ("P90", "P50", "P10", "mean", "sd", "base")
+    rows = [
+        (
+            str(name),
+            *(number(float(found[key][row]) / MILLION, 3) for key in keys),
+            f"{100.0 * float(found.present[row]):.0f} %",
+        )
+        for row, name in enumerate(found[by].values.tolist())
+    ]
+    head = ("", "P90", "P50", "P10", "mean", "standard deviation", "base case", "present")
+    return Table(head, tuple(rows))
+
+
+def parameter_table(result: xarray.Dataset) -> Table:
+    """What was drawn for each uncertain number: smallest, mean and largest."""
+    rows = []
+    for k, name in enumerate(result.parameter.values.tolist()):
+        values = result.drawn.values[result.status.values == 1, k]
+        unit = str(result.parameter_unit.values[k])
+        cells = (values.min(), values.mean(), values.max()) if len(values) else ()
+        rows.append((str(name), unit, *(number(float(v), 2) for v in cells)))
+    return Table(("", "unit", "smallest", "mean", "largest"), tuple(rows), n_label=2)
+
+
+def failure_table(result: xarray.Dataset) -> Table:
+    """Realisations that could not be built, with their numbers and reasons."""
+    failed = [k for k, status in enumerate(result.status.values.tolist()) if status == 2]
+    rows = [
+        (str(int(result.realization[k])), str(result.reason.values[k]))
+        for k in failed[:MOST_REASONS]
+    ]
+    if len(failed) > MOST_REASONS:
+        rows.append((NOTHING, f"and {len(failed) - MOST_REASONS} more: result.reason"))
+    return Table(("realisation", "reason"), tuple(rows), n_label=2)
+
+
+__all__ = ["report_ensemble"]

@@ -1,0 +1,66 @@
+"""The page of an ensemble: its numbers are those of the results, and failures are not hidden."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.ensemble import ContactLevel, DepthShift, Normal, Uniform, quantiles, report_ensemble
+from geosurf.errors import InputError, OutputError
+from geosurf.report.table import number
+
+
+@pytest.fixture(scope="module")
+def result():
+    world = gs.synthetic.tilted_planes(n=5)
+    scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"O$W$C": -2150.0})
+    uncertain = [ContactLevel("O$W$C", shift=Uniform(-9, 9)), DepthShift("Top", Normal(0.0, 5.0))]
+    return gs.run_ensemble(scene, 8, uncertain=uncertain, maps=400.0, progress=False)
+
+
+def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
+    page = report_ensemble(result, tmp_path, title="Two <planes>").read_text(encoding="utf-8")
+    assert "<h1>Two &lt;planes&gt;</h1>" in page
+    for by in ("contact", "zone", "block", "unit"):
+        found = quantiles(result, by)
+        for key in ("P90", "P50", "P10", "mean", "sd", "base"):
+            for value in found[key].values.tolist():
+                assert number(value / 1e6, 3) in page
+    for words in (*result.parameter.values, *result.layer.values, "seed 0", "8 realisations built"):
+        assert str(words) in page
+    n_picture = 1 + 2 + result.sizes["layer"]
+    assert len(re.findall("<img ", page)) == len([*(tmp_path / "pictures").iterdir()]) == n_picture
+    assert "Failed realisations" not in page
+    assert report_ensemble(result, tmp_path, title="Two <planes>").read_text() == page
+
+
+def test_base_cases_of_sums_add_up(result):
+    whole = result.base_volume.values.sum()
+    for by in ("contact", "zone", "block", "unit"):
+        assert quantiles(result, by).base.values.sum() == pytest.approx(whole)
+
+
+def test_failures_are_listed_and_what_has_not_run_is_counted(result, tmp_path):
+    broken = result.copy(deep=True).drop_vars(
+        ["probability", "thickness_mean", "thickness_sd", "base_thickness", "layer"]
+    )
+    broken.status[2], broken.status[5], broken.reason[2] = 2, 0, "horizons cross & <leak>"
+    broken.volume[[2, 5]] = np.nan
+    page = report_ensemble(broken, tmp_path).read_text(encoding="utf-8")
+    assert "6 realisations built, 1 failed; seed 0. 1 have not run yet." in page
+    assert "horizons cross &amp; &lt;leak&gt;" in page
+    assert "Maps" not in page
+
+
+def test_what_is_no_ensemble_is_refused(result, tmp_path):
+    for wrong in (None, 5, result.drop_vars("status"), result.volume):
+        with pytest.raises(InputError, match="report_ensemble takes the results of an ensemble"):
+            report_ensemble(wrong, tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="file"):
+        report_ensemble(result, tmp_path / "file")
+    with pytest.raises(InputError, match="no realisation of this ensemble has been built"):
+        report_ensemble(result.assign(status=("realization", [2] * 8)), tmp_path)
