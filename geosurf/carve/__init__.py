@@ -9,6 +9,7 @@ rays.py              exact vertical rays through triangles
 measures.py          volume below, area and bounds of each face
 zones.py             on which side of each horizon and contact each cell is
 horizon_sides.py     the same for the triangles of a fault, which may end at a horizon
+listed.py            triangles of some faces, one by one
 column.py            rules of the stratigraphic column: sides of horizons -> zones
 clipped.py           parts of horizons that these rules removed
 blocks.py            blocks of a zone, named by the sides of faults

@@ -12,8 +12,16 @@ import numpy as np
 
 from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.column import Turn
+from geosurf.carve.listed import list_faces
 from geosurf.carve.volume import volume_of
-from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, upper_sides
+from geosurf.carve.zones import (
+    ABOVE,
+    BELOW,
+    distinct_pairs,
+    faces_between,
+    owned_by,
+    upper_sides,
+)
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Clipped, Patches
 
@@ -28,7 +36,7 @@ def clipped_by(
     """
     if not turns:
         return ()
-    found, full = [], cells.in_full
+    found, full = [], list_faces(cells, _around_lost(cells, turns, horizons))
     for turn in sorted(turns, key=lambda turn: (turn.winner, turn.loser)):
         horizon = horizons[turn.loser]
         rows, sides = upper_sides(patches, full, horizon)
@@ -40,17 +48,17 @@ def clipped_by(
         # cells that changed sides: the product is -1, and 0 where a side is unknown
         lost = turn.before * turn.after == ABOVE * BELOW
         shells = _shells(full, _pieces(full, lost))
-        volumes = [volume_of(patches.local, t) for t in shells]
+        volumes = [volume_of(full.x, t) for t in shells]
         order = sorted(range(len(shells)), key=lambda i: -volumes[i])
-        places = [(*_middle(patches, shells[i]), volumes[i]) for i in order]
+        places = [(*_middle(full, shells[i]), volumes[i]) for i in order]
         whole = np.concatenate([np.empty((0, 3), dtype=np.int64), *shells])
-        thickness, place = _thickest(patches, whole, full.triangles[gone])
+        thickness, place = _thickest(full, whole, full.triangles[gone])
         found.append(
             Clipped(
                 patches.names[horizon],
                 patches.names[horizons[turn.winner]],
                 turn.rule,
-                _area(patches.local[full.triangles[gone]]),
+                _area(full.x[full.triangles[gone]]),
                 math.fsum(volumes),
                 thickness,
                 place,
@@ -58,6 +66,18 @@ def clipped_by(
             )
         )
     return tuple(clip for clip in found if clip.area > 0 or clip.volume > 0)
+
+
+def _around_lost(cells: Cells, turns: Sequence[Turn], horizons: list[int]) -> np.ndarray:
+    """Which faces are next to a cell that changed sides, or were removed, bool (n_face,)."""
+    sides = cells.cell_of_side
+    wanted = np.zeros(len(sides), dtype=bool)
+    for turn in turns:
+        wanted |= (turn.before * turn.after == ABOVE * BELOW)[sides].any(axis=1)
+        mine = owned_by(cells, horizons[turn.loser])
+        gone = _settled(turn.after, sides[mine]) & ~_settled(turn.before, sides[mine])
+        wanted[mine[gone]] = True
+    return wanted
 
 
 def _settled(side: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -93,10 +113,10 @@ def _pieces(cells: Cells, lost: np.ndarray) -> np.ndarray:
     return out
 
 
-def _middle(patches: Patches, triangles: np.ndarray) -> tuple[float, float, float]:
-    corners = patches.local[triangles]
+def _middle(full: FullCells, triangles: np.ndarray) -> tuple[float, float, float]:
+    corners = full.x[triangles]
     x, y, z = (
-        0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) + patches.origin
+        0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) + full.patches.origin
     ).tolist()
     return x, y, z
 
@@ -107,12 +127,12 @@ def _area(corners: np.ndarray) -> float:
 
 
 def _thickest(
-    patches: Patches, shell: np.ndarray, gone: np.ndarray
+    full: FullCells, shell: np.ndarray, gone: np.ndarray
 ) -> tuple[float, tuple[float, float, float]]:
     """Largest vertical distance through a shell, and where; else the middle of what is gone."""
-    x = patches.local
+    x = full.x
     if len(shell) == 0:
-        return 0.0, _middle(patches, gone) if len(gone) else (math.nan,) * 3
+        return 0.0, _middle(full, gone) if len(gone) else (math.nan,) * 3
     a, b, c = (x[shell[:, k]] for k in range(3))
 
     # shells face outward: what looks up is the top of the piece
@@ -129,7 +149,7 @@ def _thickest(
         i = int(height.argmax())
         if height[i] > best:
             best, place = float(height[i]), corners[i] + (0.0, 0.0, 0.5 * way * height[i])
-    px, py, pz = (place + patches.origin).tolist()
+    px, py, pz = (place + full.patches.origin).tolist()
     return best, (px, py, pz)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import warnings
 
 import numpy as np
 import pytest
@@ -81,6 +82,34 @@ def test_law_units_and_volumes_are_those_of_grids_in_memory(path):
     area = [[110, 110], [900, 150], [850, 800], [120, 700]]
     change = {"contacts": {"OWC": -1030.0}, "aoi": area}
     assert lazy.replace(**change).volumes.identical(loaded.replace(**change).volumes)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_law_horizons_that_cross_are_clipped_alike(seed):
+    # small whole numbers: horizons that touch, coincide and cross
+    rng = np.random.default_rng(seed)
+    axes = {"northing": 25.0 * np.arange(9), "easting": 25.0 * np.arange(11)}
+    grids = {
+        name: xr.DataArray(
+            rng.integers(-2, 3, size=(9, 11)) * 4.0 - shift,
+            axes, ("northing", "easting"), attrs={"units": "m", "positive": "up"},
+        )
+        for name, shift in (("Top", 0.0), ("Base", 6.0))
+    }  # fmt: skip
+    plane = [[60, -50, -90], [120, 400, -90], [150, 400, 90], [90, -50, 90]]
+    fault = gs.TriSurface("F", "fault", plane, [[0, 1, 2], [0, 2, 3]])
+    lazy = {
+        name: gs.triangulate_horizon(
+            grid.chunk({"northing": 4, "easting": 3}), name=name, lazy=True
+        )
+        for name, grid in grids.items()
+    }
+    one, two = (gs.Scene(of, {"F": fault}) for of in (grids, lazy))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gs.GeosurfWarning)
+        assert one.units.table.identical(two.units.table)
+    assert one.units.report["clipped"]
+    assert repr(one.units.report) == repr(two.units.report)
 
 
 def test_what_needs_all_nodes_names_the_size_and_the_remedy(path):
