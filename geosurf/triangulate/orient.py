@@ -145,10 +145,16 @@ def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def sheets_that_agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which triangles turn to agree with the first of their sheet; sheets; neighbours or -1."""
-    n_triangle = surface.n_triangle
+    from geosurf.kernels.meshes.mesh import join_pairs
 
+    n_triangle = surface.n_triangle
     neighbour, clash, ends = _across_edges(surface)
     turned = np.zeros(n_triangle, dtype=bool)
+    if not clash.any():  # nothing turns, as in most files; sheets by their first triangle
+        first, side = np.nonzero(neighbour >= 0)
+        pairs = np.stack([first, neighbour[first, side]], axis=1)
+        return turned, np.unique(join_pairs(pairs, n_triangle), return_inverse=True)[1], neighbour
+
     sheet = np.full(n_triangle, -1, dtype=np.int64)
     n_sheet = 0
     # Breadth-first over shared edges; the first triangle of each sheet sets the direction.
