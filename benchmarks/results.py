@@ -106,6 +106,7 @@ def measure_changes() -> dict[str, Any]:
 
     # grids and lists of triangles load kernels of their own
     _ = scene.volumes, scene.replace(faults={"F2": moved}).volumes
+    _ = scene.curves_between("H03", "F2")
     scene = gs.Scene(horizons, faults, box, **given)
     found: dict[str, Any] = {"all of it": clock(lambda: scene.volumes)}
 
@@ -120,6 +121,12 @@ def measure_changes() -> dict[str, Any]:
     ):
         other = scene.replace(**change)
         found[what] = clock(lambda: other.volumes)  # noqa: B023 - called at once
+
+    # then curves of one pair of surfaces, of which one has moved
+    other = scene.replace(faults={"F2": moved})
+    found["one pair of a moved fault"] = clock(lambda: other.curves_between("H03", "F2"))
+    other = scene.replace(horizons={"H05": deeper})
+    found["one pair of a moved horizon"] = clock(lambda: other.curves_between("H05", "F1"))
     return found
 
 
@@ -156,12 +163,20 @@ def print_tables(names: list[str], repeat: int) -> None:
         )  # fmt: skip
     if CHANGES in names:
         runs = [in_child(CHANGES) for _ in range(repeat)]
-        whole = float(np.median([run["all of it"]["wall"] for run in runs]))
-        print("\n| change, ten horizons of 401 x 401, five faults | time [s] | of all |")
-        print("|---|---|---|")
+        print(
+            "\n| change, ten horizons of 401 x 401, five faults | time [s] | of all | processor |"
+        )
+        print("|---|---|---|---|")
         for what in runs[0]:
-            seconds = float(np.median([run[what]["wall"] for run in runs]))
-            print(f"| {what} | {seconds:.3f} | {100.0 * seconds / whole:.0f} % |")
+            shares = []
+            for kind in ("wall", "cpu"):
+                seconds, whole = (
+                    float(np.median([run[one][kind] for run in runs]))
+                    for one in (what, "all of it")
+                )
+                shares.append((seconds, 100.0 * seconds / whole))
+            (wall, share), (_, of_processor) = shares
+            print(f"| {what} | {wall:.4f} | {share:.1f} % | {of_processor:.1f} % |")
 
 
 def main() -> None:

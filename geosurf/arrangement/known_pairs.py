@@ -5,7 +5,7 @@ coordinates and the origin. So what one search found of two surfaces holds for e
 both, whatever other surfaces there are. Which contacts rounding could change is judged by the
 largest coordinate of all candidates; with another one, the pairs are decided again.
 
-The last arrangement as a whole is stored, too: the next one takes from it what did not change.
+Two arrangements as a whole are stored, too: the next one takes from one what did not change.
 """
 
 from __future__ import annotations
@@ -69,13 +69,23 @@ class KnownPairs:
         if len(found.rows) <= MOST:
             self.put(("pair", self.keys[i], self.keys[j], *options), found)
 
-    def arrangement(self) -> Any:
-        """The last arrangement, an `Earlier`, or None."""
-        return self.get(("arrangement",))
+    def arrangement(self) -> tuple[Any, int]:
+        """The stored arrangement that has most of these surfaces, an `Earlier`, and its place.
 
-    def keep_arrangement(self, one: Any) -> None:
-        """Store an arrangement, an `Earlier`, in place of the last one."""
-        self.put(("arrangement",), one)
+        None and a place where nothing is stored, if there is none.
+        """
+        stored = [self.get(("arrangement", place)) for place in range(2)]
+        mine = set(self.keys)
+        shared = [-1 if one is None else len(mine.intersection(one.keys)) for one in stored]
+        best = shared.index(max(shared))
+        return stored[best], best
+
+    def keep_arrangement(self, one: Any, source: int) -> None:
+        """Store an arrangement, an `Earlier`; the one at place `source`, which served it, stays.
+
+        So a scene that is changed in many ways stays, and so does the last of a chain.
+        """
+        self.put(("arrangement", 1 - source), one)
 
 
 __all__ = ["Known", "KnownPairs"]

@@ -83,7 +83,8 @@ def cut_soundly(
     bad = unsound(contacts, children)
     if len(bad) == 0:
         if known is not None:
-            known.keep_arrangement(Earlier(tuple(known.keys), contacts, children))
+            source = known.arrangement()[1]
+            known.keep_arrangement(Earlier(tuple(known.keys), contacts, children), source)
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
@@ -112,7 +113,7 @@ def cut_soundly(
 
 def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
     """All children; those of faces that an earlier arrangement cut alike are not made again."""
-    earlier: Earlier | None = None if known is None else known.arrangement()
+    earlier: Earlier | None = None if known is None else known.arrangement()[0]
     if known is None or earlier is None:
         return cut_contacts(contacts)
     same = compare(earlier, contacts, known.keys)
