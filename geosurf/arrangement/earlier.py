@@ -29,13 +29,40 @@ class Earlier:
     ----------
     keys : tuple of hashable
         One of each surface, which stands for its triangles.
-    contacts : Contacts
-    children : Children
+    origin, surface_of_face, key_of_face, nodes, rows, ids, x, d, n_vertex
+        As `Contacts` has them.
+    triangles, parent, cut, doubtful
+        As `Children` has them.
+    n_point : int
+        Points of the children; those beyond `x` are crossings.
     """
 
     keys: tuple[Hashable, ...]
-    contacts: Contacts
-    children: Children
+    origin: np.ndarray
+    surface_of_face: np.ndarray
+    key_of_face: np.ndarray
+    nodes: list[tuple[np.ndarray, np.ndarray]]
+    rows: np.ndarray
+    ids: np.ndarray
+    x: np.ndarray
+    d: np.ndarray
+    n_vertex: int
+    triangles: np.ndarray
+    parent: np.ndarray
+    cut: np.ndarray
+    doubtful: np.ndarray
+    n_point: int
+
+    @classmethod
+    def of(cls, keys: Sequence[Hashable], contacts: Contacts, children: Children) -> Earlier:
+        """Return what later arrangements need of one; nothing that it holds is kept by views."""
+        # a child has a row, but arrays of children and points have room for more
+        return cls(
+            tuple(keys), contacts.origin, contacts.surface_of_face, contacts.key_of_face,
+            contacts.nodes, contacts.rows, contacts.ids, contacts.x.copy(), contacts.d.copy(),
+            contacts.n_vertex, children.triangles.copy(), children.parent.copy(), children.cut,
+            children.doubtful, len(children.x),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,19 +82,18 @@ class Unchanged:
     changed: np.ndarray
 
 
-def compare(earlier: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Unchanged | None:
+def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Unchanged | None:
     """Find what two arrangements have in common; None if that is nothing, or its order differs.
 
     Parameters
     ----------
-    earlier : Earlier
+    before : Earlier
     contacts : Contacts
         Of the new arrangement, in the same frame.
     keys : sequence of hashable
         One of each of its surfaces.
     """
-    before = earlier.contacts
-    pairs = _common(earlier.keys, keys)
+    pairs = _common(before.keys, keys)
     same_frame = before.origin.tobytes() == contacts.origin.tobytes()
 
     # faces of one plane cut each other along edge planes, which have numbers of their own
@@ -76,12 +102,13 @@ def compare(earlier: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> U
         return None
 
     # faces by their keys, vertices by their nodes: both rise within a surface
-    face = np.full(len(before.t), -1, dtype=np.int64)
+    n0, n = len(before.key_of_face), len(contacts.key_of_face)
+    face = np.full(n0, -1, dtype=np.int64)
     point = np.full(len(before.x), -1, dtype=np.int64)
-    common0, common = np.zeros(len(before.t), dtype=bool), np.zeros(len(contacts.t), dtype=bool)
+    common0, common = np.zeros(n0, dtype=bool), np.zeros(n, dtype=bool)
     cut0, cut = (
-        np.searchsorted(one.surface_of_face, np.arange(len(one.surfaces) + 1))
-        for one in (before, contacts)
+        np.searchsorted(of, np.arange(len(held) + 1))
+        for of, held in ((before.surface_of_face, before.keys), (contacts.surface_of_face, keys))
     )
     for i, j in pairs:
         part0, part = slice(cut0[i], cut0[i + 1]), slice(cut[j], cut[j + 1])
@@ -103,9 +130,8 @@ def compare(earlier: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> U
         return None
 
     # crossings get their numbers in the order of faces: all that have any are cut again
-    children = earlier.children
-    if len(children.x) > len(before.x):
-        crossed = face[children.parent[(children.triangles >= len(before.x)).any(axis=1)]]
+    if before.n_point > len(before.x):
+        crossed = face[before.parent[(before.triangles >= len(before.x)).any(axis=1)]]
         changed[crossed[crossed >= 0]] = True
     return Unchanged(face, point, changed)
 
@@ -120,7 +146,7 @@ def _common(one: Sequence[Hashable], other: Sequence[Hashable]) -> list[tuple[in
     return pairs if later == sorted(later) else []
 
 
-def cut_changed(earlier: Earlier, contacts: Contacts, same: Unchanged) -> Children:
+def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
     """Return the children of all faces, of which only those that have changed are cut.
 
     Raises
@@ -131,7 +157,6 @@ def cut_changed(earlier: Earlier, contacts: Contacts, same: Unchanged) -> Childr
     # `take` is many times as fast as an index in brackets where rows are short
     records = contacts.records
     new = cut_contacts(contacts, records.take(np.flatnonzero(same.changed[records[:, 0]]), axis=0))
-    old = earlier.children
     triangles, parent, doubtful = merge_children(
         old.triangles, old.parent, old.doubtful, same.face, same.point, same.changed,
         new.triangles, new.parent, new.doubtful,

@@ -84,7 +84,7 @@ def cut_soundly(
     if len(bad) == 0:
         if known is not None:
             source = known.arrangement()[1]
-            known.keep_arrangement(Earlier(tuple(known.keys), contacts, children), source)
+            known.keep_arrangement(Earlier.of(known.keys, contacts, children), source)
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
