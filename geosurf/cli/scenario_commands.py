@@ -211,6 +211,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     from geosurf.render import render_scene
     from geosurf.render.colouring import check_colour_by
     from geosurf.render.compose import check_look
+    from geosurf.scenario.pictures import overlay_of_files
 
     def given(option: Any, otherwise: Any) -> Any:
         """Return an option, or its default if it is not given."""
@@ -236,6 +237,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     # all of it is checked before the model is built
     check_look(**look, path=options.out)
     check_colour_by(given(options.colour_by, "unit"))
+    overlay = overlay_of_files(scenario)
     return render_scene(
         _built(scenario, options),
         options.out,
@@ -243,6 +245,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
         exaggeration=given(options.exaggeration, scenario.output.exaggeration),
         clip=given(options.clip, scenario.output.clip),
         only=only,
+        overlay=overlay,
         style=style,
         **look,
         **colours,
@@ -296,6 +299,7 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; refuse options of views, which would have no effect."""
     from geosurf.render import render_section
+    from geosurf.scenario.pictures import overlay_of_files
 
     # None means "not given": argparse has no other way to tell it from a default
     for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
@@ -309,8 +313,11 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     # the line is checked before the model is built
     line = _line_of(options.section)
     size, style = _size_of(scenario, options), _style_of(scenario, options)
+    overlay = overlay_of_files(scenario)
     section = _built(scenario, options).section(line)
-    return render_section(section, options.out, size=size, title=options.title, style=style)
+    return render_section(
+        section, options.out, size=size, title=options.title, overlay=overlay, style=style
+    )
 
 
 def _line_of(text: str) -> list[tuple[float, float]]:

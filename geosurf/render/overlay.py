@@ -39,7 +39,7 @@ class PictureOverlay:
         Path of each well, from the top down [m]; also results of `read_points`.
     polygons : mapping of str to array_like of float, shape (n, 2) or (n, 3)
         Closed lines, or a list of them, by name, such as results of `read_polygons` and
-        `Scene.fault_polygons` [m].
+        `Scene.fault_polygons` [m]. One whose elevations are all 0 has no elevation.
     points : mapping of str to array_like of float, shape (n, 3)
         Data points by name, such as results of `read_points` [m].
 
@@ -65,6 +65,16 @@ class PictureOverlay:
         # all coordinates as tuples of arrays, so that pictures need not look at them
         for what, widths in (("wells", (3,)), ("polygons", (2, 3)), ("points", (3,))):
             object.__setattr__(self, what, _checked(what, getattr(self, what), widths))
+
+    def arrays(self) -> tuple[Any, ...]:
+        """Return all names and arrays in order: what a picture depends on."""
+        kinds = (("wells", self.wells), ("polygons", self.polygons), ("points", self.points))
+        return tuple(
+            item
+            for kind, parts in kinds
+            for name, arrays in parts.items()
+            for item in (kind, name, *arrays)
+        )
 
     def __bool__(self) -> bool:
         return bool(self.wells or self.polygons or self.points)
@@ -118,7 +128,9 @@ def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, 
             raise InputError(f"{what} has shape {points.shape}, {how}.")
         if not np.isfinite(points).all():
             raise InputError(f"{what} has values that are not finite. Remove these rows.")
-        found.append(points)
+        # files of outlines have 0 where they have no elevation
+        flat = widths[0] == 2 and points.shape[1] == 3 and not points[:, 2].any()
+        found.append(points[:, :2] if flat else points)
     return tuple(found)
 
 

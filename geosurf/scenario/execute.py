@@ -7,6 +7,7 @@ import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from geosurf.errors import DependencyError
 from geosurf.model import Certificate
@@ -150,6 +151,7 @@ def run(
     log = StepLog(progress)
     pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
+    choice = choice_of_pictures(scenario) if pictures else None
     cache = None if cache_dir is None else ResultCache(cache_dir)
 
     # all results appear together at the end, or those of the run before stay
@@ -170,7 +172,7 @@ def run(
 
         # pictures may warn, and the certificate lists warnings: it is written after them
         log.begin("draw")
-        drawn = _draw(scene, scenario, folder, log, cache) if pictures else {}
+        drawn = {} if choice is None else _draw(scene, choice, folder, log, cache)
         if grid is not None and pictures:
             drawn |= draw_grid(grid, folder / "pictures")
         _write_certificate(scene, scenario, certificate, folder)
@@ -209,6 +211,7 @@ def write_report(
     """
     # refused now rather than after minutes of computation
     require_writable(folder)
+    choice = choice_of_pictures(scenario) if pictures else None
     log = StepLog(progress)
     cache = None if cache_dir is None else ResultCache(cache_dir)
     scene = compute(scenario, log, Path(folder) if pictures else None, cache)
@@ -216,7 +219,7 @@ def write_report(
 
     # pictures go into the page: their files are not results
     with tempfile.TemporaryDirectory() as scratch:
-        drawn = _draw(scene, scenario, Path(scratch), log, cache) if pictures else {}
+        drawn = {} if choice is None else _draw(scene, choice, Path(scratch), log, cache)
         notes = model_notes(scene)
         log.begin("report")
         path = _write_report(scene, scenario, folder, drawn, certificate)
@@ -303,11 +306,10 @@ def crossings(scene: Scene) -> list[str]:
 
 
 def _draw(
-    scene: Scene, scenario: Scenario, folder: Path, log: StepLog, cache: ResultCache | None
+    scene: Scene, choice: dict[str, Any], folder: Path, log: StepLog, cache: ResultCache | None
 ) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
     # A picture that fails is a warning, and the run goes on.
-    choice = choice_of_pictures(scenario.output, scenario.pictures)
     if cache is None:
         return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
 

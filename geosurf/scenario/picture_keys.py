@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from geosurf.errors import InputError
@@ -48,6 +49,14 @@ def font(at: values.KeyPath, value: Any) -> str | None:
 def colour_map(at: values.KeyPath, value: Any) -> str | None:
     """A colour map."""
     return _styled(at, "colour_map", value) if isinstance(value, str) else None
+
+
+@values.check('a table of names and files such as {Licence = "licence.pol"}')
+def files(at: values.KeyPath, value: Any) -> dict[str, Path] | None:
+    """Files by the name that pictures give to them."""
+    if not isinstance(value, dict) or not value:
+        return None
+    return {name: values.file(at.inside(name), path) for name, path in value.items()}
 
 
 def _styled(at: values.KeyPath, word: str, value: Any) -> Any:
@@ -98,6 +107,18 @@ class PictureSettings:
     )
     zoom: float = key(
         "Scale of that view: 2 shows the middle of the model twice as large.", zoom, default=1.0
+    )
+    wells: Mapping[str, Path] | None = key(
+        "Paths of wells, from the top down: files of points, by the name of the well. Drawn on "
+        "views, maps and sections.",
+        files,
+        default=None,
+    )
+    polygons: Mapping[str, Path] | None = key(
+        "Polygons that are drawn there: files, by name.", files, default=None
+    )
+    points: Mapping[str, Path] | None = key(
+        "Data points that are drawn there: files, by name.", files, default=None
     )
 
     @property

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from geosurf.scenario.keys import OutputSettings, PictureSettings
+from geosurf.read import read_points, read_polygons
+from geosurf.render.overlay import PictureOverlay
+from geosurf.scenario.keys import Scenario
 
 
-def choice_of_pictures(output: OutputSettings, pictures: PictureSettings) -> dict[str, Any]:
+def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:
     """Return what `Scene.render_pictures` takes for the pictures that a scenario asks for."""
     # Keys of the scenario have units in their names, arguments of the scene do not.
+    output, pictures = scenario.output, scenario.pictures
     return {
         "views": output.views,
         "exploded": output.exploded,
@@ -27,4 +30,24 @@ def choice_of_pictures(output: OutputSettings, pictures: PictureSettings) -> dic
         "only": pictures.only or None,
         "colour_by": pictures.colour_by,
         "style": pictures.style,
+        "overlay": overlay_of_files(scenario),
     }
+
+
+def overlay_of_files(scenario: Scenario) -> PictureOverlay:
+    """Read the wells, polygons and data points of a scenario.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or it does not state whether z is depth and the scenario neither.
+    """
+    known: dict[str, Any] = {"positive": scenario.positive, "length_unit": scenario.length_unit}
+    pictures = scenario.pictures
+    return PictureOverlay(
+        wells={name: read_points(file, **known) for name, file in (pictures.wells or {}).items()},
+        polygons={
+            name: read_polygons(file, **known) for name, file in (pictures.polygons or {}).items()
+        },
+        points={name: read_points(file, **known) for name, file in (pictures.points or {}).items()},
+    )

@@ -14,6 +14,9 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     single = {"sealed model": scenario.model, "area": scenario.aoi, "well tops": scenario.tops}
     others = [(name, getattr(table, "file", None)) for name, table in single.items()]
     named = dict([*((one.name, one.file) for one in entries), *others])
+    drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
+    for files in drawn:
+        named |= {f"picture: {name}": file for name, file in (files or {}).items()}
     return {"scenario": scenario.path, **{name: file for name, file in named.items() if file}}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,4 +67,33 @@ def thickness_of(
     return thickness, {name: scene.fault_polygons(name) for name in names}
 
 
-__all__ = ["map_of", "thickness_of", "tops_of_scene"]
+def neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
+    """Pairs of horizons with a zone between them, youngest first."""
+    # only zones that have units: the column or the box may have removed one, and its neighbours
+    # then name the zone
+    zones = {unit.zone for unit in scene.units.values()}
+    names = scene.horizon_names
+    pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
+    return [(a, b) for a, b in pairs if f"{a}/{b}" in zones]
+
+
+def cut_horizons(scene: MeasuredModel, fault: str) -> list[str]:
+    """Names of the horizons that a fault cuts, youngest first."""
+    return [name for name in scene.horizons_inside if scene.cutoffs(name, fault)]
+
+
+def middle_lines(box: Sequence[float]) -> list[np.ndarray]:
+    """Lines through the middle of a box, from west to east and from south to north."""
+    west, east, south, north = box[:4]
+    x, y = 0.5 * (west + east), 0.5 * (south + north)
+    return [np.array([(west, y), (east, y)]), np.array([(x, south), (x, north)])]
+
+
+__all__ = [
+    "cut_horizons",
+    "map_of",
+    "middle_lines",
+    "neighbours",
+    "thickness_of",
+    "tops_of_scene",
+]

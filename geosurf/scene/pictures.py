@@ -34,6 +34,7 @@ from geosurf.render import (
     render_units,
 )
 from geosurf.render.colouring import check_colour_by, selection_of
+from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.picture_style import PictureStyle, style_of
 from geosurf.render.views import (
     angles_of,
@@ -44,7 +45,14 @@ from geosurf.render.views import (
     words_of,
 )
 from geosurf.scene.attempt import Attempt
-from geosurf.scene.picture_contents import map_of, thickness_of, tops_of_scene
+from geosurf.scene.picture_contents import (
+    cut_horizons,
+    map_of,
+    middle_lines,
+    neighbours,
+    thickness_of,
+    tops_of_scene,
+)
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -99,6 +107,7 @@ def pictures_of(
     only: Sequence[str] | None = None,
     colour_by: Any = "unit",
     style: PictureStyle | None = None,
+    overlay: PictureOverlay | None = None,
 ) -> list[Picture]:
     """
     Return the pictures of a scene, not yet drawn.
@@ -120,6 +129,8 @@ def pictures_of(
         As for `render_scene`.
     camera, zoom : (float, float) and float, optional
         A further view: azimuth and height of the viewer [degrees], and its scale.
+    overlay : PictureOverlay, optional
+        Wells, polygons and data points on views, maps and sections.
     only, colour_by
         Units of the exploded view, and what they are coloured by; as for `render_units`.
 
@@ -149,9 +160,10 @@ def pictures_of(
     _warn_of_colours(scene, look["style"])
 
     # views in three dimensions; then maps and diagrams, which need no graphics driver
-    found = [_view(scene, view, clip, look) for view in views]
+    over = overlay_of(overlay)
+    found = [_view(scene, view, clip, look, over) for view in views]
     if camera is not None:
-        found.append(_camera(scene, camera, zoom, clip, look))
+        found.append(_camera(scene, camera, zoom, clip, look, over))
     if exploded:
         found.append(
             Picture(
@@ -164,20 +176,20 @@ def pictures_of(
             )
         )
     if maps:
-        found += [_map(scene, name, look, clip) for name in scene.horizon_names]
+        found += [_map(scene, name, look, clip, over) for name in scene.horizon_names]
     if thickness:
-        found += [_thickness(scene, pair, look) for pair in _neighbours(scene)]
+        found += [_thickness(scene, pair, look) for pair in neighbours(scene)]
     if allan:
         found += [_allan(scene, name, look) for name in scene.faults_inside]
     if throw:
-        cut = {name: _cut_horizons(scene, name) for name in scene.faults_inside}
+        cut = {name: cut_horizons(scene, name) for name in scene.faults_inside}
         found += [_throw(scene, name, them, look) for name, them in cut.items() if them]
 
     # sections that the caller named, else two through the middle
-    lines = _middles(box)
+    lines = middle_lines(box)
     if sections is not None:
         lines = [check_line(line) for line in listed(sections, "sections takes lines", _LINES)]
-    found += [_section(scene, line, i, look) for i, line in enumerate(lines)]
+    found += [_section(scene, line, i, look, over) for i, line in enumerate(lines)]
     if search is not None:
         found.append(_search(scene, *search, look))
     return found
@@ -197,16 +209,6 @@ def _warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
             warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
 
 
-def _neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
-    """Pairs of horizons with a zone between them, youngest first."""
-    # only zones that have units: the column or the box may have removed one, and its neighbours
-    # then name the zone
-    zones = {unit.zone for unit in scene.units.values()}
-    names = scene.horizon_names
-    pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
-    return [(a, b) for a, b in pairs if f"{a}/{b}" in zones]
-
-
 def _slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9+-]+", "_", name).strip("_")
 
@@ -217,30 +219,41 @@ def _flat(look: Style) -> FlatStyle:
 
 
 def _camera(
-    scene: MeasuredModel, camera: tuple[float, float], zoom: float, clip: bool, look: Style
+    scene: MeasuredModel,
+    camera: tuple[float, float],
+    zoom: float,
+    clip: bool,
+    look: Style,
+    overlay: PictureOverlay,
 ) -> Picture:
     return Picture(
         f"Horizons, faults and their intersection lines, seen from {words_of(camera)}.",
         "view_camera.png",
-        lambda path: render_scene(scene, path, view=camera, zoom=zoom, clip=clip, **look),
+        lambda path: render_scene(
+            scene, path, view=camera, zoom=zoom, clip=clip, overlay=overlay, **look
+        ),
         "camera",
     )
 
 
-def _view(scene: MeasuredModel, view: str, clip: bool, style: Style) -> Picture:
+def _view(
+    scene: MeasuredModel, view: str, clip: bool, style: Style, overlay: PictureOverlay
+) -> Picture:
     return Picture(
         f"Horizons, faults and their intersection lines, seen from the {view}.",
         f"view_{view}.png",
-        lambda path: render_scene(scene, path, view=view, clip=clip, **style),
+        lambda path: render_scene(scene, path, view=view, clip=clip, overlay=overlay, **style),
         "views = []",
     )
 
 
-def _map(scene: MeasuredModel, name: str, look: Style, clip: bool) -> Picture:
+def _map(
+    scene: MeasuredModel, name: str, look: Style, clip: bool, overlay: PictureOverlay
+) -> Picture:
     def draw(path: Path) -> None:
         """Draw it, inside the model if asked."""
         surface, curves, options = map_of(scene, name, clip)
-        render_map(surface, curves, path=path, **options, **_flat(look))
+        render_map(surface, curves, path=path, overlay=overlay, **options, **_flat(look))
 
     # the row keeps files in stratigraphic order and apart where names differ in signs only
     row = scene.horizon_names.index(name)
@@ -288,11 +301,6 @@ def _allan(scene: MeasuredModel, name: str, look: Style) -> Picture:
     )
 
 
-def _cut_horizons(scene: MeasuredModel, fault: str) -> list[str]:
-    """Names of the horizons that a fault cuts, youngest first."""
-    return [name for name in scene.horizons_inside if scene.cutoffs(name, fault)]
-
-
 def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style) -> Picture:
     row = scene.fault_names.index(name)
     file = f"throw_{row:02d}_{_slug(name)}.png"
@@ -317,17 +325,13 @@ def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style
     )
 
 
-def _middles(box: Sequence[float]) -> list[np.ndarray]:
-    """Lines through the middle of a box, from west to east and from south to north."""
-    west, east, south, north = box[:4]
-    x, y = 0.5 * (west + east), 0.5 * (south + north)
-    return [np.array([(west, y), (east, y)]), np.array([(x, south), (x, north)])]
-
-
-def _section(scene: MeasuredModel, line: np.ndarray, row: int, look: Style) -> Picture:
+def _section(
+    scene: MeasuredModel, line: np.ndarray, row: int, look: Style, overlay: PictureOverlay
+) -> Picture:
     def draw(path: Path) -> None:
         """Cut the model and draw it."""
-        render_section(scene.section(line), path, tops=tops_of_scene(scene), **_flat(look))
+        tops = tops_of_scene(scene)
+        render_section(scene.section(line), path, tops=tops, overlay=overlay, **_flat(look))
 
     # ends only: a line with corners would make the caption longer than the picture
     (x0, y0), (x1, y1) = line[0], line[-1]

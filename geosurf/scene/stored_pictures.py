@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.files.atomic import write_whole
+from geosurf.render.overlay import overlay_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.pictures import Picture, draw_pictures, pictures_of
 from geosurf.scene.result_cache import ResultCache, name_of_result
@@ -48,9 +49,10 @@ def draw_with_cache(
     graph = scene._graph
     model = model_inputs(graph)
     looks = tuple((word, repr(choice.get(word))) for word in _LOOKS)
+    overlay = overlay_of(choice.get("overlay")).arrays()
     with graph.memory.collecting():
         pictures = [
-            _stored(picture, (*model, *_own_inputs(picture, choice), looks), cache)
+            _stored(picture, (*model, *_own_inputs(picture, choice), looks, *overlay), cache)
             for picture in pictures_of(scene, **choice)
         ]
         return draw_pictures(pictures, folder, on_file)

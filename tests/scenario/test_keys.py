@@ -54,6 +54,8 @@ BAD = {
     "font": (("[output]", '[pictures]\nfont = "Nope"\n[output]'), r"pictures.font: font 'Nope' is not installed"),
     "colour map": (("[output]", "[pictures]\ncolour_map = 5\n[output]"), r"pictures.colour_map is 5; it must be"),
     "camera": (("[output]", "[pictures]\ncamera = [0, 91]\n[output]"), r"pictures.camera is \[0, 91\]; it must be azimuth and height"),
+    "wells": (("[output]", '[pictures]\nwells = {W1 = "no.csv"}\n[output]'), r"pictures.wells.W1 is 'no.csv', and .* is not there"),
+    "points": (("[output]", "[pictures]\npoints = 3\n[output]"), r"pictures.points is 3; it must be a table of names and files"),
     "zoom": (("[output]", "[pictures]\nzoom = 0\n[output]"), r"pictures.zoom is 0; it must be a number from 0.1 to 100"),
     "syntax": (('title = "Tilted planes"', "title = Tilted"), r"not a valid TOML file: .*line 1,.*Correct that line"),
 }  # fmt: skip
