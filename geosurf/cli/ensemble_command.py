@@ -19,14 +19,16 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     from geosurf.ensemble import report_ensemble, run_ensemble
     from geosurf.ensemble.tables import quantile_csv, quantile_text
     from geosurf.files.atomic import write_whole
+    from geosurf.scenario import read_scenario
 
     out, start = Path(options.out), time.perf_counter()
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
+    scenario = read_scenario(options.scenario, options.set)
     result = run_ensemble(
-        options.scenario,
+        scenario,
         options.n,
         seed=options.seed,
         store=out / "ensemble.zarr",
@@ -36,10 +38,11 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     )
     for by in ("unit", "zone", "contact"):
         write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
-    page = report_ensemble(result, out, title=Path(options.scenario).stem)
+    page = report_ensemble(result, out, title=scenario.heading)
     seconds, count = time.perf_counter() - start, result.sizes["realization"]
     data = {
-        "scenario": options.scenario,
+        "scenario": scenario.path,
+        "settings": scenario.settings,
         "out": out,
         "realisations": count,
         "seconds": seconds,

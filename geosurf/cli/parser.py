@@ -138,14 +138,7 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
         command.add_argument(
             "scenario", help="scenario file (TOML); its keys are in docs/scenario.md"
         )
-        command.add_argument(
-            "--set",
-            metavar="KEY=VALUE",
-            action="append",
-            default=[],
-            help="give a key of the scenario another value, as in --set output.maps=false or "
-            "--set horizons.Top.file=New.gri; can be repeated",
-        )
+        _add_set(command)
     for command in (run, check, report):
         command.add_argument(
             "--merge-slivers",
@@ -275,6 +268,18 @@ def _add_curves(add: Callable[..., Any]) -> None:
     curves.add_argument("--length-unit", help="length unit, if a file does not state it")
 
 
+def _add_set(command: argparse.ArgumentParser) -> None:
+    """Add ``--set``, which all commands on scenarios have."""
+    command.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="give a key of the scenario another value, as in --set output.maps=false or "
+        "--set horizons.Top.file=New.gri; can be repeated",
+    )
+
+
 def _add_ensemble(add: Callable[..., Any]) -> None:
     """Add the command that builds many realisations."""
     ensemble = add(
@@ -289,6 +294,7 @@ def _add_ensemble(add: Callable[..., Any]) -> None:
         )
     )
     ensemble.add_argument("scenario", help="scenario file (TOML); its keys are in docs/scenario.md")
+    _add_set(ensemble)
     ensemble.add_argument(
         "-o", "--out", required=True,
         help="output folder, created if it is missing; one with a part of the same ensemble is "

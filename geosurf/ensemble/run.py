@@ -23,6 +23,7 @@ from geosurf.ensemble.streams import check_seed
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario.ensemble_keys import EnsembleSettings
+from geosurf.scenario.keys import Scenario
 from geosurf.scene import Scene
 from geosurf.warning import warn
 
@@ -145,7 +146,7 @@ def planned(
 ) -> tuple[Plan, int]:
     """Return the plan of an ensemble and its number of realisations, all arguments checked."""
     # A path is a scenario, which has its uncertainties along.
-    if isinstance(model, str | os.PathLike):
+    if isinstance(model, str | os.PathLike | Scenario):
         return _of_scenario(model, n, uncertain, seed, maps)
     count = 100 if n is None else n
     if not (is_whole(count) and count > 0):
@@ -172,14 +173,20 @@ def planned(
 
 
 def _of_scenario(
-    path: str | os.PathLike[str], n: int | None, uncertain: Any, seed: int | None, maps: Any
+    source: str | os.PathLike[str] | Scenario,
+    n: int | None,
+    uncertain: Any,
+    seed: int | None,
+    maps: Any,
 ) -> tuple[Plan, int]:
     """Return the plan of a scenario; arguments count before its table ``[ensemble]``."""
-    model = ScenarioModel(path)
+    model = ScenarioModel(source)
     given = model.scenario.ensemble or EnsembleSettings()
     # Two places for uncertainties would leave open which of them count.
     if len(uncertainties(uncertain)):
-        raise InputError(f"{path} has its own [[uncertain]] tables. Leave out uncertain=.")
+        raise InputError(
+            f"{model.scenario.path} has its own [[uncertain]] tables. Leave out uncertain=."
+        )
     count = given.n if n is None else n
     if not (is_whole(count) and count > 0):
         raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")

@@ -35,7 +35,8 @@ class ScenarioModel(SceneModel):
 
     Parameters
     ----------
-    path : path-like
+    source : path-like or Scenario
+        A file, or what `read_scenario` made of one.
 
     Attributes
     ----------
@@ -44,11 +45,12 @@ class ScenarioModel(SceneModel):
         Of its tables ``[[uncertain]]``.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.scenario: Scenario = read_scenario(path)
+    def __init__(self, source: str | os.PathLike[str] | Scenario) -> None:
+        self.scenario = source if isinstance(source, Scenario) else read_scenario(source)
         if not self.scenario.uncertain:
             raise InputError(
-                f"{path}: nothing is uncertain. Add a table [[uncertain]] for each input that is."
+                f"{self.scenario.path}: nothing is uncertain. Add a table [[uncertain]] for each "
+                "input that is."
             )
         # Without tearing: that is repeated in each realisation.
         scene, self._values = untorn_scene(self.scenario)

@@ -101,6 +101,14 @@ def _named(tables: list[Any], name: str, words: str, path: Path) -> dict[str, An
             f"{path}: {words}: {len(found)} tables are named {name!r}. Edit the scenario instead."
         )
     known = list(dict.fromkeys(filter(None, names)))
+    if not known:  # such as [[uncertain]]: counted as people do
+        if name.isdecimal() and 1 <= int(name) <= len(tables):
+            numbered: dict[str, Any] = tables[int(name) - 1]
+            return numbered
+        raise ScenarioError(
+            f"{path}: {words}: no table {name!r}. These tables have no names; count them, from 1 "
+            f"to {len(tables)}."
+        )
     raise ScenarioError(
         f"{path}: {words}: no table is named {name!r}. Names are "
         f"{', '.join(map(repr, known))}.{did_you_mean(name, known)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -102,12 +103,24 @@ def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):
     assert "Volumes [million m³] of 2 realisations, 0 failed" in printed
     assert main(["ensemble", str(path), "-o", str(out), "--quiet"]) == 0
     assert capsys.readouterr().out == ""
+    assert "Reservoir model" in (out / "index.html").read_text(encoding="utf-8")
     with (out / "quantiles_zone.csv").open() as file:
         rows = {row["zone"]: row for row in csv.DictReader(file)}
     assert rows["Top/Base"]["n"] == "3"
     result = gs.ensemble.open_ensemble(out / "ensemble.zarr")
     shift = result.drawn.sel(parameter="depth shift Top").median()
     assert float(rows["Top/Base"]["P50_m3"]) == pytest.approx(AREA * (100.0 + float(shift)))
+
+
+def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, capsys):
+    path, out = write(CONTACT, ENSEMBLE), tmp_path / "out"
+    words = ["ensemble", str(path), "-o", str(out), "--workers", "1", "-n", "1", "--json", "--set"]
+    assert main([*words, "uncertain.1.uniform=[4, 6]"]) == 0
+    assert json.loads(capsys.readouterr().out)["settings"] == ["uncertain.1.uniform=[4, 6]"]
+    drawn = gs.ensemble.open_ensemble(out / "ensemble.zarr").drawn.sel(parameter="depth shift Top")
+    assert 4.0 <= float(drawn[0]) <= 6.0
+    assert main([*words, "uncertain.4.uniform=[4, 6]"]) == 2
+    assert "no table '4'. These tables have no names; count them" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

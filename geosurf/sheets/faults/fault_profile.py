@@ -204,7 +204,7 @@ class _AlongStrike:
     elevations: np.ndarray
 
     def n_node(self, step: float) -> int:
-        """Nodes of a table along strike, as fine as asked for."""
+        """Nodes of a table along strike, as fine as requested."""
         return int(np.clip(np.ceil(self.length / step), 2, MOST[0] - 1)) + 1
 
 
