@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import did_you_mean
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Curves, SheetReport, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.protocols import MeasuredModel
 from geosurf.render.clip import as_modelled
+from geosurf.render.picture_style import PictureStyle
 from geosurf.scene.virtual_walls import lines_on
+from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -89,6 +92,20 @@ def middle_lines(box: Sequence[float]) -> list[np.ndarray]:
     return [np.array([(west, y), (east, y)]), np.array([(x, south), (x, north)])]
 
 
+def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
+    """Warn of colours for names that the model does not have."""
+    if not style.colours:
+        return
+    known = {*scene.horizon_names, *scene.fault_names}
+    for unit in scene.units.values():
+        known |= {unit.name, unit.zone, unit.block, unit.contact}
+    for name in style.colours:
+        if name not in known:
+            guess = did_you_mean(name, known)
+            effect = f"No surface, zone, block or unit is called {name!r}: its colour is not used."
+            warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
+
+
 __all__ = [
     "cut_horizons",
     "map_of",
@@ -96,4 +113,5 @@ __all__ = [
     "neighbours",
     "thickness_of",
     "tops_of_scene",
+    "warn_of_colours",
 ]

@@ -52,6 +52,7 @@ from geosurf.scene.picture_contents import (
     neighbours,
     thickness_of,
     tops_of_scene,
+    warn_of_colours,
 )
 from geosurf.warning import warn
 
@@ -157,7 +158,7 @@ def pictures_of(
     check_colour_by(colour_by)
     selection_of(only)
 
-    _warn_of_colours(scene, look["style"])
+    warn_of_colours(scene, look["style"])
 
     # views in three dimensions; then maps and diagrams, which need no graphics driver
     over = overlay_of(overlay)
@@ -193,20 +194,6 @@ def pictures_of(
     if search is not None:
         found.append(_search(scene, *search, look))
     return found
-
-
-def _warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
-    """Warn of colours for names that the model does not have."""
-    if not style.colours:
-        return
-    known = {*scene.horizon_names, *scene.fault_names}
-    for unit in scene.units.values():
-        known |= {unit.name, unit.zone, unit.block, unit.contact}
-    for name in style.colours:
-        if name not in known:
-            guess = did_you_mean(name, known)
-            effect = f"No surface, zone, block or unit is called {name!r}: its colour is not used."
-            warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
 
 
 def _slug(name: str) -> str:
