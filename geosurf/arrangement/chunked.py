@@ -7,16 +7,20 @@ of its own. Its keys become those of the whole grid: points have the same names 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from geosurf.arrangement import tree
 from geosurf.arrangement.tree import Tree
-from geosurf.model import Lattice, TriSurface
+from geosurf.model import TriSurface
 from geosurf.model.chunked import ChunkedLattice, part_of
 
-_AT_ONCE = 1 << 22  # comparisons of boxes
+BLOCK = 64  # cells along a side of a block
+_AT_ONCE = 1 << 20  # comparisons of boxes
+_FEW = 512  # triangles of a list whose planes are asked
+_SLACK = 1e-12  # thousands of roundings
 Window = tuple[tuple[int, int], tuple[int, int]]
 Found = tuple[np.ndarray, dict[str, int]]
 Search = Callable[[tuple[TriSurface, TriSurface], tuple[Tree, Tree]], Found]
@@ -77,57 +81,86 @@ def _joined(found: list[np.ndarray]) -> np.ndarray:
     return table
 
 
+@dataclass(frozen=True)
+class _Hull:
+    """What holds a surface: boxes (n, 6), and planes through what is in them, if that is known.
+
+    A plane is a point (n, 3), a normal (n, 3) of any length, and the size of its terms (n,), which
+    bounds its rounding error.
+    """
+
+    boxes: np.ndarray
+    planes: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+
+    def only(self, some: np.ndarray) -> _Hull:
+        """Some of the boxes."""
+        planes = self.planes and (self.planes[0][some], self.planes[1][some], self.planes[2][some])
+        return _Hull(self.boxes[some], planes)
+
+
 def _windows(
     surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree], one_map: bool
 ) -> Iterator[tuple[Window | None, Window | None]]:
     """Windows of both surfaces that may meet; None for a surface as a whole."""
     lattices: list[Any] = [one.lattice for one in surfaces]
     chunked = [is_chunked(one) for one in surfaces]
-    if one_map:
-        # equal windows of both: cells of other places in the map have nothing to add
-        k = 0 if chunked[0] else 1
-        for i, j in _tiles_near(lattices[k], _boxes(lattices[1 - k], trees[1 - k])):
-            at = lattices[k].store.tile(i, j)
-            yield at, at
-        return
-    if all(chunked):
-        one, two = lattices
-        for i, j in _tiles_near(one, two.bounds.boxes):
-            own = _blocks_of(one, i, j)
-            for p, q in _tiles_near(two, own):
-                yield one.store.tile(i, j), two.store.tile(p, q)
-        return
     k = 0 if chunked[0] else 1
-    for i, j in _tiles_near(lattices[k], _boxes(lattices[1 - k], trees[1 - k])):
-        at = lattices[k].store.tile(i, j)
-        yield (at, None) if k == 0 else (None, at)
+    if all(chunked) and not one_map:
+        one, two = lattices
+        for (i, j), at in _tiles_near(one, _Hull(two.bounds.boxes)):
+            for _, other in _tiles_near(two, _Hull(_blocks_of(one, i, j))):
+                yield at, other
+        return
+    for _, at in _tiles_near(lattices[k], _hull(surfaces[1 - k], trees[1 - k])):
+        # of one map equal windows: cells of other places in the map have nothing to add
+        if one_map:
+            yield at, at
+        else:
+            yield (at, None) if k == 0 else (None, at)
 
 
-def _boxes(lattice: Lattice | None, whole: Tree) -> np.ndarray:
-    """Boxes that hold a surface, float64 (n, 6)."""
-    if isinstance(lattice, ChunkedLattice):
-        return lattice.bounds.blocks
+def _hull(surface: TriSurface, whole: Tree) -> _Hull:
+    """Boxes that hold a surface; of few triangles their planes, too, since these may be long."""
+    if isinstance(surface.lattice, ChunkedLattice):
+        return _Hull(surface.lattice.bounds.blocks)
+    if surface.lattice is None and surface.n_triangle <= _FEW:
+        a, b, c = (surface.vertices[surface.triangles[:, k]] for k in range(3))
+        corners = np.stack([a, b, c])
+        boxes = np.concatenate([corners.min(axis=0), corners.max(axis=0)], axis=1)
+        size = np.linalg.norm(b - a, axis=1) * np.linalg.norm(c - a, axis=1)
+        return _Hull(boxes, (a, np.cross(b - a, c - a), size))
     nodes, levels = whole.top()
     start, n_row, n_col = levels[0, :3].tolist()
-    return nodes[start : start + n_row * n_col]
+    return _Hull(nodes[start : start + n_row * n_col])
 
 
-def _tiles_near(lattice: ChunkedLattice, boxes: np.ndarray) -> list[tuple[int, int]]:
-    """Tiles of which a block meets one of some boxes."""
-    low, high = lattice.survey.box[:3], lattice.survey.box[3:]
-    boxes = boxes[((boxes[:, :3] <= high) & (boxes[:, 3:] >= low)).all(axis=1)]
-    found = []
-    tiles = np.flatnonzero(_meet_any(lattice.bounds.boxes, boxes))
-    for tile in tiles.tolist():
+def _tiles_near(lattice: ChunkedLattice, hull: _Hull) -> Iterator[tuple[tuple[int, int], Window]]:
+    """Tiles of which a block meets a hull, each with a window around such blocks."""
+    hull = hull.only(_overlap(hull.boxes, lattice.survey.box))
+    for tile in np.flatnonzero(_meet_any(lattice.bounds.boxes, hull)).tolist():
         i, j = divmod(tile, lattice.tile_shape[1])
         rows, cols = lattice.store.tile(i, j)
         if rows[1] - rows[0] < 2 or cols[1] - cols[0] < 2:
             continue  # no cell: its nodes are in the next tile, too
-        box = lattice.bounds.boxes[tile]
-        near = boxes[((boxes[:, :3] <= box[3:]) & (boxes[:, 3:] >= box[:3])).all(axis=1)]
-        if _meet_any(_blocks_of(lattice, i, j), near).any():
-            found.append((i, j))
-    return found
+        near = hull.only(_overlap(hull.boxes, lattice.bounds.boxes[tile]))
+        met = _meet_any(_blocks_of(lattice, i, j), near)
+        if met.any():
+            yield (i, j), _around(np.flatnonzero(met), len(met), rows, cols)
+
+
+def _around(
+    blocks: np.ndarray, n_block: int, rows: tuple[int, int], cols: tuple[int, int]
+) -> Window:
+    """The rows and columns of a tile around some of its blocks; of a single block, all."""
+    n_row, n_col = (-(-(last - first - 1) // BLOCK) for first, last in (rows, cols))
+    if n_block != n_row * n_col:
+        return rows, cols  # a small tile is one block
+    i, j = np.divmod(blocks, n_col)
+    found = [
+        (first + BLOCK * int(k.min()), min(first + BLOCK * (int(k.max()) + 1) + 1, last))
+        for k, (first, last) in ((i, rows), (j, cols))
+    ]
+    return found[0], found[1]
 
 
 def _blocks_of(lattice: ChunkedLattice, i: int, j: int) -> np.ndarray:
@@ -137,17 +170,42 @@ def _blocks_of(lattice: ChunkedLattice, i: int, j: int) -> np.ndarray:
     return lattice.bounds.blocks[start:stop]
 
 
-def _meet_any(some: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Which boxes (n, 6) meet one of some others at least, bool (n,)."""
+def _overlap(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Which boxes (n, 6) meet one box, bool (n,)."""
+    met: np.ndarray = ((boxes[:, :3] <= box[3:]) & (boxes[:, 3:] >= box[:3])).all(axis=1)
+    return met
+
+
+def _meet_any(some: np.ndarray, hull: _Hull) -> np.ndarray:
+    """Which boxes (n, 6) may meet a hull, bool (n,)."""
     met = np.zeros(len(some), dtype=bool)
-    step = max(_AT_ONCE // max(len(others), 1), 1)
+    step = max(_AT_ONCE // max(len(hull.boxes), 1), 1)
     for first in range(0, len(some), step):
         part = some[first : first + step]
-        near = np.ones((len(part), len(others)), dtype=bool)
+        near = np.ones((len(part), len(hull.boxes)), dtype=bool)
         for k in range(3):
-            near &= part[:, None, k] <= others[None, :, k + 3]
-            near &= part[:, None, k + 3] >= others[None, :, k]
+            near &= part[:, None, k] <= hull.boxes[None, :, k + 3]
+            near &= part[:, None, k + 3] >= hull.boxes[None, :, k]
+        if hull.planes is not None:
+            near &= _reaches_planes(part, *hull.planes)
         met[first : first + step] = near.any(axis=1)
+    return met
+
+
+def _reaches_planes(
+    boxes: np.ndarray, points: np.ndarray, normals: np.ndarray, sizes: np.ndarray
+) -> np.ndarray:
+    """Which boxes (n, 6) may meet which planes, bool (n, m); True where rounding leaves doubt."""
+    # the box has both signs of the normal's product, or one within its rounding error
+    middle, half = 0.5 * (boxes[:, :3] + boxes[:, 3:]), 0.5 * (boxes[:, 3:] - boxes[:, :3])
+    way = np.zeros((len(boxes), len(points)))
+    reach, far = np.zeros_like(way), np.zeros_like(way)
+    for k in range(3):
+        off = middle[:, None, k] - points[None, :, k]
+        way += off * normals[None, :, k]
+        reach += half[:, None, k] * np.abs(normals[None, :, k])
+        far += np.abs(middle[:, None, k]) + np.abs(points[None, :, k]) + half[:, None, k]
+    met: np.ndarray = np.logical_not(np.abs(way) > reach + _SLACK * sizes[None, :] * far)
     return met
 
 

@@ -81,6 +81,20 @@ def test_law_any_chunks_give_the_curves_of_a_grid_in_memory(seed):
     assert_same(gs.intersect_surfaces([off, lazy_mid]), gs.intersect_surfaces([off, mid]))
 
 
+def test_law_windows_of_large_tiles_miss_nothing():
+    # tiles of several blocks of 64 x 64 cells; faults of two long triangles, askew and along blocks
+    rng = np.random.default_rng(3)
+    z = rng.integers(-2, 3, size=(150, 200)) * 2.0
+    top, lazy_top = both_ways(rng, grid(z), "Top")
+    base, lazy_base = both_ways(rng, grid(z[::-1] - 7.0), "Base")
+    askew = [[-90, 300, -30], [5100, 3300, -30], [5130, 3300, 30], [-60, 300, 30]]
+    along = [[1600, -50, -30], [1600, 4000, -30], [1600, 4000, 30], [1600, -50, 30]]
+    two = [[0, 1, 2], [0, 2, 3]]
+    cut = [gs.TriSurface(k, "fault", v, two) for k, v in (("Askew", askew), ("Along", along))]
+    expected = gs.intersect_surfaces([top, base, *cut])
+    assert_same(gs.intersect_surfaces([lazy_top, lazy_base, *cut]), expected)
+
+
 def test_only_chunks_near_the_other_surface_are_read(monkeypatch):
     z = np.add.outer(np.zeros(60), 0.1 * np.arange(60.0))
     lazy = grid(z).copy(data=da.from_array(z, chunks=(10, 10)))
