@@ -172,8 +172,8 @@ def _blocks_of(lattice: ChunkedLattice, i: int, j: int) -> np.ndarray:
 
 def _overlap(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
     """Which boxes (n, 6) meet one box, bool (n,)."""
-    met: np.ndarray = ((boxes[:, :3] <= box[3:]) & (boxes[:, 3:] >= box[:3])).all(axis=1)
-    return met
+    marks: np.ndarray = (boxes[:, :3] <= box[3:]) & (boxes[:, 3:] >= box[:3])
+    return marks[:, 0] & marks[:, 1] & marks[:, 2]
 
 
 def _meet_any(some: np.ndarray, hull: _Hull) -> np.ndarray:
@@ -187,7 +187,8 @@ def _meet_any(some: np.ndarray, hull: _Hull) -> np.ndarray:
             near &= part[:, None, k] <= hull.boxes[None, :, k + 3]
             near &= part[:, None, k + 3] >= hull.boxes[None, :, k]
         if hull.planes is not None:
-            near &= _reaches_planes(part, *hull.planes)
+            with np.errstate(invalid="ignore"):  # boxes around no node are inside out
+                near &= _reaches_planes(part, *hull.planes)
         met[first : first + step] = near.any(axis=1)
     return met
 
@@ -205,7 +206,7 @@ def _reaches_planes(
         way += off * normals[None, :, k]
         reach += half[:, None, k] * np.abs(normals[None, :, k])
         far += np.abs(middle[:, None, k]) + np.abs(points[None, :, k]) + half[:, None, k]
-    met: np.ndarray = np.logical_not(np.abs(way) > reach + _SLACK * sizes[None, :] * far)
+    met: np.ndarray = np.less_equal(np.abs(way), reach + _SLACK * sizes[None, :] * far)
     return met
 
 

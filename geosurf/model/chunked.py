@@ -363,18 +363,21 @@ class ChunkedLattice(Lattice):
     def bands(self, wanted: np.ndarray | None = None) -> Iterator[tuple[int, Lattice]]:
         """Yield all cells in order, as bands of chunks: first row of nodes, and a lattice.
 
+        A lattice is valid until the next one: all of them use the same memory.
+
         Parameters
         ----------
         wanted : ndarray of bool, shape (n_row - 1,), optional
             Rows of cells; bands without any are not read.
         """
         n_col = self.shape[1]
+        room = np.empty((1 + int(np.diff(self.store.row_starts).max()), n_col))
         for i in range(self.tile_shape[0]):
             (first, last), _ = self.store.tile(i, 0)
             some = wanted is None or wanted[first : last - 1].any()
             if not some or last - first < 2:
                 continue
-            z = np.empty((last - first, n_col))
+            z = room[: last - first]
             if i:
                 z[0] = self.bounds.last_rows[i - 1]
             start = int(self.store.row_starts[i])
