@@ -230,10 +230,12 @@ class Store:
             if self._since_count > len(self._entries) // 2 + 8:
                 self._count_again()
 
-            # a result larger than the budget drops everything, itself at last: the scene still has
-            # it
-            while self._bytes > self.budget:
-                self._drop(next(iter(self._entries)))
+            self._keep_within_budget()
+
+    def _keep_within_budget(self) -> None:
+        # a result larger than the budget drops everything, itself at last: the scene still has it
+        while self._bytes > self.budget:
+            self._drop(next(iter(self._entries)))
 
     def _use(self, key: Hashable, entry: Entry, used: dict[Hashable, int]) -> None:
         entry.generation = self._generation
@@ -260,9 +262,10 @@ class Store:
         return len(self._entries)
 
     def bytes_stored(self) -> int:
-        """Count the bytes of all results again: arrays may have been made since."""
+        """Count the bytes of all results again, within the budget: arrays may have been made."""
         with self._lock:
             self._count_again()
+            self._keep_within_budget()
             return self._bytes
 
     def _count_again(self) -> None:
