@@ -24,7 +24,7 @@ def words(draw):
     return draw(sign) + body
 
 
-def same(texts):
+def assert_same(texts):
     found = plain_decimals(" ".join(texts).encode())
     assert found is not None
     assert found.tobytes() == np.array([float(text) for text in texts]).tobytes()
@@ -34,7 +34,7 @@ def same(texts):
 def test_law_plain_decimals_are_rounded_as_python_does(texts):
     texts = [text for text in texts if sum(map(str.isdigit, text)) <= 18]
     if texts:
-        same(texts)
+        assert_same(texts)
 
 
 @given(st.integers(2**52, 2**53 - 2), st.integers(1, 6), st.integers(-1, 1))
@@ -47,7 +47,7 @@ def test_law_halfway_between_two_doubles(odd, power, step):
         text = f"{whole:019d}"
         text = f"{text[:-n]}.{text[-n:]}".lstrip("0")
         if len(text) <= 19:
-            same([text, f"-{text}"])
+            assert_same([text, f"-{text}"])
 
 
 @pytest.mark.parametrize(
