@@ -36,7 +36,6 @@ from geosurf.cli.exit_codes import ExitCode
 from geosurf.cli.live import peak_megabytes
 from geosurf.cli.parser import build_parser
 from geosurf.cli.without_dask import skip_dask
-from geosurf.conventions.running import silence
 
 __all__ = ["build_parser", "main"]
 
@@ -60,13 +59,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     2
     """
     # outermost: the parser's own messages quote arguments in any script
-    with encodable_output(), silence():
+    with encodable_output():
         options = build_parser().parse(argv)
         if argv is None and options.run is not ensemble_command:
             skip_dask()
         exit_code = ExitCode(options.debug, lambda: options.kept(options))
         start = time.perf_counter()
-        with exit_code, printed_warnings():
+        from geosurf.conventions.running import silence  # not for --help: it loads numpy
+
+        # commands show their own progress
+        with exit_code, printed_warnings(), silence():
             answer = options.run(options)
             exit_code.code = answer.code
             if shown := answer.shown(as_json=options.json, quiet=options.quiet):
