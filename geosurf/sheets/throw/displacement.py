@@ -121,36 +121,36 @@ def sheet_heights(
     GeometryError
         If the movement changes so quickly that beds would fold over: names the place.
     """
-    # was (n, 2): the estimate of where each particle came from; refined only where it is in `todo`
-    was, z = xy.copy(), before.at(xy)
-    todo = np.arange(len(xy))
+    # z, was: of every particle; where, at, old: of those that have not arrived, at `todo`
+    z, was = before.at(xy), xy.copy()
+    todo, where, at, old = np.arange(len(xy)), xy, was.copy(), z
     close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
     for _ in range(ROUNDS):
-        # there (n_slip, n): part of the throw of each fault at each place
-        there = parts(xy[todo], z[todo]) if callable(parts) else parts[:, todo]
-        old = z[todo]
+        # share (n_slip, n): part of the throw of each fault at each place
+        share = parts(where, old) if callable(parts) else parts[:, todo]
 
         # forward: the particle from its old place through all faults, the oldest first
-        now, z[todo] = was[todo], before.at(was[todo])
-        height = z[todo]
-        for slip, part in zip(reversed(slips), reversed(list(there)), strict=True):
+        now, height = at, before.at(at)
+        for slip, part in zip(reversed(slips), reversed(list(share)), strict=True):
             now, height = slip.move(now, height, part)
 
         # Picard iteration: shift the origin by as much as the particle misses its place
-        miss = xy[todo] - now
-        z[todo] = height
+        miss = where - now
         far = np.maximum(np.abs(miss[:, 0]), np.abs(miss[:, 1]))
         if callable(parts):
             far = np.maximum(far, np.abs(height - old))
 
         # only particles that have not arrived go on: after a few rounds nearly all have
         left = far > close
-        was[todo] += np.where(left[:, None], miss, 0.0)
-        todo = todo[left]
+        if left.all():
+            at, old = at + miss, height
+            continue
+        z[todo[~left]], was[todo[~left]] = height[~left], at[~left]
+        todo, where, old, at = todo[left], where[left], height[left], at[left] + miss[left]
         if len(todo) == 0:
             break
     if len(todo):
-        raise _folded(before, np.append(xy[todo[0]] + before.frame.corner, z[todo[0]]))
+        raise _folded(before, np.append(where[0] + before.frame.corner, old[0]))
     return z, was
 
 
