@@ -317,7 +317,7 @@ class ChunkedLattice(Lattice):
             (int(of[k]), int(of[k + 1]))
             for of, k in ((self.store.row_starts, i), (self.store.col_starts, j))
         )
-        chunk = self.store.read(rows, cols)
+        chunk = self._same(self.store.read(rows, cols), rows)
         with held.lock:
             if (i, j) not in held.chunks:
                 held.chunks[i, j] = chunk
@@ -325,6 +325,18 @@ class ChunkedLattice(Lattice):
             while held.size > CACHE and len(held.chunks) > 1:
                 held.size -= held.chunks.popitem(last=False)[1].nbytes
         return chunk
+
+    def _same(self, z: np.ndarray, rows: tuple[int, int]) -> np.ndarray:
+        """Elevations that were read, or an error if nodes have gone since the store was opened."""
+        # a chunk whose file is gone reads as NaN
+        if self.whole and np.isnan(z.sum()):
+            raise HorizonError(
+                f"horizon {self.store.name!r}: in rows {rows[0]} to {rows[1] - 1} nodes are absent "
+                "that were there when the store was opened. Check that its files are complete, and "
+                "open it again.",
+                surfaces=[self.store.name],
+            )
+        return z
 
     def window(self, rows: tuple[int, int], cols: tuple[int, int]) -> Lattice:
         """Return some rows and columns (first, last + 1) as a lattice in memory."""
@@ -382,6 +394,7 @@ class ChunkedLattice(Lattice):
                 z[0] = self.bounds.last_rows[i - 1]
             start = int(self.store.row_starts[i])
             self.store.read((start, last), (0, n_col), z[start - first :])
+            self._same(z, (first, last))
             yield first, self._part((first, last), (0, n_col), z)
 
 

@@ -178,6 +178,17 @@ def test_bounds_are_kept_beside_the_store_until_it_changes(path, passes):
     assert gs.triangulate_horizon(-opened(path)["Top"], name="Top").bounds[4] == -first[1]
 
 
+@pytest.mark.parametrize(("column", "result"), [("1", "volumes"), ("2", "curves")])
+def test_chunks_that_are_gone_are_an_error(path, column, result):
+    # the first one where no curve is
+    scene = gs.Scene(opened(path), faults())
+    _ = scene.surface("Top")
+    for file in (path / "top" / "c").glob(f"[0-9]/{column}"):
+        file.unlink()
+    with pytest.raises(gs.errors.HorizonError, match=r"'Top'.*that were there when the store"):
+        getattr(scene, result)
+
+
 def test_stores_that_are_read_only_use_the_cache(path, passes, monkeypatch, tmp_path):
     from geosurf.triangulate import chunk_files
 
