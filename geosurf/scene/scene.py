@@ -50,7 +50,7 @@ class Scene(ScenePlots, ShownScene):
     ----------
     horizons : mapping of str to horizon
         Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, (vertices, triangles),
-        a `Sheet`, or a path.
+        a `Sheet`, or a path. Dask arrays of more than 2**26 nodes stay in their store.
     faults : mapping of str to fault, optional
         A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, (vertices, triangles), or a
         path.
