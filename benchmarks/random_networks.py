@@ -250,7 +250,24 @@ def heights(faults: Mapping[str, Fault], x: np.ndarray, y: np.ndarray, smear: in
             chosen[:, mine] = np.where(better, side, chosen[:, mine])
     gap = np.isneginf(value)
     value[gap] = _on_faults(faults, x[gap], y[gap], low[gap], high[gap])
-    return smeared(value, dict(enumerate([*(chosen == 1), *(chosen == 0)])), smear)
+    return _smeared_at_faults(faults, x, y, value, chosen, smear)
+
+
+def _smeared_at_faults(
+    faults: Mapping[str, Fault],
+    x: np.ndarray,
+    y: np.ndarray,
+    value: np.ndarray,
+    chosen: np.ndarray,
+    smear: int,
+) -> np.ndarray:
+    """Smear heights over each fault as far as it goes: past its tips there is nothing to smear."""
+    found = value.copy()
+    for k, fault in enumerate(faults.values()):
+        near = np.abs(fault.along_across(x, y)[0]) < fault.half + (smear + 1) * CELL
+        mixed = smeared(value, {"+": chosen[k] == 1, "none": chosen[k] == 0}, smear)
+        found = np.where(near, np.where(mixed != value, mixed, found), found)
+    return found
 
 
 def _on_faults(

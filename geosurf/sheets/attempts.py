@@ -75,8 +75,11 @@ def torn_sheet(
     GeometryError
         If none of them does. The message has the faults, the place, and a remedy that works.
     """
+    # exact data go on with the change of their curvature; that is kept only if nothing is lost
     torn = partial(_torn, picks, noise=noise, filling=filling, given=trims)
-    first = best = torn(faults, trims)
+    first = best = torn(faults, trims, highest=4)
+    if best.loss > 0.0 and first.closed.rebuilt.solver.noise.order > 3:
+        first = best = torn(faults, trims)
     if first.bad and not first.closed.built.is_hopeless:
         best = Torn.of(close_at_any_cost(first.closed))
     if best.loss == 0.0:
@@ -116,11 +119,12 @@ def _torn(
     noise: float | None,
     filling: Filling,
     given: Trims,
+    highest: int = 3,
 ) -> Torn:
     """The sheet with some faults and trims, without any loss of throw; it may stay open."""
-    found = Torn.of(close(picks, faults, used, noise, filling, given))
+    found = Torn.of(close(picks, faults, used, noise, filling, given, highest=highest))
     if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
-        again = close(picks, faults, used, noise, filling, given, found.bad)
+        again = close(picks, faults, used, noise, filling, given, found.bad, highest)
         found = Torn.of(again)
     return found
 

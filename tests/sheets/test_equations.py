@@ -11,12 +11,18 @@ from geosurf.errors import InvariantError
 from geosurf.kernels.sheets.envelope_solver import fill_envelope, places_in_order
 from geosurf.kernels.sheets.smooth_surface import energy_gradient, normal_equations
 from geosurf.sheets.lattice.drape import around, without_absent
-from geosurf.sheets.lattice.solve import equations, lattice_graph, smoothest, weights_of
+from geosurf.sheets.lattice.solve import (
+    equations,
+    fourth_order,
+    lattice_graph,
+    smoothest,
+    weights_of,
+)
 
-LINE = [(-1, 1), (1, -2, 1), (-1, 3, -3, 1)]
+LINE = [(-1, 1), (1, -2, 1), (-1, 3, -3, 1), (1, -4, 6, -4, 1)]
 
 
-def differences(shape, present, bits, weights):
+def differences(shape, present, bits, weights, fourth=0.0):
     """Rows of the energy over all nodes: each difference whose block is there and uncut."""
     n_row, n_col = shape
     e, a, c, wx, wy = weights
@@ -46,13 +52,17 @@ def differences(shape, present, bits, weights):
             rows.append(row.ravel())
 
     for i, j in product(range(n_row), range(n_col)):
-        for order, scale in enumerate((e, a, c), start=1):
+        for order, scale in enumerate((e, a, c, fourth), start=1):
             add(i, j, [LINE[order - 1]], scale * wx**order)
             add(i, j, np.transpose([LINE[order - 1]]), scale * wy**order)
         add(i, j, [[1, -1], [-1, 1]], a * np.sqrt(2) * wx * wy)
         ramp = np.array([[1, -2, 1], [-1, 2, -1]])
         add(i, j, ramp, c * np.sqrt(3) * wx * wx * wy)
         add(i, j, ramp.T, c * np.sqrt(3) * wx * wy * wy)
+        slope = np.outer(LINE[0], LINE[2])
+        add(i, j, slope, fourth * 2 * wx**3 * wy)
+        add(i, j, slope.T, fourth * 2 * wx * wy**3)
+        add(i, j, np.outer(LINE[1], LINE[1]), fourth * np.sqrt(6) * wx**2 * wy**2)
     return np.array(rows).reshape(-1, n_row * n_col)
 
 
@@ -111,6 +121,46 @@ def test_matrix_and_right_side_are_those_of_all_differences(case):
     assert dense == pytest.approx(whole[np.ix_(order, order)], abs=1e-12)
     bent = energy_gradient(graph.east, graph.north, graph.square, np.eye(n), weights)
     assert bent == pytest.approx(whole, abs=1e-12)
+
+
+@settings(max_examples=60)
+@given(torn_lattices())
+def test_fourth_differences_are_those_that_are_written_out(case):
+    shape, present, bits, unknown, weights = case
+    n = len(unknown)
+    graph = without_absent(lattice_graph(np.arange(n), shape, bits), present)
+    lower, fourth = fourth_order(graph, 1.0 / weights[3:])
+    rows = differences(shape, present.reshape(shape), bits.reshape(shape), lower, 1.0)
+    whole = rows.T @ rows
+    low = energy_gradient(graph.east, graph.north, graph.square, np.eye(n), lower)
+    assert low + fourth.gradient(np.eye(n)) == pytest.approx(whole, abs=1e-12)
+
+    # equations of the unknown nodes: what the factor solves is what was written out
+    free = np.flatnonzero(unknown >= 0)
+    order = free[np.argsort(unknown[free])]
+    value = np.cos(np.arange(n)) * 10.0
+    pull, target = np.ones(len(free)), np.sin(np.arange(len(free)))
+    stretch = 1.0 / weights[3:]
+    found = smoothest(graph, unknown, value, stretch, pull=pull, target=target, order=4)
+    side = target - whole[np.ix_(order, unknown < 0)] @ value[unknown < 0]
+    matrix = whole[np.ix_(order, order)] + np.eye(len(free))
+    assert found == pytest.approx(np.linalg.solve(matrix, side), abs=1e-9)
+
+
+def test_a_cubic_is_carried_on_beyond_the_data():
+    """Fourth differences of a cubic are zero: where data end, it goes on as it is."""
+    row, col = np.divmod(np.arange(400), 20)
+    x, y = 0.1 * col, 0.1 * row
+    cubic = 3.0 * x**3 - 2.0 * x**2 * y + x * y**2 + y**3 - x * y + 4.0
+    unknown = np.where(col >= 14, np.cumsum(col >= 14) - 1, -1)
+    graph = lattice_graph(np.arange(400), (20, 20))
+    wall = unknown >= 0
+    exact = cubic[wall]
+    third, fourth = (
+        smoothest(graph, unknown, np.where(wall, 0.0, cubic), np.ones(2), order=k) for k in (3, 4)
+    )
+    near = col[wall] < 18
+    assert np.abs(fourth - exact)[near].max() < 0.3 * np.abs(third - exact)[near].max()
 
 
 def test_the_order_keeps_a_band_narrow_whatever_way_it_runs():

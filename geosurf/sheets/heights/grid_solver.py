@@ -131,7 +131,7 @@ class GridSolver:
         noisy = self._noisy(unknown, tears)
         every = distinct(unknown, noisy)
         # a noisy rim is free: held to data beyond it, bit for bit, the surface would bend
-        band = every if len(noisy) else around(every, frame.shape, 3)
+        band = every if len(noisy) else around(every, frame.shape, self.noise.order)
         graph = lattice_graph(band, frame.shape, tears.cuts.bits(n_node))
         at = np.searchsorted(band, every)
         value = heights[band]
@@ -199,7 +199,7 @@ class GridSolver:
         filled = np.where(np.isfinite(value), value, 0.0)
         return smoothest(
             graph, number, filled, self.inputs.picks.frame.stretch, pull=targets.pull,
-            target=targets.data, scale=self.noise.scale,
+            target=targets.data, scale=self.noise.scale, order=self.noise.order,
         )  # fmt: skip
 
     def _unknown(self, lost: np.ndarray, tears: Tears) -> np.ndarray:

@@ -70,8 +70,13 @@ def solver_of(
     trims: Trims,
     noise: float | None = None,
     fill_empty_blocks: bool = False,
+    highest: int = 4,
 ) -> Solver:
-    """The solver that fits the data; `noise` is its standard deviation [m], None to estimate it."""
+    """The solver that fits the data.
+
+    `noise` is its standard deviation [m], None to estimate it; `highest` the most that the order of
+    small differences may be: see `geosurf.sheets.lattice.fourth_differences`.
+    """
     inputs = inputs_of(picks, meshes, trims)
     solver = GridSolver.over(inputs) if picks.on_nodes else PointSolver.over(inputs)
 
@@ -79,7 +84,7 @@ def solver_of(
     estimate, signal = solver.estimate_noise()
     deviation = estimate if noise is None else float(noise)
     weight = weight_of(deviation, signal, picks.frame.cell)
-    noise_of_data = Noise(deviation, weight, signal)
+    noise_of_data = Noise(deviation, weight, signal, highest)
     return replace(solver, noise=noise_of_data, fill_empty_blocks=fill_empty_blocks)
 
 

@@ -21,7 +21,14 @@ from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.tips import Tips
 from geosurf.sheets.lattice.drape import without_absent
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.solve import BEND, Common, Graph, equations, weights_of
+from geosurf.sheets.lattice.solve import (
+    BEND,
+    Common,
+    Graph,
+    equations,
+    fourth_order,
+    weights_of,
+)
 
 AT_MOST = 10.0  # times the likely size: what shares are held by where data have no noise
 AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
@@ -115,6 +122,7 @@ def smoothest_residual(
     scale: float = 1.0,
     towards: Sequence[np.ndarray] = (),
     common: Common | None = None,
+    order: int = 3,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve for unknown nodes, and for the shapes that leave the smoothest residual.
 
@@ -134,18 +142,24 @@ def smoothest_residual(
     common : Common, optional
         What walls have in common. Every node is unknown then, node k number k, and coefficients
         follow as nodes that no link joins to any.
+    order : int
+        Of the highest differences, as for `smoothest`; 3 with what walls have in common.
 
     Returns
     -------
     ndarray (n_unknown,), ndarray (k,)
         Heights, and the share of each shape in them: 0 where it does not pay.
     """
-    weights = weights_of(stretch, BEND, scale=scale)
-    system, right, level = equations(graph, unknown, value, weights, pull, target, common)
+    weights, fourth = weights_of(stretch, BEND, scale=scale), None
+    if order == 4:
+        weights, fourth = fourth_order(graph, stretch)
+    system, right, level = equations(graph, unknown, value, weights, pull, target, common, fourth)
 
     def bent(heights: np.ndarray) -> np.ndarray:
         """Derivatives (n, k) of half the energy by heights (n, k)."""
         found = energy_gradient(graph.east, graph.north, graph.square, heights, weights)
+        if fourth is not None:
+            found += fourth.gradient(heights)
         if common is not None:
             found += common.matrix.T @ (common.matrix @ heights)
         return found
@@ -171,10 +185,22 @@ def smoothest_residual(
         for k, (_, some) in enumerate(groups):
             part = without_absent(graph, some)  # its differences lie among these nodes
             slopes = energy_gradient(part.east, part.north, part.square, heights[:, None], weights)
+            if order == 4:
+                slopes += fourth_order(part, stretch)[1].gradient(heights[:, None])
             energy = heights @ slopes[:, 0] + missed[some[at]].sum()
             units[k] = energy / max((some & free).sum(), 1)
     columns = [columns for columns, _ in groups]
     share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+    if order == 4 and share.any():
+        # fourth differences know best whether throw dies like that, but weigh most what is next to
+        # the tip, where shapes are least exact: third ones measure by how much
+        _, measured = smoothest_residual(
+            graph, unknown, value, stretch, shapes, groups, likely, doubt, pull, target, scale,
+            towards,
+        )  # fmt: skip
+        for some in columns:
+            if len(some) > 2 and share[some].any():
+                share[some] = measured[some]
     return plain + sums_of_columns(moved, share) + level, share
 
 

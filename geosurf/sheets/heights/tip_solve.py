@@ -71,7 +71,7 @@ class Task:
         nodes = self.nodes[some]
         if not len(nodes):
             return None
-        band = around(nodes, self.frame.shape, 3)
+        band = around(nodes, self.frame.shape, self.noise.order)
         found, bent = self._solved(band, np.searchsorted(band, nodes), np.flatnonzero(some))
         self.heights[nodes] = found
         return bent
@@ -115,7 +115,7 @@ class Task:
         found, share = smoothest_residual(
             graph, number, value, self.frame.stretch, shapes, groups,
             likely_shares(self.tips, self.throws), self.noise.energy, pull, data, self.noise.scale,
-            [tip.throw_towards() for tip in self.tips], common,
+            [tip.throw_towards() for tip in self.tips], common, self.noise.order,
         )  # fmt: skip
         return found[: len(free)], Bent(self.tips, share) if share.any() else None
 

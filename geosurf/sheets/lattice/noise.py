@@ -19,6 +19,8 @@ SEEN = 3.0  # variance of third differences, in those of noise, from which there
 LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
 # of the weight: docs/validation/torn_sheets.md has what 5 to 40 do on known worlds
 GAIN = 10.0
+# of the signal: noise below this leaves fourth differences, docs/decisions/0053 has what more does
+FAINT = 0.15
 LEAST = 1e-4  # weight: means over five cells, a third of the collar in which noise is smoothed
 
 
@@ -34,11 +36,14 @@ class Noise:
         Weight of data against the smoothness of the surface; None: data are met exactly.
     signal : float
         Typical third difference of the surface itself [m].
+    highest : int
+        Order of differences that is not exceeded, whatever data allow: 3 or 4.
     """
 
     deviation: float = 0.0
     weight: float | None = None
     signal: float = 0.0
+    highest: int = 4
 
     @property
     def energy(self) -> float:
@@ -49,6 +54,12 @@ class Noise:
     def scale(self) -> float:
         """Cells over which noisy data are averaged; 1 for data that are met exactly."""
         return scale_of(self.weight)
+
+    @property
+    def order(self) -> int:
+        """Of the highest differences that are small in the surface: 4 where data allow it, or 3."""
+        is_exact = self.weight is None and self.deviation < FAINT * self.signal
+        return min(4 if is_exact else 3, self.highest)
 
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:

@@ -23,12 +23,15 @@ from geosurf.kernels.sheets.envelope_solver import (
 )
 from geosurf.kernels.sheets.graph_distance import steps_from
 from geosurf.kernels.sheets.node_bands import links_between
+from geosurf.sheets.lattice.fourth_differences import FourthDifferences, fourth_differences
 from geosurf.sheets.lattice.sets import distinct
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
+# shares of second and third differences, against fourth ones: docs/decisions/0053 has others
+BEND_OF_FOURTH, THIRD_OF_FOURTH = 0.03, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +102,7 @@ def smoothest(
     pull: np.ndarray | None = None,
     target: np.ndarray | None = None,
     scale: float = 1.0,
+    order: int = 3,
 ) -> np.ndarray:
     """Solve for the unknown nodes.
 
@@ -113,6 +117,8 @@ def smoothest(
         Weight and height of data that an unknown is drawn to, for noisy ones.
     scale : float
         Cells over which such data are averaged.
+    order : int
+        Of the highest differences: 3, or 4 for data without noise.
 
     Returns
     -------
@@ -121,8 +127,10 @@ def smoothest(
     n = int(unknown.max(initial=-1)) + 1
     if n == 0:
         return np.empty(0)
-    weights = weights_of(stretch, bend, third, scale)
-    system, right, level = equations(graph, unknown, value, weights, pull, target)
+    weights, fourth = weights_of(stretch, bend, third, scale), None
+    if order == 4:
+        weights, fourth = fourth_order(graph, stretch)
+    system, right, level = equations(graph, unknown, value, weights, pull, target, fourth=fourth)
     return system.solved([right])[0] + level
 
 
@@ -168,10 +176,12 @@ def equations(
     pull: np.ndarray | None = None,
     target: np.ndarray | None = None,
     common: Common | None = None,
+    fourth: FourthDifferences | None = None,
 ) -> tuple[System, np.ndarray, float]:
     """Matrix, right side, and the level that heights are counted from; see `smoothest`.
 
     With what walls have in `common` no node is known, and its coefficients are unknowns, too.
+    `fourth` differences are added to those that `weights` stand for.
     """
     # heights count from their mean: digits go to the relief, not to the depth
     known = value[unknown < 0]
@@ -191,8 +201,16 @@ def equations(
         row, column, weight = common.start, common.column, common.weight
         first, lower, start = add_squares(first, lower, start, row, column, weight, place)
 
-    # data: a weight on the diagonal, and the weighted height on the right side
     right = right[place]
+    if fourth is not None:
+        # known nodes draw the unknown ones that share a difference with them
+        row, column, weight = fourth.of_unknown(unknown)
+        first, lower, start = add_squares(first, lower, start, row, column, weight, place)
+        held = np.where(unknown < 0, value - level, 0.0)
+        drawn = fourth.gradient(held[:, None])[:, 0]
+        right[unknown[unknown >= 0]] -= drawn[unknown >= 0]
+
+    # data: a weight on the diagonal, and the weighted height on the right side
     if pull is not None and target is not None:
         lower[start[place + 1] - 1] += pull
         right += pull * np.where(pull > 0, target - level, 0.0)
@@ -208,6 +226,12 @@ def weights_of(
     there a second difference weighs, against a third one, as `scale` times less does here.
     """
     return np.array([STRETCH / scale**2, bend / scale, third, *(1.0 / stretch)])
+
+
+def fourth_order(graph: Graph, stretch: np.ndarray) -> tuple[np.ndarray, FourthDifferences]:
+    """Weights of lower differences next to fourth ones, and those: for data without noise."""
+    weights = weights_of(stretch, BEND_OF_FOURTH, THIRD_OF_FOURTH)
+    return weights, fourth_differences(graph.east, graph.north, graph.square, stretch)
 
 
 def with_more(graph: Graph, n: int) -> Graph:

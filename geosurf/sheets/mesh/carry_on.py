@@ -19,10 +19,11 @@ CarryOn = Callable[[Torn, Triangles, np.ndarray, Heights, Collection[int]], np.n
 Known = Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]
 
 
-def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
+def carry_on_by(frame: Frame, weight: float | None, known: Known, order: int = 3) -> CarryOn:
     """Make the function that gives the heights of all ghosts of one torn mesh.
 
-    `weight` is that of noisy data, `known` gives the heights of ghosts that picks determine.
+    `weight` is that of noisy data, `order` that of the sheet's highest differences. `known` gives
+    the heights of ghosts that picks determine.
     """
 
     def carry_on(
@@ -39,7 +40,7 @@ def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
             past = partial(state.bent.only(_bent_beyond(state, early)).of, frame)
         return ghost_heights(
             torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past,
-            scale_of(weight),
+            scale_of(weight), order,
         )  # fmt: skip
 
     return carry_on

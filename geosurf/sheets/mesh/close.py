@@ -109,10 +109,12 @@ def close(
     filling: Filling,
     given_trims: Trims,
     known_short: Collection[int] = (),
+    highest: int = 4,
 ) -> Closed:
     """Rebuild heights, tear the mesh, and close it without any loss of throw; it may stay open.
 
-    `known_short` are numbers of faults that are extended up and down from the start.
+    `known_short` are numbers of faults that are extended up and down from the start; `highest` is
+    the order of small differences at most.
 
     Raises
     ------
@@ -128,7 +130,9 @@ def close(
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
-        filled_picks, rebuilt, filled, pinched = _rebuilt(picks, surfaces, trims, noise, filling)
+        filled_picks, rebuilt, filled, pinched = _rebuilt(
+            picks, surfaces, trims, noise, filling, highest
+        )
         # A block that is empty only because its data were ignored near faults gets some of them
         # back.
         narrower = _narrower(trims, rebuilt.state)
@@ -242,6 +246,7 @@ def _rebuilt(
     trims: Trims,
     noise: float | None,
     filling: Filling,
+    highest: int,
 ) -> tuple[Picks | Scattered, Rebuilt, list[dict], np.ndarray]:
     """Heights of all nodes, once more where blocks at a fault without data were filled.
 
@@ -249,7 +254,7 @@ def _rebuilt(
     heights of another horizon.
     """
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    rebuilt = rebuild(solver_of(picks, meshes, trims, noise, filling.carry))
+    rebuilt = rebuild(solver_of(picks, meshes, trims, noise, filling.carry, highest))
 
     # blocks at a fault without data are known only once heights have shown which nodes stay empty
     missing = missing_blocks(picks, rebuilt.state, meshes)
@@ -258,7 +263,7 @@ def _rebuilt(
     # Once is enough: what is filled has data afterwards.
     if missing and filling.carry:
         picks, filled = continued(picks, missing)
-        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, True))
+        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, True, highest))
         missing = missing_blocks(picks, rebuilt.state, meshes)
     while filling.other is not None and (missing or len(rebuilt.state.stray)):
         # block by block: the one beyond the next fault shows once the first has heights
@@ -267,7 +272,7 @@ def _rebuilt(
             break
         pinched = distinct(pinched, more)
         picks = stood_in(picks, more, filling.other)
-        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, False))
+        rebuilt = rebuild(solver_of(picks, meshes, trims, noise, False, highest))
         missing = missing_blocks(picks, rebuilt.state, meshes)
     # Blocks that were neither filled nor pinched out are an error with their place.
     refuse_missing(picks, missing)
@@ -288,11 +293,11 @@ def _built(
     solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
     # Points lie between nodes and share their heights; grids have a height at each node.
     if isinstance(picks, Scattered):
-        known = ghosts_by_points(picks, weight)
+        known, order = ghosts_by_points(picks, weight), 3
     else:
         assert isinstance(solver, GridSolver)
-        known = ghosts_by_picks(picks, weight, solver.grid.mark)
-    carry_on = carry_on_by(picks.frame, weight, known)
+        known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
+    carry_on = carry_on_by(picks.frame, weight, known, order)
     again = rebuilt.torn_between
     return build(
         picks, rebuilt.state, surfaces, rising, carry_on, again, at_any_cost, start, needs_more

@@ -34,11 +34,12 @@ def ghost_heights(
     fixed: dict[int, float],
     bent: Callable[..., np.ndarray] | None = None,
     scale: float = 1.0,
+    order: int = 3,
 ) -> np.ndarray:
     """Heights (n_ghost,) of all ghosts; `fixed` has those that data give.
 
     `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the residual is
-    smooth; `scale` is that of the sheet.
+    smooth; `scale` and `order` are those of the sheet.
     """
     n_ghost = len(torn.anchor)
     # A sheet that no fault tears.
@@ -46,7 +47,7 @@ def ghost_heights(
         return np.empty(0)
     shape = (triangles.n_row, triangles.n_col)
     # the mesh around the ghosts, with the bend at tips taken out
-    nodes = around(torn.node_of_ghost, shape, 3)
+    nodes = around(torn.node_of_ghost, shape, order)
     nodes = nodes[np.isfinite(heights[nodes])]
 
     # vertices of the graph: nodes, then ghosts; value (n + n_ghost,) is what is left without bend
@@ -76,7 +77,7 @@ def ghost_heights(
     np.add.at(target, rows, drawn * value[lost[:, 0]])
     out = value[len(nodes) :]
     out[free] = smoothest(
-        graph, number, value, stretch, pull=pull, target=target / pull, scale=scale
+        graph, number, value, stretch, pull=pull, target=target / pull, scale=scale, order=order
     )
     # The bend that was taken out before comes back.
     out += bend[len(nodes) :]

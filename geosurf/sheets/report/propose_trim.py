@@ -173,7 +173,7 @@ def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
     """Rebuild the horizon without data near its faults, and compare those with it."""
     # a trim far beyond any smear, so that the sheet is free of it
     meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
-    solver = solver_of(picks, meshes, Trims((float(HIDDEN),) * len(meshes)))
+    solver = solver_of(picks, meshes, Trims((float(HIDDEN),) * len(meshes)), highest=3)
     _, state = single_pass(solver, float(HIDDEN))
     state = state.with_walls(picks.frame)
     in_gap = picks_in_gaps(solver.inputs, state)
