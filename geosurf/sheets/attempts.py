@@ -28,6 +28,7 @@ from geosurf.sheets.report.propose_trim import shows_smear, trims_of
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them
 SINGLE = 3  # open faults that are left out one by one for a remedy, before all of them are
+EARLY = 1  # links by which a tear may end early before third differences are tried
 WIDER = 0.5  # cells: measured trims count where they are wider than those given by this much
 
 
@@ -60,6 +61,11 @@ class Torn:
         built = self.closed.built
         return np.inf if self.bad else lost_throw(built.state, built.repairs.untorn)
 
+    @property
+    def most_early(self) -> int:
+        """The most links by which a tear ends earlier than its fault."""
+        return max(self.closed.built.repairs.shortened.values(), default=0)
+
 
 def torn_sheet(
     picks: Picks | Scattered,
@@ -75,11 +81,8 @@ def torn_sheet(
     GeometryError
         If none of them does. The message has the faults, the place, and a remedy that works.
     """
-    # exact data go on with the change of their curvature; that is kept only if nothing is lost
     torn = partial(_torn, picks, noise=noise, filling=filling, given=trims)
-    first = best = torn(faults, trims, highest=4)
-    if best.loss > 0.0 and first.closed.rebuilt.solver.noise.order > 3:
-        first = best = torn(faults, trims)
+    first = best = _first(torn, faults, trims)
     if first.bad and not first.closed.built.is_hopeless:
         best = Torn.of(close_at_any_cost(first.closed))
     if best.loss == 0.0:
@@ -109,6 +112,21 @@ def torn_sheet(
     if best.bad:
         _refuse(best, faults, lambda rest, used: torn(rest, used, given=used))
     return best
+
+
+def _first(torn: Callable[..., Torn], faults: Sequence[TriSurface], trims: Trims) -> Torn:
+    """The sheet with the trims as given; it may stay open.
+
+    Exact data go on with the change of their curvature (fourth differences). That is kept only if
+    it closes, and if no tear has to end earlier than with third differences.
+    """
+    found = torn(faults, trims, highest=4)
+    is_fourth = found.closed.rebuilt.solver.noise.order == 4
+    if not is_fourth or (found.loss == 0.0 and found.most_early <= EARLY):
+        return found
+    plain = torn(faults, trims)
+    is_better = plain.loss == 0.0 and plain.most_early < found.most_early
+    return plain if found.loss > 0.0 or is_better else found
 
 
 def _torn(

@@ -84,6 +84,8 @@ def solver_of(
     estimate, signal = solver.estimate_noise()
     deviation = estimate if noise is None else float(noise)
     weight = weight_of(deviation, signal, picks.frame.cell)
+    if picks.several is not None:  # where sheets overlap they are extrapolated too far for fourth
+        highest = 3
     noise_of_data = Noise(deviation, weight, signal, highest)
     return replace(solver, noise=noise_of_data, fill_empty_blocks=fill_empty_blocks)
 
