@@ -342,7 +342,7 @@ def _legend(
             shown = [name for name in faults if name in names]
             legend += [Entry(name, faults[name], "fault", "line") for name in shown]
         elif names and kind == "virtual":
-            legend += [Entry(name, palette.INK, "virtual wall", "line") for name in names]
+            legend += [Entry(name, palette.INK, "virtual wall", "dashes") for name in names]
         elif names:
             legend.append(Entry("Fluid contacts", palette.CONTACT, ", ".join(names), "line"))
     return tuple(legend)
