@@ -127,7 +127,8 @@ def warnings_of_tails(
                 name,
                 f"{area_text(math.fsum(areas))} of fault {name!r} near {place(at)} divides "
                 "nothing: the fault dies there beyond a fault that it crosses.",
-                f"If it separates regions there, continue it: {how}.",
+                f"If it separates regions there, continue it: {how}; in a scenario, "
+                f'{name} = "boundary" in [compartments].',
                 tuple(at.tolist()),
             )
         )
