@@ -14,6 +14,7 @@ covariance.py      how errors at two places are related
 field_grid.py      the lattice that a random field is simulated on
 fields.py          Gaussian random fields, conditioned to known values
 record.py          the result of one realisation; maps.py: its maps
+juxtapositions.py  zones that face each other across faults
 on_dask.py         realisations on Dask: threads, processes, clusters
 store.py           the Zarr store; sums.py: its maps
 progress.py        progress with the time left
@@ -31,6 +32,7 @@ from geosurf.ensemble.depths import DepthError, DepthShift
 from geosurf.ensemble.fault_moves import FaultDip, FaultShift
 from geosurf.ensemble.field_grid import FieldGrid
 from geosurf.ensemble.fields import GaussianField
+from geosurf.ensemble.juxtapositions import juxtaposition
 from geosurf.ensemble.report import report_ensemble
 from geosurf.ensemble.results import convergence, open_ensemble, quantiles, tornado, volumes_by
 from geosurf.ensemble.run import realize, run_ensemble
@@ -52,6 +54,7 @@ __all__ = [
     "Triangular",
     "Uniform",
     "convergence",
+    "juxtaposition",
     "open_ensemble",
     "quantiles",
     "realize",

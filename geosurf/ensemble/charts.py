@@ -118,6 +118,29 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
     return figure
 
 
+def juxtaposition_chart(found: xarray.Dataset, fault: str) -> Figure:
+    """Return the probability that zones face each other across a fault, as a matrix of zones."""
+    mine = found.isel(pair=np.flatnonzero(found.fault.values == fault))
+    sides = [mine[key].values.tolist() for key in ("hanging_zone", "foot_zone")]
+    # in the order of the base case, which is that of the column
+    zones = list(dict.fromkeys([zone for pair in zip(*sides, strict=True) for zone in pair]))
+    share = np.zeros((len(zones), len(zones)))
+    for hanging, foot, value in zip(*sides, mine.probability.values.tolist(), strict=True):
+        share[zones.index(hanging), zones.index(foot)] = value
+    figure = _figure(3.6 + 0.9 * len(zones), 1.9 + 0.5 * len(zones))
+    axes = figure.subplots()
+    axes.imshow(share, cmap=colours_of(SHARES), vmin=0.0, vmax=1.0, aspect="auto")
+    for (row, column), value in np.ndenumerate(share):
+        colour = "white" if value > 0.7 else palette.INK
+        words = f"{100.0 * value:.0f} %" if value else ""
+        axes.text(column, row, words, ha="center", va="center", color=colour)
+    labels = [_plain(zone) for zone in zones]
+    axes.set_xticks(range(len(zones)), labels, rotation=20, ha="right")
+    axes.set_yticks(range(len(zones)), labels)
+    axes.set(xlabel="footwall", ylabel="hanging wall")
+    return figure
+
+
 def png_of(figure: Figure) -> bytes:
     """Return a chart as PNG: the same bytes each time."""
     return figure_bytes(figure, "png")
@@ -135,4 +158,4 @@ def _plain(name: Any) -> str:
     return str(name).replace("$", r"\$")
 
 
-__all__ = ["detail_chart", "map_chart", "png_of", "quantile_chart"]
+__all__ = ["detail_chart", "juxtaposition_chart", "map_chart", "png_of", "quantile_chart"]

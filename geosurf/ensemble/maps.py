@@ -84,7 +84,7 @@ class Layers:
     def identity(self) -> str:
         """A hash of layers and nodes."""
         # Names and nodes: an ensemble with other layers cannot be continued.
-        digest = hashlib.sha256(repr(self.names).encode())
+        digest = hashlib.sha256(repr(("juxtaposition", self.names)).encode())
         digest.update(self.easting.tobytes() + self.northing.tobytes())
         return digest.hexdigest()
 

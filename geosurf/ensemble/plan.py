@@ -15,6 +15,7 @@ from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Prepared, Uncertainty
 from geosurf.ensemble.draws import Draws
+from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.models import Model, add_to
 from geosurf.ensemble.record import Record, UnitKey
@@ -140,7 +141,7 @@ class Plan:
             UnitKey(unit.name, unit.zone, unit.block, unit.contact): float(unit.volume)
             for unit in scene.units.values()
         }
-        return Record(volumes, numbers, self.layers.thickness(scene))
+        return Record(volumes, numbers, self.layers.thickness(scene), juxtaposed=areas_of(scene))
 
 
 def uncertainties(given: Any) -> tuple[Uncertainty, ...]:

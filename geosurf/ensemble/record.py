@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from geosurf.ensemble.juxtapositions import PairKey
+
 
 class UnitKey(NamedTuple):
     """The name of a unit, and what it is a part of."""
@@ -35,6 +37,8 @@ class Record:
     reason : str
         Why it failed; empty if it did not.
     realization : int
+    juxtaposed : dict of PairKey to float
+        Area of contact of zones across faults [m2]; with maps only.
     n_warning : int
         How many different warnings there were.
 
@@ -52,6 +56,7 @@ class Record:
     reason: str = ""
     realization: int = -1
     n_warning: int = 0
+    juxtaposed: dict[PairKey, float] = field(default_factory=dict)
 
     @classmethod
     def failed(cls, numbers: dict[str, float], reason: str) -> Record:
@@ -72,11 +77,13 @@ class Record:
             "reason": self.reason,
             "realization": self.realization,
             "n_warning": self.n_warning,
+            "pairs": list(map(list, self.juxtaposed)),
         }
         arrays: dict[str, Any] = {
             "head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8),
             "volumes": np.array([*self.volumes.values()], dtype=np.float64),
             "numbers": np.array([*self.numbers.values()], dtype=np.float64),
+            "areas": np.array([*self.juxtaposed.values()], dtype=np.float64),
         }
         if self.maps is not None:
             arrays["maps"] = self.maps
@@ -91,11 +98,13 @@ class Record:
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             head = json.loads(arrays["head"].tobytes())
             keys = [UnitKey(*key) for key in head["units"]]
+            pairs = [PairKey(*key) for key in head["pairs"]]
             return cls(
                 dict(zip(keys, arrays["volumes"].tolist(), strict=True)),
                 dict(zip(head["parameters"], arrays["numbers"].tolist(), strict=True)),
                 arrays.get("maps", None),
                 head["reason"], head["realization"], head["n_warning"],
+                dict(zip(pairs, arrays["areas"].tolist(), strict=True)),
             )  # fmt: skip
 
 

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 
 from geosurf.conventions import counted
 from geosurf.conventions.running import running
-from geosurf.ensemble.charts import detail_chart, map_chart, png_of, quantile_chart
+from geosurf.ensemble.charts import (
+    detail_chart,
+    juxtaposition_chart,
+    map_chart,
+    png_of,
+    quantile_chart,
+)
+from geosurf.ensemble.juxtapositions import juxtaposition
 from geosurf.ensemble.results import LEAST, quantiles, tornado
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
@@ -138,10 +145,38 @@ def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
             path = save_png(png_of(map_chart(result, layer)), pictures / f"map_{k}.png")
             maps[f"{layer}: probability, mean and standard deviation of thickness."] = path
         yield Section("Maps", page.html_pictures(maps))
+    if "juxtaposed_area" in result:
+        yield _juxtaposition(result, pictures)
     yield Section("Uncertain numbers", page.html_table(parameter_table(result)))
     failures = failure_table(result)
     yield Section("Failed realisations", page.html_table(failures) if failures.rows else "")
     yield Section("Versions", page.html_table(version_table()))
+
+
+def _juxtaposition(result: xarray.Dataset, pictures: Path) -> Section:
+    """How likely zones face each other across each fault, and over what area."""
+    found = juxtaposition(result)
+    drawn = {}
+    for k, fault in enumerate(dict.fromkeys(found.fault.values.tolist())):
+        path = pictures / f"fault_{k}.png"
+        words = f"{fault}: share of the realisations in which two zones face each other."
+        drawn[words] = save_png(png_of(juxtaposition_chart(found, fault)), path)
+    table = page.folded("Areas [m²]", page.html_table(juxtaposition_table(found)))
+    return Section("Juxtaposition", f"{page.html_pictures(drawn)}\n{table}" if drawn else "")
+
+
+def juxtaposition_table(found: xarray.Dataset) -> Table:
+    """Areas of pairs of zones across faults [m2], and in what share of the realisations."""
+    keys = ("P90", "P50", "P10", "mean")
+    rows = [
+        (
+            *(str(found[key].values[k]) for key in ("fault", "hanging_zone", "foot_zone")),
+            f"{100.0 * float(found.probability[k]):.0f} %",
+            *(number(float(found[key][k])) for key in keys),
+        )
+        for k in range(found.sizes["pair"])
+    ]
+    return Table(("fault", "hanging wall", "footwall", "probability", *keys), tuple(rows), 3)
 
 
 def _inside(result: xarray.Dataset) -> list[str]:

@@ -63,6 +63,8 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
                 else result.assign({name: (result[name].dims, values)})
             )
     result = result.set_coords(["zone", "block", "contact", "parameter_unit"])
+    if "juxtaposed_area" in result:
+        result = result.set_coords(["fault", "hanging_zone", "foot_zone"])
     # Realisations that have not run have no volume; 0 would mean an absent unit.
     unfinished = result.status.values == 0
     result["volume"] = result.volume.where(~unfinished[:, None])

@@ -17,6 +17,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from geosurf.ensemble.juxtapositions import PairAreas
 from geosurf.ensemble.plan import Plan, vector
 from geosurf.ensemble.record import Record, UnitKey
 from geosurf.ensemble.sums import MapSums
@@ -109,7 +110,12 @@ class EnsembleStore:
         # Columns of finished regions first, then units of the base case.
         self._keys = self._stored_keys()
         self._add_columns(self.base.volumes)
-        self.sums = None if self.plan.layers is None else MapSums(self.group, self.base.maps)
+        mapped = self.plan.layers is not None
+        self.sums = MapSums(self.group, self.base.maps) if mapped else None
+        self.pairs = None
+        if mapped:
+            sizes = self.n, self.n_region, self._whole_regions()
+            self.pairs = PairAreas(self.group, self.base.juxtaposed, *sizes)
         (self.path / RECORDS).mkdir(exist_ok=True)
 
     def _create(self) -> None:
@@ -136,6 +142,7 @@ class EnsembleStore:
                 made[:] = np.array(values, dtype=object)
         if self.plan.layers is not None:
             MapSums.create(self.array, self.plan.layers, self.base.maps)
+            PairAreas.create(self.array, REGION)
         self.group.attrs.update(
             {"title": "geosurf ensemble", "seed": str(self.plan.seed),
              "identity": self.plan.identity}
@@ -278,6 +285,8 @@ class EnsembleStore:
         self.group["region_units"][rows.start // REGION] = len(self._keys)
         if self.sums is not None:
             self.sums.write(rows.start // REGION, records)
+        if self.pairs is not None:
+            self.pairs.write(rows.start // REGION, at, records)
         status = np.array([FAILED if r.reason else DONE for r in records], dtype=np.uint8)
         self.group["status"][at] = status
         self.status[at] = status
