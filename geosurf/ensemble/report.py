@@ -140,11 +140,13 @@ def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
     yield Section("The largest volumes in detail", "\n".join(details))
 
     if "probability" in result:
-        maps = {}
+        maps = []
         for k, layer in enumerate(result.layer.values.tolist()):
             path = save_png(png_of(map_chart(result, layer)), pictures / f"map_{k}.png")
-            maps[f"{layer}: probability, mean and standard deviation of thickness."] = path
-        yield Section("Maps", page.html_pictures(maps))
+            words = f"{layer}: probability, mean and standard deviation of thickness."
+            maps.append(page.figure(words, path))
+        # one below the other: each is three maps wide
+        yield Section("Maps", "\n".join(maps))
     if "juxtaposed_area" in result:
         yield _juxtaposition(result, pictures)
     yield Section("Uncertain numbers", page.html_table(parameter_table(result)))

@@ -37,6 +37,17 @@ def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
     assert report_ensemble(result, tmp_path, title="Two <planes>").read_text() == page
 
 
+def test_juxtaposed_areas_cover_the_fault_in_each_realisation(result):
+    areas, found = result.juxtaposed_area.values, gs.ensemble.juxtaposition(result)
+    # a plane in one box: its area is the same, however zones share it
+    np.testing.assert_allclose(areas.sum(axis=1), areas[0].sum())
+    assert np.ptp(areas, axis=0).max() > 0
+    assert found.probability.values.tolist() == (areas > 0).mean(axis=0).tolist()
+    assert (found.P90 <= found.P10).all()
+    with pytest.raises(InputError, match="maps=True"):
+        gs.ensemble.juxtaposition(result.drop_vars("juxtaposed_area"))
+
+
 def test_base_cases_of_sums_add_up(result):
     whole = result.base_volume.values.sum()
     for by in ("contact", "zone", "block", "unit"):
