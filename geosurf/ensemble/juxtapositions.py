@@ -7,28 +7,19 @@ realisations have them.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.ensemble.record import PairKey, Record
 from geosurf.errors import GeometryError, InputError
 from geosurf.scene import Scene
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-    from geosurf.ensemble.record import Record
-
 AREA, COLUMNS = "juxtaposed_area", "region_pairs"
 PAIRS = 64  # columns of a chunk
-
-
-class PairKey(NamedTuple):
-    """A fault and the zones on both of its sides."""
-
-    fault: str
-    hanging_zone: str
-    foot_zone: str
 
 
 def areas_of(scene: Scene) -> dict[PairKey, float]:
@@ -150,7 +141,7 @@ def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
     """
     import xarray as xr
 
-    if AREA not in result:
+    if AREA not in getattr(result, "data_vars", ()):
         raise InputError("this ensemble has no areas of juxtaposition. Run it with maps=True.")
     values = result[AREA].values[result.status.values == 1]
     if not len(values):
@@ -163,4 +154,4 @@ def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
     return xr.Dataset(data, {name: ("pair", result[name].values) for name in PairKey._fields})
 
 
-__all__ = ["PairAreas", "PairKey", "areas_of", "juxtaposition"]
+__all__ = ["PairAreas", "areas_of", "juxtaposition"]

@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.ensemble.juxtapositions import PairKey
-
 
 class UnitKey(NamedTuple):
     """The name of a unit, and what it is a part of."""
@@ -19,6 +17,14 @@ class UnitKey(NamedTuple):
     zone: str
     block: str
     contact: str
+
+
+class PairKey(NamedTuple):
+    """A fault and the zones on both of its sides."""
+
+    fault: str
+    hanging_zone: str
+    foot_zone: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,4 +114,4 @@ class Record:
             )  # fmt: skip
 
 
-__all__ = ["Record", "UnitKey"]
+__all__ = ["PairKey", "Record", "UnitKey"]
