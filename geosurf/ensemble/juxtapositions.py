@@ -38,7 +38,10 @@ def areas_of(scene: Scene) -> dict[PairKey, float]:
     for fault in scene.fault_names:
         try:
             found = scene.juxtaposition(fault)
-        except GeometryError:  # a fault that has left the model has no area in it
+        except GeometryError as error:
+            # a fault that has left the model has no area in it; anything else is a failure
+            if "lies outside the model" not in str(error):
+                raise
             continue
         sides = (found.zone_plus.values, found.zone_minus.values, found.area.values)
         for plus, minus, area in zip(*(side.tolist() for side in sides), strict=True):
