@@ -34,7 +34,6 @@ def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
     n_picture = 1 + 2 + result.sizes["layer"] + 1  # the last: its only fault
     assert len(re.findall("<img ", page)) == len([*(tmp_path / "pictures").iterdir()]) == n_picture
     assert "Failed realisations" not in page
-    assert report_ensemble(result, tmp_path, title="Two <planes>").read_text() == page
 
 
 def test_juxtaposed_areas_cover_the_fault_in_each_realisation(result):
@@ -61,6 +60,7 @@ def test_failures_are_listed_and_what_has_not_run_is_counted(result, tmp_path):
     broken.status[2], broken.status[5], broken.reason[2] = 2, 0, "horizons cross & <leak>"
     broken.volume[[2, 5]] = np.nan
     page = report_ensemble(broken, tmp_path).read_text(encoding="utf-8")
+    assert report_ensemble(broken, tmp_path).read_text(encoding="utf-8") == page
     assert "6 realisations built, 1 failed; seed 0. 1 have not run yet." in page
     assert "horizons cross &amp; &lt;leak&gt;" in page
     assert "Maps" not in page

@@ -39,7 +39,7 @@ def assert_true(one, two, **options):
     return curves
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(relief(), relief("Base", holes=False))
 def test_two_reliefs_on_one_lattice(one, two):
     assert_true(one, two)

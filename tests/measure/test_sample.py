@@ -131,7 +131,7 @@ def gridded_worlds(draw):
     return gs.Scene(horizons, faults, box, contacts=contacts)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(gridded_worlds(), st.integers(0, 2**32))
 def test_grids_agree_with_rays(scene, seed):
     try:

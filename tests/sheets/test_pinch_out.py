@@ -41,8 +41,15 @@ def volumes(scene):
     return found
 
 
-@pytest.mark.parametrize("onto", ["lower", "upper"])
-@pytest.mark.parametrize(("west", "lean"), [(True, -0.5), (False, 0.5), (True, 0.0)])
+@pytest.mark.parametrize(
+    ("onto", "west", "lean"),
+    [
+        ("lower", True, -0.5),
+        ("upper", False, 0.5),
+        ("lower", False, 0.5),
+        ("upper", True, 0.0),
+    ],
+)
 def test_the_zone_between_is_absent_and_the_other_takes_its_space(onto, west, lean):
     there = X < 1950 if west else X > 2053
     faults = {"F1": wall("F1", 2003.0, lean)}
