@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number
+from geosurf.conventions import CONVERSION_ERRORS, is_number
 from geosurf.errors import InputError
 
 MOST_COLUMNS = 4_000_000
@@ -100,7 +100,7 @@ def _size(cell: Any) -> np.ndarray:
     both = (cell, cell) if is_number(cell) else cell
     try:
         dx, dy = both
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, *CONVERSION_ERRORS):
         dx = dy = None
     if not all(is_number(d) and np.isfinite(d) and d > 0 for d in (dx, dy)):
         raise InputError(f"cell is {cell!r}. Give the size of a cell in metres: cell=(100, 100).")

@@ -101,6 +101,10 @@ def sample_units(
     if locator is None:
         locator = locator_of(units)
     expect(locator, Locator, "locator is the Locator of these units", "leave it out")
+    if boundaries is not None:
+        expect(
+            boundaries, Boundaries, "boundaries are the Boundaries of these units", "leave them out"
+        )
 
     found = (_of_grid if places.is_grid else _of_points)(places, locator)
     found = found.reshape(places.shape)

@@ -12,6 +12,7 @@ import numpy as np
 from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
+from geosurf.model.expected import name_of
 from geosurf.sheets.lattice.find_lattice import find_lattice
 from geosurf.sheets.lattice.frame import frame_of_lattice
 from geosurf.sheets.lattice.picks import Picks
@@ -104,7 +105,8 @@ def points_of(
     data: Any, name: str | None, positive: str | None, length_unit: str | None
 ) -> tuple[str, np.ndarray]:
     """Name and points (n, 3) of a table or array: easting, northing, elevation [m]."""
-    title = str(name or getattr(data, "attrs", {}).get("name") or "horizon")
+    own = getattr(data, "attrs", {}).get("name") or "horizon"
+    title = str(own) if name is None else name_of(name, "horizon")
     what = f"horizon {title!r}"
 
     # tables name their columns, and may say units and direction; arrays are in this order
