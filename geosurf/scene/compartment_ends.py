@@ -100,7 +100,8 @@ def warning_of_walls(parts: Sequence[VirtualWall], compartments: Compartments) -
         longest.fault,
         f"Compartments end at {counted(len(chosen), 'virtual wall')}, each by the shortest join, "
         f"not by data; the longest: {longest}.",
-        f"Name its target: compartments={{{longest.fault!r}: {{{longest.side!r}: 'boundary'}}}}. "
+        f"Name its target: compartments={{{longest.fault!r}: {{{longest.side!r}: 'boundary'}}}}; "
+        f'in a scenario, {longest.fault} = {{{longest.side} = "boundary"}} in [compartments]. '
         "scene.virtual_walls lists all.",
         longest.place,
     )

@@ -101,21 +101,61 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
         return along_rim, depth
 
     rim = _rim(horizon)
-    # Distance of rim nodes from side k, positive inside, and position along it [m].
-    for k, (a, b) in enumerate(zip(outline, np.roll(outline, -1, axis=0), strict=True)):
-        along = (b - a) / np.hypot(*(b - a))
-        from_a = rim - a
-        inside = along[0] * from_a[:, 1] - along[1] * from_a[:, 0]
-        s = from_a @ along
-        beside = (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
-
-        # One node touches the side; two or more run along it. Only nodes that are exactly inside
-        # count.
-        rows = np.flatnonzero(beside)
-        along_rim[k] = len(rows) > 1
-        if along_rim[k] and (_turns(a, b, rim[rows]) > 0).any():
-            depth = max(depth, float(inside[rows].max()), np.finfo(float).tiny)
+    for sides in _straight_runs(outline, near):
+        # One node touches a straight run of sides; two or more run along it.
+        found = [_beside_side(outline, k, rim, near) for k in sides]
+        if len(np.unique(np.concatenate([rows for rows, _ in found]))) > 1:
+            along_rim[sides] = True
+            depth = max(depth, *(deep for _, deep in found))
     return along_rim, depth
+
+
+def _straight_runs(outline: np.ndarray, near: float) -> list[list[int]]:
+    """Sides in a row that are one straight line to within a distance: outlines may be dense."""
+    n = len(outline)
+    # begin at the corner that is farthest from the first one: no run goes on across it
+    start = int(np.hypot(*(outline - outline[0]).T).argmax())
+    ring = [(start + k) % n for k in range(n + 1)]
+    runs, first = [], 0
+    for last in range(1, n + 1):
+        if last < n and _off(outline[ring[first : last + 2]]) <= near:
+            continue
+        runs.append(ring[first:last])
+        first = last
+    return runs
+
+
+def _off(corners: np.ndarray) -> float:
+    """Largest distance of corners from the line between the first and last of them [m]."""
+    chord = corners[-1] - corners[0]
+    from_first = corners[1:-1] - corners[0]
+    length = np.hypot(*chord)
+    if not length:
+        return np.inf
+    along = from_first @ chord / length
+    # a line that turns back is not straight
+    if (np.diff(along, prepend=0.0, append=length) < 0).any():
+        return np.inf
+    return float(np.abs(chord[0] * from_first[:, 1] - chord[1] * from_first[:, 0]).max() / length)
+
+
+def _beside_side(
+    outline: np.ndarray, k: int, rim: np.ndarray, near: float
+) -> tuple[np.ndarray, float]:
+    """Rows of the rim nodes beside side k, and how far inside the farthest of them is [m]."""
+    a, b = outline[k], outline[(k + 1) % len(outline)]
+    # Distance of rim nodes from the side, positive inside, and position along it [m].
+    along = (b - a) / np.hypot(*(b - a))
+    from_a = rim - a
+    inside = along[0] * from_a[:, 1] - along[1] * from_a[:, 0]
+    s = from_a @ along
+    rows = np.flatnonzero(
+        (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
+    )
+    # Only nodes that are exactly inside count.
+    if not len(rows) or not (_turns(a, b, rim[rows]) > 0).any():
+        return rows, 0.0
+    return rows, max(float(inside[rows].max()), np.finfo(float).tiny)
 
 
 def _turns(a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -57,6 +57,13 @@ def test_a_field_is_recognised_and_its_volumes_are_true(
     # only the branch ends at its main fault; those that die before another one do not
     ends = {(table["fault"], table["main"]) for table in content["truncations"]}
     assert ends == {("F2", "F1")}
+    # faults that die inside the field may divide it: that is asked, and nothing is assumed
+    assert "compartments" not in content
+    (asked,) = (one for one in new.questions if "separate regions" in one.text)
+    lines = new.path.read_text(encoding="utf-8").splitlines()[asked.line - 1 :]
+    names = [line.split()[1] for line in lines[1 : lines.index("")]]
+    assert lines[0] == "# [compartments]"
+    assert names == (["F3", "F4", "F5", "F6"] if variant == "network" else ["F3"])
     if variant == "network":  # has grids, points and all faults of the other two
         scene = build_scene(read_scenario(new.path))
         for key, volume in truth.volumes(scene.aoi).items():
@@ -220,12 +227,17 @@ def test_a_folder_stands_for_all_files_below_it(
         folder = tmp_path / "data" / ("faults" if name in truth.faults else "horizons")
         folder.mkdir(parents=True, exist_ok=True)
         (folder / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "data" / "out" / "units").mkdir(parents=True)
+    (tmp_path / "data" / "out" / "certificate.txt").write_text("valid")
+    (tmp_path / "data" / "out" / "units" / "Top.gri").write_bytes(truth.files["Top"].read_bytes())
     (tmp_path / "data" / ".old").mkdir()
     (tmp_path / "data" / ".old" / "Copy.gri").write_bytes(truth.files["Top"].read_bytes())
     new = new_scenario(tmp_path / "field", [tmp_path / "data"])
     used = {one.name for one in new.found if one.kind in ("horizon", "fault")}
     assert used == {*truth.horizons, *truth.faults}
     assert "Copy" not in {one.path.stem for one in new.found}
+    (results,) = (one for one in new.found if one.path.name == "out")
+    assert results.note == "a folder with results of an earlier run"
 
 
 def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> None:

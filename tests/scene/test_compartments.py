@@ -70,6 +70,15 @@ def test_a_fault_that_dies_divides_the_field_along_the_shortest_join() -> None:
     assert "compartment_of" not in scene(faults).units.table.coords
 
 
+@pytest.mark.parametrize(("ends", "walls"), [((0, 10), {"end": 6.0}), ((6, 16), {"start": 6.0})])
+def test_an_end_exactly_on_the_boundary_needs_no_wall(ends, walls) -> None:
+    """A fault that ends on a side of the box has nothing to be joined to there."""
+    faults = {"F1": fault((6, ends[0]), (6, ends[1]), dip=2.0)}
+    walled = scene(faults, {"F1": "boundary"})
+    assert_divided(scene(faults), walled)
+    assert {wall.side: wall.length for wall in walled.virtual_walls} == walls
+
+
 def test_a_wall_follows_the_dip_and_goes_on_above_and_below() -> None:
     """A fault inside one zone divides all zones."""
     faults = {"F1": fault((6, 5), (6, 10), dip=2.0, top=-5.0, base=-7.0)}

@@ -141,7 +141,8 @@ def join_to_boundary(
     away = np.linalg.norm(ends - line, axis=1)
     least = int(np.where(inside, away, np.inf).argmin())
     reach = float(np.linalg.norm(np.ptp(outline, axis=0)))
-    return Join(name, ends, float(away[least]), line[least], True, reach=reach)
+    goes_on = bool((away[inside] > 0).any())
+    return Join(name, ends, float(away[least]), line[least], goes_on, reach=reach)
 
 
 def joins_by_length(

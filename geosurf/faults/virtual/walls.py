@@ -254,6 +254,8 @@ def _join_path(
 
     # the shortest that does not lead back through the fault itself: of that one, another end
     for k, join in enumerate(joins):
+        if not join.goes_on:  # the fault ends exactly there already
+            return
         tip = join.facing
         pair: frozenset[tuple[str, int, str] | None] = frozenset(
             {(draft.name, piece, side), None if tip is None else tip.key}

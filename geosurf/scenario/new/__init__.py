@@ -6,6 +6,7 @@ recognise.py      one file -> what it holds
 shape.py          dip of points and triangles, mean elevations of cells
 judge.py          direction, unit, order, names, and files that stay out
 network.py        faults that end at others
+compartments.py   faults that die inside the field, and may divide it
 text.py           the scenario as text, and the table for the console
 ================  =============================================================
 """
@@ -22,6 +23,7 @@ from geosurf.conventions import METRES_PER_UNIT, counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
+from geosurf.scenario.new.compartments import dividers_among
 from geosurf.scenario.new.found import OUT, Found, Question
 from geosurf.scenario.new.judge import Answers, judged
 from geosurf.scenario.new.network import truncations_among
@@ -30,6 +32,7 @@ from geosurf.scenario.new.text import scenario_text
 from geosurf.scenario.validate import read_scenario
 
 FILE = "scenario.toml"
+CERTIFICATE = "certificate.txt"  # of a folder with the results of a run
 MOST_NAMED = 6  # files in one message
 
 
@@ -116,8 +119,9 @@ def new_scenario(
         _require_model(found)
         ready = judged(found, Answers(positive, length_unit))
         ends = truncations_among(ready)
+        dividers = dividers_among(ready, ends)
     # Paths in the text are relative to the folder of the scenario.
-    text, questions = scenario_text(path.parent, ready, ends)
+    text, questions = scenario_text(path.parent, ready, ends, dividers)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text.encode("utf-8"))
@@ -149,7 +153,13 @@ def _files_of(files: list[str] | list[Path]) -> list[Path]:
         if path.is_dir():
             # exports keep horizons and faults in folders of their own; hidden files are not data
             below = [(p, p.relative_to(path).parts) for p in sorted(path.rglob("*"))]
-            inside = [p for p, parts in below if p.is_file() and not _is_hidden(parts)]
+            results = {p.parent for p, _ in below if p.name == CERTIFICATE}
+            inside = [
+                p
+                for p, parts in below
+                if (p.is_file() and not _is_hidden(parts) and results.isdisjoint(p.parents))
+                or p in results
+            ]
             if not inside:
                 raise InputError(f"{path}: the folder has no files. Give the files of a field.")
         found |= dict.fromkeys(inside)

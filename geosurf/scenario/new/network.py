@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -40,11 +41,7 @@ def truncations_among(ready: Ready) -> list[End]:
         return []
     # A part of the nodes is enough to estimate throws.
     clouds = [thinned(one.elevations, MOST) for one in horizons]
-    bottom, top = (f([f(c[:, 2]) for c in clouds]) for f in (min, max))
-    low = np.min([c[:, :2].min(axis=0) for c in clouds], axis=0)
-    high = np.max([c[:, :2].max(axis=0) for c in clouds], axis=0)
-    # A box around all data, with 50 m above and below so that no horizon lies in its walls.
-    box = (low[0], high[0], low[1], high[1], bottom - 50.0, top + 50.0)
+    box = box_around(clouds)
     try:
         surfaces = {one.name: surface_of(one) for one in faults}
         # Faults alone: horizons play no part in where faults meet.
@@ -60,18 +57,30 @@ def truncations_among(ready: Ready) -> list[End]:
     return _tried(ends, surfaces, box)
 
 
+def box_around(clouds: list[np.ndarray]) -> Any:
+    """A box around all data, with 50 m above and below so that no horizon lies in its walls."""
+    low = np.min([c.min(axis=0) for c in clouds], axis=0)
+    high = np.max([c.max(axis=0) for c in clouds], axis=0)
+    return (low[0], high[0], low[1], high[1], low[2] - 50.0, high[2] + 50.0)
+
+
+def joined_rules(ends: Sequence[End]) -> tuple[Any, Any]:
+    """Extensions and truncations of the ends that are joined, as a scene takes them."""
+    joined = [one.row for one in ends if one.joined]
+    rules: dict[str, tuple[Any, ...]] = {}
+    for row in joined:
+        rules[row.fault] = (*rules.get(row.fault, ()), (row.other, row.keep, True))
+    # Both faults are continued, so that the truncated one cuts through the main one.
+    return {name: SIDES for row in joined for name in (row.fault, row.other)}, rules
+
+
 def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
     """Join ends one after another, as far as the faults can be built with them."""
     done: list[End] = []
     for end in ends:
         if end.joined:
             # With all ends joined so far: rules may contradict each other only together.
-            joined = [one.row for one in (*done, end) if one.joined]
-            rules: dict[str, tuple[Any, ...]] = {}
-            for row in joined:
-                rules[row.fault] = (*rules.get(row.fault, ()), (row.other, row.keep, True))
-            # Both faults are continued, so that the truncated one cuts through the main one.
-            extend = {name: SIDES for row in joined for name in (row.fault, row.other)}
+            extend, rules = joined_rules([*done, end])
             scene = Scene({}, surfaces, box, extend=extend, truncations=rules)
             try:
                 for name in extend:
@@ -139,4 +148,4 @@ def _throw_at(
     return float(np.median(steps)) if steps else np.nan
 
 
-__all__ = ["SIDES", "End", "surface_of", "truncations_among"]
+__all__ = ["SIDES", "End", "box_around", "joined_rules", "surface_of", "truncations_among"]

@@ -50,6 +50,9 @@ DOWN: dict[str, Any] = otherwise({"positive": "down", "length_unit": "m"})
 
 def recognised(path: Path) -> list[Found]:
     """Return what a file holds: one object, or several in a file with several surfaces."""
+    # A folder stands for its files, but for the results of geosurf.
+    if path.is_dir():
+        return [Found(path, OUT, note="a folder with results of an earlier run", name=path.name)]
     try:
         found = _by_suffix(path)
     except GeosurfError as error:

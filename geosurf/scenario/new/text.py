@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from geosurf.scenario.new.compartments import Divider
 from geosurf.scenario.new.found import OUT, Found, Question
 from geosurf.scenario.new.judge import Ready
 from geosurf.scenario.new.network import SIDES, End
@@ -31,7 +33,9 @@ class Page:
         self.add(*(f"# {answer}" for answer in answers))
 
 
-def scenario_text(folder: Path, ready: Ready, ends: list[End]) -> tuple[str, tuple[Question, ...]]:
+def scenario_text(
+    folder: Path, ready: Ready, ends: list[End], dividers: Sequence[Divider] = ()
+) -> tuple[str, tuple[Question, ...]]:
     """Return the text of a scenario in a folder, and its questions; those that stop a run first."""
     # The order of the file: direction, surfaces, rules, then what is optional.
     page = Page()
@@ -44,6 +48,7 @@ def scenario_text(folder: Path, ready: Ready, ends: list[End]) -> tuple[str, tup
     joined = {name for end in ends if end.joined for name in (end.row.fault, end.row.other)}
     _surfaces(page, folder, ready, joined)
     _ends(page, ends)
+    _compartments(page, dividers)
     _tear(page, ready)
     _others(page, folder, ready)
     left = ready.of(OUT)
@@ -133,6 +138,24 @@ def _ends(page: Page, ends: list[End]) -> None:
             )  # fmt: skip
 
 
+def _compartments(page: Page, dividers: Sequence[Divider]) -> None:
+    """Faults that die inside the field, which may divide regions all the same."""
+    # Geometry does not tell whether a field has regions on the two sides of such a fault.
+    if not dividers:
+        return
+    dying = [repr(one.fault) for one in dividers if one.walls]
+    many = len(dying) > 1
+    page.add("")
+    page.ask(
+        f"{' and '.join(filter(None, [', '.join(dying[:-1]), dying[-1]]))} "
+        f"{'die' if many else 'dies'} inside the field and {'bound' if many else 'bounds'} no "
+        f"block. {'Do they' if many else 'Does it'} separate regions? Virtual walls without throw "
+        f"continue {'them' if many else 'it'}.",
+        "[compartments]",
+        *(f'{_key(one.fault)} = "nearest"  # {_comment(one.reason)}' for one in dividers),
+    )
+
+
 def _tear(page: Page, ready: Ready) -> None:
     """Grids and points that faults cross are torn there."""
     faults = ready.of("fault")
@@ -201,6 +224,11 @@ def quoted(text: str) -> str:
         for c in text
     )
     return f'"{body}"'
+
+
+def _key(name: str) -> str:
+    """A name as a key of a table."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else quoted(name)
 
 
 def _comment(text: str) -> str:
