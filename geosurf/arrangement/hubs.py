@@ -95,7 +95,8 @@ def pairs_around_hubs(
 
     pairs = np.sort(np.concatenate(found), axis=1)
     n = surface.n_triangle
-    pairs = np.stack(np.divmod(np.unique(pairs[:, 0] * n + pairs[:, 1]), n), axis=1)
+    keys = np.unique(pairs[:, 0] * n + pairs[:, 1])
+    pairs = np.stack(np.divmod(keys, n), axis=1)
     return pairs, {**cost, "pairs": len(pairs)}
 
 
@@ -123,7 +124,8 @@ def _seen_from(
     """Pairs of triangles at a hub, and of those with others nearby, that may meet."""
     x, t = surface.vertices, surface.triangles
     rows = np.concatenate([mine, near])
-    eye = x[t[mine[0]][corners[mine[0]] == hub][0]]
+    at_hub = corners[mine[0]] == hub
+    eye = x[t[mine[0]][at_hub][0]]
     # Boxes of the directions in which triangles are seen from the hub: only overlapping ones can
     # meet other than in the hub.
     seen = direction_boxes(x, t[rows], eye, slip)

@@ -159,7 +159,8 @@ def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
         rows = shells.faces(split.row)
         way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)[:, None]
         above = [way * by_level[level][rows, :3] for level in split.cuts]
-        below = way * by_level[split.cuts[-1]][rows, 3:]
+        lowest = by_level[split.cuts[-1]]
+        below = way * lowest[rows, 3:]
 
         # what is above each contact, less what is above the one over it; then the lowest part
         sums = [above[0], *(np.hstack([b, -a]) for a, b in pairwise(above))]

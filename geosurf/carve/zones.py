@@ -210,7 +210,7 @@ def _links(
 def _spread(values: np.ndarray, links: np.ndarray) -> None:
     """Carry +1 and -1 over links to cells that have 0."""
     while True:
-        a, b = values[links[:, 0]], values[links[:, 1]]
+        a, b = values[links].T
         onward = links[(a != 0) & (b == 0)]
         back = links[(a == 0) & (b != 0)]
         if len(onward) + len(back) == 0:

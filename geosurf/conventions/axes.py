@@ -114,8 +114,9 @@ def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, floa
 def _rising_by_every_cell(x: np.ndarray, y: np.ndarray) -> bool:
     """Apply the rule of `rising_diagonal` to every cell, exactly as it is stated there."""
     # Both diagonals of each cell as vectors in the map.
-    rising = np.stack([x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1]], axis=-1)
-    falling = np.stack([x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:]], axis=-1)
+    places = np.stack([x, y], axis=-1)
+    rising = places[1:, 1:] - places[:-1, :-1]
+    falling = places[1:, :-1] - places[:-1, 1:]
     whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
     # No cell, no triangle: either answer will do.
     if not whole.any():

@@ -154,11 +154,13 @@ def _closest_pair(
 
 def _on_planes(s: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Where segments come closest to the planes of triangles: in them, or at an end."""
-    n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-    one, two = (((s[:, k] - t[:, 0]) * n).sum(axis=1) for k in range(2))
+    a, b, c = t.swapaxes(0, 1)
+    start, end = s.swapaxes(0, 1)
+    n = np.cross(b - a, c - a)
+    one, two = (((place - a) * n).sum(axis=1) for place in (start, end))
     apart = one - two
     share = np.clip(np.where(apart == 0, 0.0, one / np.where(apart == 0, 1.0, apart)), 0.0, 1.0)
-    return s[:, 0] + share[:, None] * (s[:, 1] - s[:, 0])
+    return start + share[:, None] * (end - start)
 
 
 def _of_ends(p: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +180,8 @@ def _of_ends(p: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _of_lines(s: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Closest points of segments s and r, both (n, 2, 3) (Ericson, Real-Time Collision, 5.1.9)."""
-    d, e, w = s[:, 1] - s[:, 0], r[:, 1] - r[:, 0], s[:, 0] - r[:, 0]
+    (p, to), (o, onward) = s.swapaxes(0, 1), r.swapaxes(0, 1)
+    d, e, w = to - p, onward - o, p - o
     a, b, c = (d * d).sum(axis=1), (d * e).sum(axis=1), (e * e).sum(axis=1)
     f, g = (d * w).sum(axis=1), (e * w).sum(axis=1)
     tiny = np.finfo(float).tiny
@@ -187,4 +190,4 @@ def _of_lines(s: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     q = (b * k + g) / np.maximum(c, tiny)
     back = np.clip(q, 0.0, 1.0)
     k = np.where(q == back, k, np.clip((b * back - f) / np.maximum(a, tiny), 0.0, 1.0))
-    return s[:, 0] + k[:, None] * d, r[:, 0] + back[:, None] * e
+    return p + k[:, None] * d, o + back[:, None] * e

@@ -62,7 +62,8 @@ def _near_miss(one: Fault, two: Fault, limit: float, box: np.ndarray | None) -> 
         a, b = np.reshape(fault.surface.bounds, (3, 2)), np.reshape(main.surface.bounds, (3, 2))
 
         # distance of the bounds, a lower bound of the gap: most pairs end here
-        apart = np.maximum(np.maximum(a[:, 0] - b[:, 1], b[:, 0] - a[:, 1]), 0.0)
+        (low, high), (least, most) = a.T, b.T
+        apart = np.maximum(np.maximum(low - most, least - high), 0.0)
         if np.linalg.norm(apart) > limit:
             continue
         facing = []

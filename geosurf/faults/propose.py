@@ -120,7 +120,8 @@ def _meeting_pairs(patches: Patches, faults: list[Fault]) -> set[tuple[str, str]
     t, n = patches.triangles, len(patches.local)
     keys, owner = [], []
     for k, fault in enumerate(faults):
-        ends = np.stack([t[fault.rows], np.roll(t[fault.rows], -1, axis=1)], axis=2)
+        corners = t[fault.rows]
+        ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
         own = np.unique(ends.min(axis=2) * n + ends.max(axis=2))
         keys.append(own)
         owner.append(np.full(len(own), k))

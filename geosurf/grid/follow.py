@@ -87,7 +87,8 @@ def follow_faults(
         if not folded.any():
             pillars = tried
             break
-        near = folded[:-1, :-1] | folded[:-1, 1:] | folded[1:, :-1] | folded[1:, 1:]
+        beside = folded[:-1] | folded[1:]
+        near = beside[:, :-1] | beside[:, 1:]
         share[_wider(near) & fixed] *= GIVE_WAY
     else:
         share[:] = 0.0

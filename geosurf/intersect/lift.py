@@ -205,17 +205,17 @@ def _rows_of_runs(
     sizes = np.array([len(run) for run in runs])
     stop = np.cumsum(sizes)
     spans = np.stack([stop - sizes, stop - 1], axis=1)
-    tri = strand.tri[members[spans[:, 0]]]
+    tri = strand.tri[members[stop - sizes]]
     rows = np.hstack([p[members], w[members]])
 
     if not two.smooth:  # the end of a run belongs to the next triangle, too
         a, b, c = (two.c[tri, k] for k in range(3))
-        u, v, d = b - a, c - a, p[members[spans[:, 1]]] - a
+        u, v, d = b - a, c - a, p[members[stop - 1]] - a
         uu, uv, vv = ((q * r).sum(axis=1) for q, r in ((u, u), (u, v), (v, v)))
         du, dv = (d * u).sum(axis=1), (d * v).sum(axis=1)
         size = uu * vv - uv * uv
-        rows[spans[:, 1], 5] = (du * vv - dv * uv) / size
-        rows[spans[:, 1], 6] = (dv * uu - du * uv) / size
+        rows[stop - 1, 5] = (du * vv - dv * uv) / size
+        rows[stop - 1, 6] = (dv * uu - du * uv) / size
     return rows, spans, tri
 
 

@@ -127,10 +127,11 @@ def _distinct(triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     pair = corners[:, 0] * n + corners[:, 1]
     order = np.lexsort((corners[:, 2], pair))
     corners, pair = corners[order], pair[order]
+    third = corners[:, 2]
 
     # The first of equals is new; counting them numbers all.
     new = np.ones(len(order), dtype=bool)
-    new[1:] = (pair[1:] != pair[:-1]) | (corners[1:, 2] != corners[:-1, 2])
+    new[1:] = (pair[1:] != pair[:-1]) | (third[1:] != third[:-1])
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.cumsum(new) - 1
     return corners[new], number

@@ -84,9 +84,10 @@ class Side:
         """Planes (n, 4) of triangles; none of the blocks of a lattice."""
         if self.smooth:
             return _NO_PLANES
-        normals = np.cross(self.c[:, 1] - self.c[:, 0], self.c[:, 2] - self.c[:, 0])
+        a, b, c = self.c.swapaxes(0, 1)
+        normals = np.cross(b - a, c - a)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.column_stack([normals, (normals * self.c[:, 0]).sum(axis=1)])
+        return np.column_stack([normals, (normals * a).sum(axis=1)])
 
 
 @dataclass(eq=False)

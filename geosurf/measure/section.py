@@ -166,8 +166,8 @@ class _Leg:
             row = np.arange(len(faces))
 
             # the edge by its two vertices, in order: both triangles at it get one number
-            pair = np.sort(np.stack([faces[row, edge], faces[row, (edge + 1) % 3]], axis=1), axis=1)
-            keys.append(pair[:, 0] * len(x) + pair[:, 1])
+            pair = np.stack([faces[row, edge], faces[row, (edge + 1) % 3]])
+            keys.append(pair.min(axis=0) * len(x) + pair.max(axis=0))
 
         # a point for each edge, which all triangles at it share: rings close without a tolerance
         key, at = np.unique(np.stack(keys, axis=1), return_inverse=True)

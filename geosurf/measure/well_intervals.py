@@ -116,7 +116,8 @@ def _path(path: Any, md: Any, box: tuple[float, ...]) -> tuple[np.ndarray, np.nd
             )
 
     # a point that repeats the one before adds nothing
-    keep = np.append(True, np.diff(length) > 0)[: len(points)]
+    keep = np.ones(len(points), dtype=bool)
+    keep[1:] = np.diff(length) > 0
     if keep.sum() < 2:
         raise InputError("the path of a well needs at least two different points.")
     return points[keep], along[keep]

@@ -134,7 +134,8 @@ def nearest(points: np.ndarray, corner: exact.Point) -> int:
 
 def area_vectors(corners: np.ndarray) -> np.ndarray:
     """Twice the area vectors of triangles (n, 3, 3)."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    a, b, c = corners.swapaxes(0, 1)
+    return np.cross(b - a, c - a)
 
 
 def judge_distance(

@@ -261,5 +261,6 @@ def _curve_layer(
         ends = within.segments(curves.points, np.stack([line[:-1], line[1:]], axis=1))
         if len(ends):
             parts.append(ends)
-            lengths.append(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()))
+            steps = ends[:, 1] - ends[:, 0]
+            lengths.append(float(np.linalg.norm(steps, axis=1).sum()))
     return segment_layer(np.concatenate(parts), **look), np.array(lengths)

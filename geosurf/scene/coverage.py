@@ -58,7 +58,8 @@ def _parts(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     middles = (weights @ corners).reshape(-1, 3)
 
     # relative areas are enough, and all parts of a triangle have the same
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    a, b, c = corners.swapaxes(0, 1)
+    normals = np.cross(b - a, c - a)
     flat = (
         np.abs(normals[:, 2])
         if surface.role == "horizon"

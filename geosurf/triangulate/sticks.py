@@ -221,7 +221,8 @@ def _fractions(line: np.ndarray) -> np.ndarray:
 def _sample(line: np.ndarray) -> np.ndarray:
     """Five points (5, 3), evenly along a stick."""
     at = _fractions(line)
-    return np.stack([np.interp(np.linspace(0.0, 1.0, 5), at, line[:, k]) for k in range(3)], axis=1)
+    share = np.linspace(0.0, 1.0, 5)
+    return np.stack([np.interp(share, at, column) for column in line.T], axis=1)
 
 
 def _chain(gaps: np.ndarray) -> list[int]:

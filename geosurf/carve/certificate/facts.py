@@ -262,7 +262,8 @@ class Facts:
                 pairs = pairs_of_one_map((one.lattice, two.lattice), both)[0]
             else:
                 pairs = candidate_pairs(*both)[0]
-            return pairs[(one.label[pairs[:, 0]] >= 0) & (two.label[pairs[:, 1]] >= 0)]
+            p, q = pairs.T
+            return pairs[(one.label[p] >= 0) & (two.label[q] >= 0)]
 
         near = _near(trees, [one.surface for one in self.lattices], len(trees))
         for (i, j), pairs in zip(near, map_threads(between, near), strict=True):

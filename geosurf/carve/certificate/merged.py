@@ -108,5 +108,5 @@ def _apart(before: Matched, home: np.ndarray, slivers: set[int]) -> list[int]:
     beside = np.full((before.n_key, 2), -1)
     beside[before.key, before.turn.astype(np.int64)] = before.unit
     inner = beside[(beside >= 0).all(axis=1)]
-    inner = inner[home[inner[:, 0]] == home[inner[:, 1]]]
-    return sorted(slivers - set(inner.ravel().tolist()))
+    one, two = home[inner].T
+    return sorted(slivers - set(inner[one == two].ravel().tolist()))

@@ -113,7 +113,8 @@ def dip_lines(
     reach = cell
     while True:
         table = _slopes(section, ends, spacing, reach)
-        stretch = np.abs(np.diff(table[:, rows], axis=0)).max() / spacing * throw
+        steps = np.diff(table[:, rows], axis=0)
+        stretch = np.abs(steps).max() / spacing * throw
         if stretch <= MOST_STRETCH or reach >= section.length:
             break
         reach *= 2.0

@@ -399,4 +399,5 @@ def _nearest(
     k = ((points[:, None] - at) ** 2).sum(axis=2).argmin(axis=1)
     i = np.arange(len(points))
     f = f[i, k]
-    return at[i, k], r[rim[k, 0]] * (1.0 - f) + r[rim[k, 1]] * f
+    start, end = r[rim[k]].T
+    return at[i, k], start * (1.0 - f) + end * f

@@ -173,10 +173,10 @@ def _of_map(given: Any, corner: np.ndarray, what: str) -> Amount:
     def amount(s: np.ndarray, z: np.ndarray, xy: np.ndarray) -> np.ndarray:
         """Throw [m] at places in the map (n, 2)."""
         # i, j: row and column below each place; g, f: shares of the next ones
-        (j, f), (i, g) = (
-            np.divmod(np.interp(xy[:, k], axis, np.arange(len(axis))), 1.0)
-            for k, axis in enumerate(axes)
+        places = (
+            np.interp(x, axis, np.arange(len(axis))) for x, axis in zip(xy.T, axes, strict=True)
         )
+        (j, f), (i, g) = (np.divmod(place, 1.0) for place in places)
         i, j = i.astype(np.int64), j.astype(np.int64)
 
         # on the last row and column the next one is the same, with a share of 0

@@ -46,8 +46,9 @@ def islands(
         first.append(met[0])
 
     # number islands in the order of their first triangle: which does not depend on the labels
-    number, n = _numbered(joined[island[faces[:, 0]]], count)
-    of_face, of_fault = number[joined[island[faces[:, 0]]]], number[joined[first]]
+    home = joined[island[faces[:, 0]]]
+    number, n = _numbered(home, count)
+    of_face, of_fault = number[home], number[joined[first]]
     return [
         (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist()) for k in range(n)
     ]

@@ -153,11 +153,9 @@ def without_throw(
     None if the heights on both sides of the nearest trace differ there, or it is left out already.
     """
     traces, walls = state.network.traces, state.walls
-    number = min(
-        range(len(traces)), key=lambda i: float(np.hypot(*(traces[i].line[:, :2] - at).T).min())
-    )
-    trace = traces[number]
-    far = np.hypot(*(trace.line[:, :2] - at).T)
+    apart = [np.hypot(*(trace.line[:, :2] - at).T) for trace in traces]
+    number = min(range(len(traces)), key=lambda i: float(apart[i].min()))
+    trace, far = traces[number], apart[number]
     place = float(trace.along[int(far.argmin())])
     if far.min() > NEAR_HOLE or any(p[0] == number and p[1] <= place <= p[2] for p in untorn):
         return None
