@@ -11,7 +11,7 @@ from pathlib import Path
 
 from geosurf.conventions import counted
 from geosurf.errors import InputError
-from geosurf.report.assets import asset, document
+from geosurf.report.assets import asset, document, viewer_script
 from geosurf.report.table import Table
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -48,7 +48,7 @@ def fill_page(title: str, header: str, sections: Iterable[Section]) -> str:
         f"<main>\n{body}\n</main>\n</div>"
     )
     styles = tuple(map(asset, ("theme.css", "viewer.css", "page.css")))
-    return document(title, page, styles, (asset("page.js"), asset("viewer.js")))
+    return document(title, page, styles, (asset("page.js"), viewer_script()))
 
 
 class Anchors:

@@ -2,7 +2,8 @@
 
 Places are counted in 65 535 steps along each axis of the model, so a page needs six bytes for a
 point. Triangles of different surfaces share no points: that makes their edges sharp. Everything is
-written as little-endian base64; `assets/viewer.js` draws it with WebGL 2.
+written as little-endian base64; `assets/viewer_*.js` draws it, with WebGL 2 if
+the browser has it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.model.view3d import Body, View3D
-from geosurf.report.assets import asset, document
+from geosurf.report.assets import asset, document, viewer_script
 
 STEPS = 65_535
 SHORT = 1 << 16  # points that two bytes can number
@@ -45,7 +46,7 @@ def viewer_html(view: View3D, title: str = "Model") -> str:
     >>> "<title>Planes</title>" in page and "src=" not in page
     True
     """
-    styles, scripts = (asset("theme.css"), asset("viewer.css")), (asset("viewer.js"),)
+    styles, scripts = (asset("theme.css"), asset("viewer.css")), (viewer_script(),)
     return document(title, viewer_part(view), styles, scripts)
 
 

@@ -22,14 +22,46 @@ N_BLOCK = 33
 EVIL = "<img src=x onerror=alert(1)>"  # a name that would ask for something, if it were not escaped
 
 VIEWER = """
-const root = document.querySelector(".view3d"), { view } = root;
-const canvas = root.querySelector("canvas"), gl = view.painter.gl;
+let root, view, canvas;
+function take() {
+  root = document.querySelector(".view3d");
+  [view, canvas] = [root.view, root.querySelector("canvas")];
+  canvas.setPointerCapture = () => {}; // the fingers of this test are not real
+}
+take();
 const find = (name) => root.querySelector(`[data-do=${name}]`);
-function pixels() {
+function colours() {
   view.draw(); // what was drawn can be read before the page is shown
-  const all = new Uint8Array(4 * canvas.width * canvas.height);
+  const { gl, image } = view.painter, all = new Uint8Array(4 * canvas.width * canvas.height);
+  if (!gl) return image.data;
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, all);
-  const seen = new Uint32Array(all.buffer), paper = seen[0];
+  return all;
+}
+// Name and colour at some places of the canvas, the colour from the top down.
+function survey() {
+  const all = colours().slice(), { width, height } = canvas, seen = []; // picking draws, too
+  for (let x = 0.03; x < 1; x += 0.07) {
+    for (let y = 0.04; y < 1; y += 0.08) {
+      const [i, j] = [Math.floor(x * width), Math.floor(y * height)];
+      const row = view.painter.gl ? height - 1 - j : j, at = 4 * (row * width + i);
+      seen.push([view.painter.pick(i, j), ...all.slice(at, at + 3)]);
+    }
+  }
+  return seen;
+}
+const camera = () => {
+  const { azimuth, elevation, zoom, pan } = view.painter.state;
+  return [azimuth, elevation, zoom, ...pan];
+};
+const press = (key, shiftKey) => canvas.dispatchEvent(
+  new KeyboardEvent("keydown", { key, shiftKey, cancelable: true }));
+function finger(kind, pointerId, x, y, more) {
+  const place = canvas.getBoundingClientRect();
+  canvas.dispatchEvent(new PointerEvent(`pointer${kind}`, { pointerId, buttons: 1,
+    clientX: place.left + x, clientY: place.top + y, ...more }));
+}
+function pixels() {
+  const seen = new Uint32Array(colours().buffer), paper = seen[0];
   let drawn = 0, sum = 0;
   seen.forEach((v, i) => { drawn += v !== paper; sum = (31 * sum + v) % 1000000007; });
   return [drawn / seen.length, sum];
@@ -45,10 +77,10 @@ function cutAt(level) {
   step("view", "west", "change");
   if (view.painter.cut()[0] > 0) step("flip", !find("flip").checked, "change");
   const { box, bodies } = view.painter, seen = [];
-  const camera = view.painter.camera(), rise = camera.scale[1] * canvas.height / 2;
+  const look = view.painter.camera(), rise = look.scale[1] * canvas.height / 2;
   for (let k = 1; k < 20; k += 2) {
     const z = box[4] + (box[5] - box[4]) * k / 20;
-    const up = (z - camera.centre[2]) * view.painter.state.exaggeration;
+    const up = (z - look.centre[2]) * view.painter.state.exaggeration;
     const y = Math.round(canvas.height / 2 - rise * up);
     const row = view.painter.pick(Math.round(canvas.width / 2), y);
     seen.push([k / 20, row < 0 ? "" : bodies[row].name]);
@@ -78,6 +110,52 @@ found.none = step("none", undefined, "click");
 [...root.querySelectorAll("[data-row]")].at(-1).click();
 found.curve = pixels();
 found.all = step("all", undefined, "click");
+
+step("view", "southwest", "change");
+found.keys = { none: camera() };
+for (const key of ["ArrowLeft", "ArrowUp", "+"]) found.keys[key] = (press(key), camera());
+found.keys.shift = (press("ArrowRight", true), camera());
+found.keys.zero = (press("0"), camera());
+press("x");
+found.keys.x = camera();
+
+finger("down", 1, 100, 100);
+finger("move", 1, 150, 100);
+finger("up", 1, 150, 100);
+found.drag = camera();
+finger("down", 1, 100, 100);
+finger("move", 1, 150, 100, { shiftKey: true });
+finger("up", 1, 150, 100);
+found.moved = camera();
+press("0");
+finger("down", 1, 100, 100);
+finger("down", 2, 200, 100);
+finger("move", 2, 300, 100);
+found.pinch = camera();
+finger("up", 1, 100, 100);
+finger("up", 2, 300, 100);
+press("0");
+finger("down", 1, canvas.clientWidth / 2, canvas.clientHeight / 2);
+finger("up", 1, canvas.clientWidth / 2, canvas.clientHeight / 2);
+found.tapped = find("name").textContent;
+press("Escape");
+found.left = find("facts").textContent;
+
+// the same model without WebGL
+step("explode", 0.4, "input");
+step("exaggeration", 3, "input");
+found.webgl = survey();
+canvas.dispatchEvent(new Event("webglcontextlost"));
+take();
+step("explode", 0.4, "input");
+step("exaggeration", 3, "input");
+found.software = survey();
+found.slow = [root.classList.contains("slow"), view.painter.gl === undefined];
+step("explode", 0, "input");
+step("exaggeration", 1, "input");
+step("axis", "easting", "change");
+found.softsection = cutAt(0.3);
+found.softcount = root.querySelectorAll("[data-row]").length;
 return found;
 """
 
@@ -181,6 +259,7 @@ def test_a_section_shows_the_units_that_are_there(seen, model):
     """What is picked in a section at 30 % of the width is the unit at that point of the model."""
     west, east, south, north, bottom, top = model.box
     found = seen.found["view"]["section"]
+    assert seen.found["view"]["softsection"] == found
     z = bottom + np.array([share for share, _ in found]) * (top - bottom)
     at = [west + 0.3 * (east - west), 0.5 * (south + north)]
     pixel = 4.0  # metres: next to a surface either unit is right
@@ -191,6 +270,35 @@ def test_a_section_shows_the_units_that_are_there(seen, model):
     assert inside.sum() > 5
     assert len(set(near[1][inside])) > 2
     assert [name for _, name in np.array(found)[inside]] == near[1][inside].tolist()
+
+
+def test_keys_mouse_and_fingers_turn_move_and_zoom(seen, units):
+    found = seen.found["view"]
+    keys = {key: np.array(value) for key, value in found["keys"].items()}
+    start = keys["none"]
+    assert (keys["ArrowLeft"] - start).round(9).tolist() == [-4.8, 0, 0, 0, 0]
+    assert (keys["ArrowUp"] - keys["ArrowLeft"]).round(9).tolist() == [0, 4.8, 0, 0, 0]
+    assert keys["+"][2] == pytest.approx(1.2)
+    assert keys["shift"][3] > keys["+"][3]
+    assert keys["zero"].tolist() == keys["x"].tolist() == start.tolist()
+    drag, moved, pinch = (np.array(found[name]) - start for name in ("drag", "moved", "pinch"))
+    assert drag.round(9).tolist() == [20, 0, 0, 0, 0]
+    assert (moved - drag)[:3].tolist() == [0, 0, 0]
+    assert (moved - drag)[3] > 0
+    assert pinch[2] == pytest.approx(1.0)  # fingers twice as far apart
+    assert found["tapped"] in units
+    assert found["left"] == ""
+
+
+def test_without_webgl_the_same_picture_is_drawn(seen, units, model):
+    found = seen.found["view"]
+    webgl, software = np.array(found["webgl"]), np.array(found["software"])
+    assert found["slow"] == [True, True]
+    assert len(np.unique(webgl[:, 0])) > 5
+    assert (webgl[:, 0] == software[:, 0]).mean() > 0.97  # edges may be half a pixel apart
+    same = np.abs(webgl[:, 1:] - software[:, 1:]).max(axis=1) <= 6
+    assert same.mean() > 0.9  # lines are smooth in one of them
+    assert found["softcount"] == len(units) + len(view_of([model.curves]).bodies)
 
 
 def test_tables_sort_and_filter_and_pictures_enlarge(seen):

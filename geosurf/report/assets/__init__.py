@@ -5,8 +5,8 @@ theme.css      colours, light and dark
 page.css       the report on the screen and on paper
 page.js        sorting and filtering of tables, pictures that enlarge
 viewer.css     the interactive view
-viewer.js      the interactive view: WebGL 2, controls
 viewer.html    the markup of its controls
+viewer_*.js    parts of one script, see `viewer_script`
 =============  ====================================================================
 """
 
@@ -23,6 +23,13 @@ from importlib.resources import files
 def asset(name: str) -> str:
     """Return one of the files of this folder as text."""
     return (files(__package__) / name).read_text(encoding="utf-8")
+
+
+def viewer_script() -> str:
+    """Return the script of the interactive view: model, two ways to draw, controls."""
+    parts = ("model", "webgl", "software", "controls")
+    code = "\n".join(asset(f"viewer_{part}.js") for part in parts)
+    return f'"use strict";\n(() => {{\n{code}}})();\n'
 
 
 def document(title: str, body: str, styles: tuple[str, ...], scripts: tuple[str, ...]) -> str:
