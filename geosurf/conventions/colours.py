@@ -39,6 +39,24 @@ STRATA = tuple(
         "#55505f",  # shale
     )
 )
+
+# Each colour of the column, then its shades for three blocks and more. Any two in a row, and any
+# two in rows next to each other, differ for colour-blind readers, too: decision 65.
+SHADES = tuple(
+    tuple(map(rgb, row.split()))
+    for row in (
+        "#e9d8ae #f5e9cb #d5caae #d3c091 #f9ebb2 #e0d08e #ead8cb #c7af93",
+        "#6f8f57 #66813c #7c9d72 #64825a #5a743f #95a56a #516a49 #465e2c",
+        "#d69a4e #c08e50 #e49c40 #eab36d #c4812d #fab55d #ab7128 #e2b680",
+        "#4f7393 #5383ae #415e78 #64879d #5a707e #425c8c #759cbe #405a65",
+        "#e0bd6a #ccaf6a #ecc25e #fed87f #c2a94b #f1d38c #d6bf88 #d5a737",
+        "#40594f #556d5c #2a4638 #51716e #1f332e #678478 #518561 #6b9490",
+        "#c9b9b4 #e2d1ce #b2a2a3 #c3b19c #ab988a #eeeceb #ac9376 #a87d6f",
+        "#8f4a35 #9f594e #79382d #a55f3d #7a3717 #8c491a #8b4448 #692013",
+        "#b4cfda #9eb9bd #d1e7f0 #a2bed8 #8ca9bb #92a0a0 #84b0d7 #6998b5",
+        "#55505f #6a6573 #403c4a #636280 #302c32 #7a7992 #7a797d #908c9e",
+    )
+)
 FAULTS = tuple(
     rgb(code) for code in ("#8c2f2b", "#4a3f63", "#d9843b", "#a9a3d0", "#c8a27a", "#3f7d6e")
 )
@@ -90,7 +108,18 @@ def unit_colours(units: Iterable[tuple[str, int]]) -> dict[str, RGB]:
     for name, zone in units:
         blocks_of_zone.setdefault(zone, []).append(name)
     return {
-        name: shade(stratum(zone), i, len(names))
+        name: _block_colour(zone, i, len(names))
         for zone, names in blocks_of_zone.items()
         for i, name in enumerate(names)
     }
+
+
+def _block_colour(zone: int, block: int, n_block: int) -> RGB:
+    """Return the colour of one of the blocks of a zone."""
+    if n_block < 3:
+        return shade(stratum(zone), block, n_block)
+
+    # where the shades are used up they begin again, a little darker each time
+    shades = SHADES[zone % len(SHADES)]
+    turn, n_turn = block // len(shades), -(-n_block // len(shades))
+    return shade(shades[block % len(shades)], turn, n_turn)

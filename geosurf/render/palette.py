@@ -28,7 +28,7 @@ from geosurf.conventions.colours import (
 )
 
 INK = rgb("#26292e")
-FAINT = rgb("#7d838c")
+FAINT = rgb("#5b626d")  # of text, too: contrast 6.2 on white
 PAPER = (1.0, 1.0, 1.0)
 CURVE = rgb("#111111")
 CONTACT = rgb("#1539b8")

@@ -66,7 +66,18 @@ def test_neighbouring_units_are_told_apart(units, sight):
     }
     near = [(a, b) for a, b in combinations(units, 2) if len(corners[a] & corners[b]) > 2]
     assert len(near) > 8
-    assert min(distance(colours[a], colours[b], sight) for a, b in near) > 5.0
+    assert min(distance(colours[a], colours[b], sight) for a, b in near) > 8.0
+
+
+@pytest.mark.parametrize("sight", SIGHTS)
+def test_seven_blocks_of_every_zone_are_told_apart(sight):
+    """Within a zone, and from the blocks of the zone below."""
+    names = [(f"{zone} {block}", zone) for zone in range(len(STRATA)) for block in range(7)]
+    of_zone = np.reshape(list(unit_colours(names).values()), (len(STRATA), 7, 3))
+    for mine, below in zip(of_zone, np.roll(of_zone, -1, axis=0), strict=True):
+        assert min(distance(a, b, sight) for a, b in combinations(mine, 2)) > 8.0
+        assert min(distance(a, b, sight) for a in mine for b in below) > 8.0
+    assert len(set(unit_colours((str(i), 0) for i in range(30)).values())) == 30
 
 
 @pytest.mark.parametrize("sight", SIGHTS)
