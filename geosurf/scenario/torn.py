@@ -125,6 +125,9 @@ def torn_horizons(
     changes: dict[str, Any] = {}
     if (extended or picked) and scenario.box is None:
         changes = {"box": scene.box, "aoi": scene.aoi}
+        for step in scene.steps:  # the torn scene is given the area, and would not state it
+            if step.stage == "area":
+                on_step(step.stage, step.subject, step.detail)
     if changed:  # all of them as the sheets have them: rules would change them again
         changes |= {"faults": faults, "extend": (), "lengthen": None}
         changes |= {"truncations": as_truncations(horizon_rules_of(scenario))}

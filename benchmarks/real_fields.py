@@ -1,0 +1,278 @@
+"""Real fields by commands: from raw files to a certified model and its report, timed.
+
+``python -m benchmarks.real_fields --data DATA --folder FOLDER`` runs each field of `FIELDS` in
+FOLDER, where DATA appears as ``data``, and writes docs/validation/real_fields.md. Each question
+that ``geosurf new`` asks is answered in a further run, if ``--answers`` is given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+
+PAGE = Path(__file__).parents[1] / "docs" / "validation" / "real_fields.md"
+
+HEAD = """\
+# Real fields by commands
+
+Four fields as their files were exported, from raw files to a certified model and its report, by two
+commands each. No scenario was written or edited by hand.
+
+**Command.** `python -m benchmarks.real_fields --data DATA --folder FOLDER --answers` writes this
+page. DATA has the folders `drogon`, `drogon_xtgeo` and `reek`.
+
+**Last result** ({day}): two cores, {state}; kernels compiled before.
+
+Drogon and Reek are synthetic teaching fields of Equinor, made with real workflows. They are not
+part of this repository. The export is that of [your field in 20 lines](../guides/your_field.md).
+
+- *Questions* are asked by `geosurf new` as comments of the scenario, each with the keys that
+  answer it. None stops a run.
+- *Inside* is the share of the area that the data of all horizons cover which is inside the model,
+  at 200 000 random places. Data cover the Delaunay triangles of their positions without edges of
+  more than three spacings.
+- No truth is known for Drogon and Reek. A valid certificate says that the model is sealed and
+  consistent, not that throws are right. Volumes of the three exports are within 0.1 % of the truth
+  (`tests/scenario/test_new.py`).
+"""
+
+ANSWERED = "What `geosurf new` asks as a comment, uncommented: one question in each run."
+
+# name, folder, what `geosurf new` gets
+FIELDS = (
+    ("Drogon, points", "drogon_points", "data/drogon"),
+    ("Drogon, grids", "drogon_grids", "data/drogon_xtgeo data/drogon/fault_sticks_pol"),
+    ("Reek", "reek", "data/reek"),
+    ("export, grids", "export", "--example"),
+    ("export, points", "export_points", "--example points"),
+    ("export, network", "export_network", "--example network"),
+)
+DULL = re.compile(r"(draw|triangulate|curves|surface) ")  # lines of the log, one for each thing
+LONGEST = 150  # characters of a line that is shown
+COLUMNS = ("field", "first attempt", "units", "certificate", "questions", "inside [%]", "new [s]",
+           "run [s]", "processor [s]", "memory [MB]")  # fmt: skip
+SAMPLES = 200_000  # places at which coverage is measured
+GAP = 3.0  # triangles of data with longer edges, in spacings of the data, are gaps
+
+
+@dataclass
+class Done:
+    """One command: what it printed, seconds of the clock and the processor, and memory [MB]."""
+
+    command: str
+    code: int
+    lines: list[str]
+    wall: float
+    processor: float
+    memory: float
+
+
+@dataclass
+class Row:
+    """One field: its commands, the share of the shared area that is inside, answered questions."""
+
+    name: str
+    commands: list[Done]
+    coverage: float = np.nan
+    answers: list[tuple[str, Done]] = field(default_factory=list)
+
+    @property
+    def run(self) -> Done:
+        """The command that builds the model."""
+        return self.commands[-1]
+
+
+def done(command: str, folder: Path) -> Done:
+    """Run ``geosurf ...`` in a folder, in a process of its own."""
+    words = [sys.executable, "-m", "geosurf.cli", *shlex.split(command)[1:]]
+    start = time.perf_counter()
+    with (folder / "console.txt").open("w+") as console:
+        child = subprocess.Popen(
+            words, cwd=folder, stdout=console, stderr=subprocess.STDOUT,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )  # fmt: skip
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        console.seek(0)
+        lines = console.read().splitlines()
+    wall, processor = time.perf_counter() - start, used.ru_utime + used.ru_stime
+    memory = used.ru_maxrss / (1 << 20 if sys.platform == "darwin" else 1 << 10)
+    return Done(command, child.returncode, lines, wall, processor, memory)
+
+
+def field_of(name: str, at: str, files: str, folder: Path, answers: bool) -> Row:
+    """Run the commands of one field."""
+    run = f"geosurf run {at}/scenario.toml -o {at}/out"
+    row = Row(name, [done(f"geosurf new {at} {files}", folder)])
+    row.commands.append(done(run, folder))
+    if row.run.code == 0:
+        row.coverage = coverage(folder / at / "scenario.toml")
+    text = (folder / at / "scenario.toml").read_text(encoding="utf-8")
+    for k, question in enumerate(re.findall(r"# QUESTION: (.*)", text) if answers else []):
+        path = folder / at / f"answer_{k}.toml"
+        path.write_text(answered(text, k), encoding="utf-8")
+        answer = done(f"geosurf run {at}/{path.name} -o {at}/out_{k}", folder)
+        row.answers.append((question, answer))
+    return row
+
+
+def answered(text: str, which: int) -> str:
+    r"""The scenario with the lines below one question as keys.
+
+    Examples
+    --------
+    >>> print(answered("# QUESTION: depth?\n# positive = 1\n\n# a note", 0))
+    # QUESTION: depth?
+    positive = 1
+    <BLANKLINE>
+    # a note
+    """
+    found, number, inside = [], -1, False
+    for line in text.split("\n"):
+        asks = line.startswith("# QUESTION: ")
+        number += asks
+        inside = asks or (inside and line.startswith("# "))
+        found.append(line[2:] if inside and not asks and number == which else line)
+    return "\n".join(found)
+
+
+def coverage(path: Path) -> float:
+    """Share of the area that the data of all horizons cover which is inside the model.
+
+    Data cover the Delaunay triangles of their positions without long edges; the area of the model
+    is that of its outline, as `geosurf run` has it.
+    """
+    from matplotlib.path import Path as Ring
+
+    from geosurf.scenario import read_scenario
+    from geosurf.scenario.build import untorn_scene
+
+    scene, horizons = untorn_scene(read_scenario(path))
+    clouds = [_positions(one) for one in horizons.values()]
+    low = np.max([c.min(axis=0) for c in clouds], axis=0)
+    high = np.min([c.max(axis=0) for c in clouds], axis=0)
+    at = np.random.default_rng(0).uniform(low, high, (SAMPLES, 2))
+    for cloud in clouds:
+        at = at[_covered(cloud, at)]
+    west, east, south, north = scene.box[:4]
+    box = np.array([[west, south], [east, south], [east, north], [west, north]])
+    outline = box if scene.aoi is None else scene.aoi
+    return float(Ring(outline).contains_points(at).mean())
+
+
+def _positions(data: object) -> np.ndarray:
+    """Different positions (n, 2) of the nodes or points of a horizon [m]."""
+    from geosurf.scenario.new.recognise import _points_of
+
+    return np.unique(_points_of(data)[:, :2], axis=0)
+
+
+def _covered(cloud: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Whether data lie around some places (n, 2)."""
+    from scipy.spatial import Delaunay, cKDTree
+
+    spacing = np.median(cKDTree(cloud).query(cloud, k=2)[0][:, 1])
+    mesh = Delaunay(cloud - cloud.mean(axis=0))
+    corners = mesh.points[mesh.simplices]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    where = mesh.find_simplex(at - cloud.mean(axis=0))
+    inside: np.ndarray = (where >= 0) & (edges.max(axis=1)[where] < GAP * spacing)
+    return inside
+
+
+# ---------------------------------------------------------------------- the page
+def shortened(lines: list[str]) -> list[str]:
+    """What a console printed, without lines of one picture or curve each, and not too wide.
+
+    Examples
+    --------
+    >>> shortened(["read  3 horizons", "draw  a.png", "draw  b.png", "report"])
+    ['read  3 horizons', '...', 'report']
+    """
+    found: list[str] = []
+    for line in lines:
+        if not DULL.match(line):
+            found.append(line if len(line) <= LONGEST else f"{line[:LONGEST].rstrip()} ...")
+        elif found[-1:] != ["..."]:
+            found.append("...")
+    return found
+
+
+def page_of(rows: list[Row], state: str) -> str:
+    """The page of docs/validation."""
+    today = date.today()
+    head = HEAD.format(day=f"{today.day} {today:%B %Y}", state=state)
+    lines = [head.rstrip(), "", "## Commands", "", "```sh"]
+    lines += [one.command for row in rows for one in row.commands]
+    lines += ["```", "", "## Results", "", _line(*COLUMNS), _line(*["---"] * len(COLUMNS))]
+    for row in rows:
+        text = "\n".join(row.run.lines)
+        units = re.search(r"^(\d+) units in", text, re.M)
+        valid = re.search(r"^check +certificate +(\w+)", text, re.M)
+        asked = sum("(optional):" in line for line in row.commands[0].lines)
+        lines.append(_line(
+            row.name, "yes" if row.run.code == 0 else f"no, exit code {row.run.code}",
+            units[1] if units else "", valid[1] if valid else "", asked,
+            f"{100 * row.coverage:.1f}", *(f"{one.wall:.0f}" for one in row.commands),
+            f"{row.run.processor:.0f}", f"{row.run.memory:.0f}",
+        ))  # fmt: skip
+    if any(row.answers for row in rows):
+        lines += ["", "## Each question answered", "", ANSWERED, ""]
+        lines += [_line("field", "question", "built", "units", "processor [s]")]
+        lines += [_line(*["---"] * 5)]
+    for row in rows:
+        for question, one in row.answers:
+            units = re.search(r"^(\d+) units in", "\n".join(one.lines), re.M)
+            built = "yes" if one.code == 0 else f"no: {one.lines[-1]}"
+            lines.append(_line(row.name, question, built, units[1] if units else "",
+                               f"{one.processor:.0f}"))  # fmt: skip
+    for row in rows:
+        lines += ["", f"## {row.name[0].upper()}{row.name[1:]}: the console", "", "```text"]
+        for one in row.commands:
+            lines += [f"$ {one.command}", *shortened(one.lines), ""]
+        lines[-1] = "```"
+    return "\n".join(lines) + "\n"
+
+
+def _line(*words: object) -> str:
+    return f"| {' | '.join(map(str, words))} |"
+
+
+def main() -> None:
+    """Run the fields, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True, help="the folder with drogon, reek ...")
+    parser.add_argument("--folder", type=Path, required=True, help="an empty one, for results")
+    parser.add_argument("--field", nargs="*", help="only these, by their folder")
+    parser.add_argument("--answers", action="store_true", help="answer each question, one by one")
+    parser.add_argument("--state", default="nothing else running", help="of the machine")
+    asked = parser.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    link = asked.folder / "data"
+    if not link.exists():
+        link.symlink_to(asked.data.resolve(), target_is_directory=True)
+    rows = []
+    for name, at, files in FIELDS:
+        if not asked.field or at in asked.field:
+            rows.append(field_of(name, at, files, asked.folder, asked.answers))
+            one = rows[-1].run
+            print(f"{name}: exit code {one.code}, {one.wall:.0f} s, {one.memory:.0f} MB, "
+                  f"{100 * rows[-1].coverage:.2f} % inside", flush=True)  # fmt: skip
+            for question, answer in rows[-1].answers:
+                print(f"  {answer.code}: {question}", flush=True)
+    if not asked.field:
+        PAGE.write_text(page_of(rows, asked.state), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
