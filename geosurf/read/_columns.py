@@ -18,7 +18,7 @@ from geosurf.read._noted import noted
 USUAL = {
     "x": ("x", "x_utme", "easting", "east"),
     "y": ("y", "y_utmn", "northing", "north"),
-    "z": ("z", "z_tvdss", "elevation", "depth"),
+    "z": ("z", "z_tvdss", "tvdss", "elevation", "depth"),
 }
 END_MARK = 999.0  # three of these on a line end a polyline
 Columns = tuple[str, ...] | tuple[int, ...] | None

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import counted
+from geosurf.errors import ScenarioError
 from geosurf.model import FluidContact
-from geosurf.model.faults import SIDES
-from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_tops
+from geosurf.model.network_rows import fault_words, proposal_words
+from geosurf.read import otherwise, read_horizon, read_points, read_tops
+from geosurf.scenario.fault_inputs import fault_of
 from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
@@ -61,12 +63,13 @@ def build_scene(
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene
-    scene, horizons = untorn_scene(scenario)
-    on_step("read", _numbers(scene), "")
+    scene, horizons = untorn_scene(scenario, on_step)
     return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache)
 
 
-def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
+def untorn_scene(
+    scenario: Scenario, on_step: OnStep = lambda *_: None
+) -> tuple[Scene, dict[str, Any]]:
     """
     Read the surfaces of a scenario.
 
@@ -74,6 +77,8 @@ def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
     ----------
     scenario : Scenario
         Without a sealed model.
+    on_step : callable, optional
+        As in `build_scene`.
 
     Returns
     -------
@@ -87,10 +92,7 @@ def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
     """
     # read here rather than by the scene: files of a scenario have their own units
     horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
-    faults = {
-        entry.name: read_fault(entry.file, name=entry.name, **_words(scenario, entry))
-        for entry in scenario.faults
-    }
+    faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
 
     shared = _shared(scenario)
     horizons = _extended(scenario, horizons, faults, shared["aoi"])
@@ -109,10 +111,25 @@ def untorn_scene(scenario: Scenario) -> tuple[Scene, dict[str, Any]]:
         column={entry.name: entry.rule for entry in scenario.horizons},
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
-        lengthen=_distances(scenario),
+        lengthen={entry.name: entry.distances for entry in scenario.faults if entry.distances},
         **shared,
     )
-    return scene, horizons
+    on_step("read", _numbers(scene), "")
+    return _with_network(scenario, scene, on_step), horizons
+
+
+def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
+    """The scene with the proposals for its faults, where these are to be applied."""
+    if not scenario.network.apply:
+        return scene
+    trial = scene.propose_fault_network(reach=scenario.network.reach_m).trial(scene)
+    for one in trial.decisions:
+        at = f" at {one.row.other}" if one.row.other else ""
+        verdict = "accepted" if one.accepted else "dropped"
+        words = f"{verdict}: {proposal_words(one.row)}; {one.reason}"
+        on_step("network", f"{fault_words(one.row)}{at}", words)
+    sealed: Scene = trial.scene
+    return sealed
 
 
 def _shared(scenario: Scenario) -> dict[str, Any]:
@@ -145,7 +162,12 @@ def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     words = _words(scenario, entry)
     # A file with a grid is read as a grid even if it is torn: its nodes are its data.
     if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
-        return read_points(entry.file, **words)
+        return read_points(entry.file, columns=entry.columns, decimal=entry.decimal, **words)
+    if entry.columns is not None or entry.decimal != ".":
+        raise ScenarioError(
+            f"{entry.file}: columns and decimal of horizon {entry.name!r} apply to points that are "
+            "torn, and this is a grid, a mesh, or not torn. Leave them out, or add [tear]."
+        )
     return read_horizon(entry.file, variable=entry.variable, name=entry.name, **words)
 
 
@@ -186,16 +208,6 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
     tops = read_tops(entry.file, **_words(scenario, entry))
     # Without `tie` the tops are only compared.
     return {"tops": tops, "tie": entry.settings}
-
-
-def _distances(scenario: Scenario) -> dict[str, dict[str, float]]:
-    """Distances by which faults are lengthened, by fault and side."""
-    return {
-        # Without named sides a fault is lengthened on all of them.
-        entry.name: dict.fromkeys(entry.lengthen or SIDES, entry.lengthen_m)
-        for entry in scenario.faults
-        if entry.lengthen_m is not None
-    }
 
 
 def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:

@@ -16,31 +16,24 @@ from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.halves import BOTH
 from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
-from geosurf.model.faults import SIDES
 from geosurf.model.tie import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
 from geosurf.scenario.area_keys import AreaOfInterest, BoxRanges
 from geosurf.scenario.declare import key
 from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput
+from geosurf.scenario.fault_keys import (
+    FaultInput,
+    NetworkInput,
+    columns_key,
+    decimal_key,
+    length_unit_key,
+    positive_key,
+)
 from geosurf.scenario.grid_keys import GridInput
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
 from geosurf.scenario.picture_keys import PictureSettings
 from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.scenario.tear_keys import TearSettings, ThrowInput
-
-# `strike` stands for both ends along strike.
-FAULT_SIDES = ("strike", *SIDES)
-
-
-# Functions, because a dataclass field cannot be used twice.
-def _positive() -> Any:
-    meaning = "Whether values are elevations or depths, for a file that does not declare it."
-    return key(meaning, values.one_of("up", "down"), default=None)
-
-
-def _length_unit() -> Any:
-    meaning = "Length unit of elevations, for a file that does not declare it."
-    return key(meaning, values.one_of(*METRES_PER_UNIT), default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,11 +43,14 @@ class HorizonInput:
     name: str = key("Name in all results.", values.text)
     file: Path = key(
         "`.gri` or `.irapasc` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and "
-        "other meshes; relative to the scenario.",
+        "other meshes; of horizons that are torn also `.poi`, `.xyz`, `.csv` and other points; "
+        "relative to the scenario.",
         values.file,
     )
-    positive: str | None = _positive()
-    length_unit: str | None = _length_unit()
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
+    columns: tuple[str, ...] | tuple[int, ...] | None = columns_key()
+    decimal: str = decimal_key()
     variable: str | None = key(
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
@@ -81,38 +77,6 @@ class HorizonInput:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FaultInput:
-    """One ``[[faults]]``: in any order."""
-
-    name: str = key("Name in all results.", values.text)
-    file: Path = key(
-        "`.ts` (GOCAD), `.vtp` and other meshes, `.pol`, `.csv` (sticks), `.nc` (parametric grid); "
-        "relative to the scenario.",
-        values.file,
-    )
-    positive: str | None = _positive()
-    length_unit: str | None = _length_unit()
-    # Continued by a distance, or until the fault leaves the box: two different wishes.
-    lengthen_m: float | None = key(
-        "Distance by which the fault is continued along its dip and strike, before `extend`.",
-        values.above_zero,
-        unit="m",
-        default=None,
-    )
-    lengthen: tuple[str, ...] = key(
-        "Sides on which the fault is continued by `lengthen_m`. Left empty: all.",
-        values.some_of(*FAULT_SIDES),
-        default=(),
-    )
-    extend: tuple[str, ...] = key(
-        "Sides on which the fault is continued until it leaves the model box: `strike` is both "
-        "ends, `start` and `end` follow the right-hand rule.",
-        values.some_of(*FAULT_SIDES),
-        default=(),
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
 class ModelInput:
     """``[model]``: a sealed model of another program, in place of `[[horizons]]` and `[[faults]]`.
     The report compares its regions with the units of geosurf.
@@ -128,8 +92,8 @@ class ModelInput:
         values.names,
         default=(),
     )
-    positive: str | None = _positive()
-    length_unit: str | None = _length_unit()
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,8 +142,8 @@ class ContactInput:
         values.names,
         default=(),
     )
-    positive: str | None = _positive()
-    length_unit: str | None = _length_unit()
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,8 +156,8 @@ class TopsInput:
         "Petrel well tops, RMS points with attributes, or a table; relative to the scenario.",
         values.file,
     )
-    positive: str | None = _positive()
-    length_unit: str | None = _length_unit()
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
     # Comparing is the default: a tie changes the data.
     tie: bool = key(
         "Whether horizons are corrected smoothly so that they meet their tops.",
@@ -240,6 +204,7 @@ class Scenario:
     faults : tuple of FaultInput
     model : ModelInput or None
     truncations : tuple of TruncationInput
+    network : NetworkInput
     compartments : bool or dict of str to object
     tear : TearSettings or None
     throws : tuple of ThrowInput
@@ -300,6 +265,9 @@ class Scenario:
     # what is done to them before the model is built
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
+    )
+    network: NetworkInput = key(
+        "Proposals for the fault network.", values.table(NetworkInput), default=NetworkInput()
     )
     compartments: bool | dict[str, Any] = key(
         "Faults that die inside the model and separate regions all the same: a virtual wall "

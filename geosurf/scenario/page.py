@@ -53,16 +53,23 @@ def scenario_page() -> str:
     plain = [entry for entry in fields(Scenario) if _is_key(entry) and entry.name not in tables]
     parts = [HEAD, _section("Top level", "", plain)]
     for name, kind in tables.items():
-        # the docstring after its first colon: what stands before it is the name of the table
-        text = " ".join((kind.__doc__ or "").split()).partition(": ")[2]
-        brackets = f"[[{name}]]" if "tuple" in str(_field(name).type) else f"[{name}]"
-        title = f"`{brackets}`"
-        parts.append(_section(title, text[:1].upper() + text[1:], list(fields(kind))))
+        parts += _table(name, kind, Scenario)
     return "\n".join(parts)
 
 
-def _field(name: str) -> Field[Any]:
-    return next(entry for entry in fields(Scenario) if entry.name == name)
+def _table(name: str, kind: Any, inside: Any) -> list[str]:
+    """The section of one table, and those of the tables in it."""
+    # the docstring after its first colon: what stands before it is the name of the table
+    text = " ".join((kind.__doc__ or "").split()).partition(": ")[2]
+    word = name.rpartition(".")[2]
+    entry = next(one for one in fields(inside) if one.name == word)
+    brackets = f"[[{name}]]" if "tuple" in str(entry.type) else f"[{name}]"
+    own = [one for one in fields(kind) if _is_key(one) and not _kind(one)]
+    parts = [_section(f"`{brackets}`", text[:1].upper() + text[1:], own)]
+    for one in fields(kind):
+        if _is_key(one) and _kind(one):
+            parts += _table(f"{name}.{one.name}", _kind(one), kind)
+    return parts
 
 
 def _is_key(entry: Field[Any]) -> bool:

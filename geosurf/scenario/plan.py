@@ -10,10 +10,12 @@ from geosurf.scenario.keys import FORMATS, Scenario
 
 def input_files(scenario: Scenario) -> dict[str, Path]:
     """Return the files that a scenario names, and its own, by name."""
-    entries: tuple[Any, ...] = (*scenario.horizons, *scenario.faults, *scenario.contacts)
+    entries: tuple[Any, ...] = (*scenario.horizons, *scenario.contacts)
     single = {"sealed model": scenario.model, "area": scenario.aoi, "well tops": scenario.tops}
     others = [(name, getattr(table, "file", None)) for name, table in single.items()]
     named = dict([*((one.name, one.file) for one in entries), *others])
+    for entry in scenario.faults:
+        named |= entry.files
     drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
     for files in drawn:
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}

@@ -119,6 +119,7 @@ def torn_horizons(
     # sheets reach farther up and down than smeared grids: the default box would grow, and with it
     # the extended faults, which the sheets end on
     extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
+    extended = extended or scenario.network.apply
 
     # whether tearing has changed faults
     changed = any(faults[name] is not given[name] for name in given)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from geosurf.faults.halves import halves_of
+from geosurf.scenario.fault_keys import FaultInput
 from geosurf.scenario.keys import Scenario, TruncationInput
 
 
@@ -42,7 +43,7 @@ def with_halves(scenario: Scenario) -> Scenario:
     if not halves.parts:
         return scenario
     faults = tuple(
-        replace(entry, name=part)
+        replace(entry, name=part, name_in_file=_in_file(entry))
         for entry in scenario.faults
         for part in halves.names([entry.name])
     )
@@ -62,6 +63,11 @@ def with_halves(scenario: Scenario) -> Scenario:
     if tear is not None:
         tear = replace(tear, trim_cells=halves.spread(tear.trim_cells))
     return replace(scenario, faults=faults, truncations=truncations, throws=throws, tear=tear)
+
+
+def _in_file(entry: FaultInput) -> str | None:
+    """What a half is called in the file of its fault."""
+    return None if entry.file is None else entry.name_in_file or entry.name
 
 
 __all__ = ["truncations_of", "with_halves"]

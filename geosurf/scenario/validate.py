@@ -19,6 +19,7 @@ from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
 from geosurf.scenario.ensemble_keys import check_uncertain
+from geosurf.scenario.fault_keys import check_faults
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.settings import with_settings
 from geosurf.scenario.truncations import truncations_of, with_halves
@@ -121,6 +122,7 @@ def _check_names(scenario: Scenario) -> None:
         return
     if not scenario.horizons:
         at.refuse("no horizons are given. Add a table [[horizons]] or [model].")
+    check_faults(scenario.faults, at)
     _check_places(scenario, at)
 
     # results are requested by name: no two surfaces share one
@@ -151,7 +153,7 @@ def _check_model(scenario: Scenario, at: KeyPath) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
     # one at a time, so that the message can name the table to remove
     for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
-        if getattr(scenario, word):
+        if getattr(scenario, word) or (word == "truncations" and scenario.network.apply):
             at.refuse(
                 f"[model] and {word} cannot be combined: a sealed model has its own. Remove one."
             )

@@ -149,6 +149,21 @@ def above_zero_or_none(value: Any) -> float | None:
     return float(value) if is_number(value) and value > 0 else None
 
 
+@check("a whole number above 0")
+def count(_: KeyPath, value: Any) -> int | None:
+    """A number of something that is counted from 1."""
+    return value if type(value) is int and value > 0 else None
+
+
+@check('three names or numbers of columns or more, such as ["X", "Y", "Z"] or [1, 2, 3]')
+def columns(_: KeyPath, value: Any) -> tuple[str, ...] | tuple[int, ...] | None:
+    """Columns of a table; readers check how many they take."""
+    if not isinstance(value, list) or len(value) < 3:
+        return None
+    right = all(type(v) is int and v > 0 for v in value) or all(isinstance(v, str) for v in value)
+    return tuple(value) if right else None
+
+
 @check("a number")
 def number(_: KeyPath, value: Any) -> float | None:
     """A finite number."""

@@ -51,7 +51,7 @@ def test_what_the_remedy_types_ends_the_throw():
     with pytest.warns(GeosurfWarning, match="continues for"):
         sheet = torn(1700.0, 2500.0, trim=2.0)
     remedy = sheet.warnings[0].remedy
-    typed = re.search(r"lengthen={'F': ({'\w+': \d+})}; in a scenario, lengthen_m = \d+", remedy)
+    typed = re.search(r"lengthen={'F': ({'\w+': \d+})}; in a scenario, lengthen_m = {", remedy)
     assert typed, remedy
     (fault,) = sheet.faults
     longer = gs.lengthen_fault(fault, literal_eval(typed[1])).surface

@@ -40,6 +40,10 @@ class Found:
         As they are written into the scenario.
     data : object
         What the reader has returned, for faults.
+    in_file : str
+        Its name in a file with several objects, else ''.
+    piece : int
+        Of a mesh in several pieces, counted from 1; 0 for a whole one.
     why : str
         Reason of `length_unit`, for a comment.
     asks : list of (str, str)
@@ -59,6 +63,8 @@ class Found:
     positive: str | None = None
     length_unit: str | None = None
     data: Any = None
+    in_file: str = ""
+    piece: int = 0
     why: str = ""
     asks: list[tuple[str, str]] = field(default_factory=list)
 

@@ -6,6 +6,7 @@ The content picks the readers that a run will use; where it is open, the suffix 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfError
+from geosurf.faults import split_fault
 from geosurf.read import (
     FAULT_FORMATS,
     GRID_FORMATS,
@@ -36,6 +38,7 @@ from geosurf.scenario.new.shape import mean_dip, plane_dip, thinned
 
 STEEP = 30.0  # dip [degrees] from which a surface is taken for a fault
 FEWEST = 20  # points of a horizon
+MOST_PIECES = 12  # of a mesh that are faults of their own; more are a mesh that is torn apart
 MOST_POINTS = 250_000  # that are kept of a horizon
 FAULT_NAME = re.compile(r"fault|(?:^|[^a-z])f\d+(?:$|[^a-z0-9])", re.IGNORECASE)
 HORIZON_NAME = re.compile(r"horizon|top|base|surface", re.IGNORECASE)
@@ -97,7 +100,7 @@ def _by_suffix(path: Path) -> list[Found]:
     if among({"tsurf": MESH_FORMATS["tsurf"]}):
         return _tsurfs(path)
     if among(MESH_FORMATS):
-        return [_mesh(path, path.stem, lambda words: read_horizon(path, **words))]
+        return _pieces(_mesh(path, path.stem, lambda words: read_horizon(path, **words)))
     if shown in NAMED_LINES:
         return _named_faults(path, shown)
     points, lines = (
@@ -175,7 +178,26 @@ def _tsurfs(path: Path) -> list[Found]:
     def reader(k: int) -> Any:
         return lambda words: read_tsurf(path, **words)[k]
 
-    return [_mesh(path, name, reader(k), name if many else "") for k, name in enumerate(names)]
+    found = []
+    for k, name in enumerate(names):
+        found += _pieces(_mesh(path, name, reader(k), name if many else ""), name if many else "")
+    return found
+
+
+def _pieces(whole: Found, in_file: str = "") -> list[Found]:
+    """A fault of a few pieces as one fault for each: only so it can be extended."""
+    whole.in_file = in_file
+    parts = split_fault(whole.data) if whole.kind == "fault" else {}
+    if not 1 < len(parts) <= MOST_PIECES:
+        return [whole]
+    name = whole.name or name_from(whole.path)
+    return [
+        replace(
+            whole, name=f"{name} ({k})", piece=k, data=part, points=np.asarray(part.vertices),
+            note=f"piece {k} of {len(parts)}, {part.n_triangle} triangles",
+        )
+        for k, part in enumerate(parts.values(), start=1)
+    ]  # fmt: skip
 
 
 def _mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
@@ -224,7 +246,7 @@ def _table(path: Path, points: bool, lines: bool) -> Found:
 
 def _judged_points(one: Found) -> Found:
     """Points of a horizon, or too few or too steep ones."""
-    n, path = len(one.points), one.path
+    n = len(one.points)
     if n < FEWEST:
         one.leave_out(f"{counted(n, 'point')}: too few for a horizon")
         return one
@@ -235,9 +257,6 @@ def _judged_points(one: Found) -> Found:
             f"{n} points of a plane that dips {dip:.0f} degrees: picks of a fault without sticks. "
             "Add a column STICK_ID, or a line 999 999 999 after each stick"
         )
-    # The suffix decides which reader a run takes.
-    elif path.suffix.lower() in (".csv",):
-        one.leave_out(f"{n} points: [tear] reads points from .poi, .xyz, .txt and .dat; rename it")
     else:
         one.note = f"{one.note} points"
     return one
@@ -334,7 +353,9 @@ def _named_faults(path: Path, key: str) -> list[Found]:
         fault: Any = read_fault(path, name=name or None, **UP)
         lines = list(fault.sticks)
         note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
-        one = Found(path, "fault", "sticks", note, name, np.concatenate(lines), data=fault)
+        one = Found(
+            path, "fault", "sticks", note, name, np.concatenate(lines), data=fault, in_file=name
+        )
         if len(lines) < 2:
             one.leave_out("1 stick: a fault needs two")
         found.append(one)

@@ -96,6 +96,10 @@ def _surfaces(page: Page, folder: Path, ready: Ready, joined: set[str]) -> None:
             page.add(*(f"# Note: {_comment(note)}." for note in ready.notes))
         for one in found:
             page.add("", f"[[{table}]]", f"name = {quoted(one.name)}", *_file(folder, one, ready))
+            if one.kind == "fault" and one.in_file and one.in_file != one.name:
+                page.add(f"name_in_file = {quoted(one.in_file)}")
+            if one.piece:
+                page.add(f"piece = {one.piece}  # of a mesh in several pieces, the largest first")
             if one.kind == "fault" and one.name in joined:
                 page.add(f"extend = [{sides}]  # so that it is cut through, see truncations below")
             for answer, question in one.asks:

@@ -27,13 +27,11 @@ def how_to_lengthen(name: str, lengths: Mapping[str, float]) -> str:
     Examples
     --------
     >>> how_to_lengthen("F3", {"end": 133.6})
-    "lengthen={'F3': {'end': 134}}; in a scenario, lengthen_m = 134 and lengthen = ['end'] of 'F3'"
+    "lengthen={'F3': {'end': 134}}; in a scenario, lengthen_m = {end = 134} of 'F3'"
     """
     whole = {side: math.ceil(length) for side, length in lengths.items()}
-    return (
-        f"lengthen={{{name!r}: {whole}}}; in a scenario, lengthen_m = {max(whole.values())} and "
-        f"lengthen = {[*whole]} of {name!r}"
-    )
+    typed = ", ".join(f"{side} = {length}" for side, length in whole.items())
+    return f"lengthen={{{name!r}: {whole}}}; in a scenario, lengthen_m = {{{typed}}} of {name!r}"
 
 
 def end_at(fault: TriSurface, place: np.ndarray) -> str | None:
