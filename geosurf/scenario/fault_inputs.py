@@ -50,7 +50,7 @@ def _piece(fault: Any, entry: FaultInput, number: int, path: Path) -> Any:
     parts = list(split_fault(triangulate_fault(fault, name=entry.name)).values())
     if number > len(parts):
         raise ScenarioError(
-            f"{path}: piece {number} is asked for as fault {entry.name!r}, and the mesh has "
+            f"{path}: piece {number} is requested for fault {entry.name!r}, and the mesh has "
             f"{counted(len(parts), 'piece')}. Give a piece from 1 to {len(parts)}."
         )
     return parts[number - 1].renamed(entry.name, "fault")
@@ -62,7 +62,7 @@ def _polygon(entry: PolygonInput, fault: str, words: dict[str, Any]) -> np.ndarr
     if entry.polygon is None and len(rings) == 1:
         return rings[0]
     if entry.polygon is None or entry.polygon > len(rings):
-        asked = "which one is not stated" if entry.polygon is None else f"{entry.polygon} is asked"
+        asked = "which one is not stated" if entry.polygon is None else f"{entry.polygon} is requested"
         raise ScenarioError(
             f"{entry.file}: the file has {counted(len(rings), 'polygon')}, and {asked} for fault "
             f"{fault!r}. Give polygon = 1 to {len(rings)} in [[faults.polygons]]."
