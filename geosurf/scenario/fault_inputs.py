@@ -62,7 +62,9 @@ def _polygon(entry: PolygonInput, fault: str, words: dict[str, Any]) -> np.ndarr
     if entry.polygon is None and len(rings) == 1:
         return rings[0]
     if entry.polygon is None or entry.polygon > len(rings):
-        asked = "which one is not stated" if entry.polygon is None else f"{entry.polygon} is requested"
+        asked = "which one is not stated"
+        if entry.polygon is not None:
+            asked = f"{entry.polygon} is requested"
         raise ScenarioError(
             f"{entry.file}: the file has {counted(len(rings), 'polygon')}, and {asked} for fault "
             f"{fault!r}. Give polygon = 1 to {len(rings)} in [[faults.polygons]]."
