@@ -170,10 +170,14 @@ def judge(kind: str, suffix: str, obj: Any, path: Path) -> str:
 
 
 def _truth(kind: str, obj: Any, suffix: str) -> np.ndarray:
-    """What is read back: NetCDF states direction and unit, other formats of maps copy values."""
+    """What is read back: NetCDF and RESQML state direction and unit, other maps copy values."""
     truth = places(kind, obj)
     assert truth is not None
-    if suffix == ".nc" and obj.attrs["positive"] == "down":
+    if (
+        suffix in (".nc", ".epc")
+        and isinstance(obj, xr.DataArray)
+        and obj.attrs["positive"] == "down"
+    ):
         truth[:, 2] *= -0.3048
     # STL holds triangles only; its loss states that other vertices are left out
     return truth[np.unique(obj.triangles)] if suffix == ".stl" else truth

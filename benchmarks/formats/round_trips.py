@@ -59,14 +59,14 @@ def suffixes(formats: Any) -> set[str]:
 
 def reader(kind: str, suffix: str) -> str:
     """Name of the function of geosurf that reads a kind back, or nothing."""
-    if suffix == ".epc":  # geosurf only writes it; resqpy and fesapi read it
-        return ""
+    if suffix == ".epc" and kind not in ("horizon (DataArray)", "TriSurface"):
+        return ""  # several surfaces are read one by one
     if kind == "horizon (DataArray)":
         return "read_horizon" if suffix in suffixes(HORIZON_FORMATS) else "read_points"
     if kind == "Units" and suffix == ".ml":
         return "read_units"
     one_mesh = ("TriSurface", "Unit") if suffix in (".glb", ".gltf") else MESHES
-    if kind in one_mesh and suffix in suffixes(MESH_FORMATS):
+    if kind in one_mesh and suffix in suffixes(MESH_FORMATS) | {".epc"}:
         return "read_fault"
     if kind == "Dataset of points" and suffix in suffixes(POINT_FORMATS):
         return "read_points"

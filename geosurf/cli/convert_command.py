@@ -127,11 +127,15 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
     key, functions = kind_of_file(path)
     source = Source(path, key, _function(path, functions, suffix, options.read_as))
     words = otherwise({"positive": options.positive or "up", "length_unit": options.length_unit})
-    if options.name is not None and key in MESH_FORMATS:
+    if options.name is not None and key in (*MESH_FORMATS, "resqml"):
         words["name"] = options.name
     with collected() as notes:
         if key == "netcdf" and options.read_as is None:
             source.function = _of_netcdf(path)
+        if key == "resqml" and options.read_as is None:
+            source.function = _of_resqml(path, options.name)
+            if source.function == "read_points":
+                words.pop("name", None)
         module = read if hasattr(read, source.function) else geosurf
         source.obj = getattr(module, source.function)(path, **words)
 
@@ -170,6 +174,12 @@ def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> s
     if "read_polygons" in names and suffix not in WRITERS["list of lines"]:
         return "read_fault"
     return names[-1] if names[0] == "read_horizon" else names[0]
+
+
+def _of_resqml(path: Path, name: str | None) -> str:
+    from geosurf.read.resqml.surfaces import function_of
+
+    return function_of(path, name)
 
 
 def _of_netcdf(path: Path) -> str:

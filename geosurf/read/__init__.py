@@ -66,10 +66,10 @@ def read_horizon(
     ----------
     path : path-like
         Recognised by content, whatever the suffix: IRAP classic and binary, CF NetCDF, ZMAP+,
-        CPS-3, Surfer 6 and 7, STORM, ESRI text, GXF, EarthVision, IJXYZ; GOCAD TSurf,
+        CPS-3, Surfer 6 and 7, STORM, ESRI text, GXF, EarthVision, IJXYZ; GOCAD TSurf, RESQML,
         ``.vtp``. Other triangle meshes by their suffix.
     name : str, optional
-        Name of the horizon; for a TSurf file with several surfaces: which one. Default: the file
+        Name of the horizon; for a file with several surfaces: which one. Default: the file
         name without suffix; for meshes the name in the file, if it has one.
     positive : {"up", "down"}, optional
         Whether values are elevations or depths, if the file does not state it; meshes are
@@ -80,7 +80,8 @@ def read_horizon(
         coordinates are not scaled by it.
     format : str, optional
         ``"irap"``, ``"netcdf"``, ``"zmap"``, ``"cps3"``, ``"surfer"``, ``"storm"``, ``"esri"``,
-        ``"gxf"``, ``"earthvision"``, ``"ijxyz"``, ``"tsurf"``, ``"vtp"`` or ``"mesh"``.
+        ``"gxf"``, ``"earthvision"``, ``"ijxyz"``, ``"tsurf"``, ``"resqml"``, ``"vtp"`` or
+        ``"mesh"``.
         Overrides content and suffix.
     variable : str, optional
         Which variable of a NetCDF file, where there are several.
@@ -160,6 +161,8 @@ def read_nodes(
             f"is {key}. Leave variable= out."
         )
     name = None if name is None else name_of(name, "horizon") or None
+    if key == "resqml":  # its surfaces have names, and it knows which ones are horizons
+        return read(path, name=name, positive=positive, length_unit=length_unit)
     if key in MESH_FORMATS:
         # mesh readers call all surfaces faults: here it is a horizon
         mesh: TriSurface = read(path, name=name, positive=positive, length_unit=length_unit)

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
-from geosurf.read._noted import is_collecting, noted
+from geosurf.read._noted import is_looking, noted
 
 Part = TypeVar("Part")
 MOST_NAMED = 12  # names in one message
@@ -51,7 +51,7 @@ def chosen(
         return (names or [""])[0], [part for parts in groups.values() for part in parts]
     if name in groups:
         return str(name), list(groups[str(name)])
-    if is_collecting():  # `geosurf.info` looks at all of them
+    if is_looking():  # `geosurf.info` looks at all of them
         return "", [part for parts in groups.values() for part in parts]
     asked = "" if name is None else f", but none is called {name!r}"
     guess = "" if name is None else did_you_mean(name, names)

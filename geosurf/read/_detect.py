@@ -59,6 +59,13 @@ def _is_gltf(head: bytes) -> bool:
     )
 
 
+def _is_resqml(head: bytes) -> bool:
+    """A zip file whose first files are those of a package of Energistics."""
+    words = (b"obj_", b"EpcExternalPartReference", b"resqml")
+    opc = b"[Content_Types].xml" in head or b"_rels/" in head or b"docProps/" in head
+    return head.startswith(b"PK\x03\x04") and (opc or any(word in head for word in words))
+
+
 # lines of RMS such as "Float dip" before numbers, or the header of Petrel
 ATTRIBUTES = (
     r"#\s*Petrel Points with attributes\b|(?:#[^\n]*\n\s*)*"
@@ -104,6 +111,7 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "las": _text(r"(?:#[^\n]*\n\s*)*~V"),
     "geotiff": lambda head: head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
     "petrel_tops": _text(r"#\s*Petrel well tops\b"),
+    "resqml": _is_resqml,
 }
 # what else is recognised, to name it in errors: geosurf does not read these
 FOREIGN: dict[str, Callable[[bytes], bool]] = {

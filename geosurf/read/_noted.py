@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from contextvars import ContextVar
 
+_LOOKING: ContextVar[bool] = ContextVar("geosurf_read_looking", default=False)
 _NOTES: ContextVar[dict[str, str] | None] = ContextVar("geosurf_read_notes", default=None)
 
 
@@ -17,16 +18,21 @@ def noted(key: str, value: object) -> None:
 
 
 @contextlib.contextmanager
-def collected() -> Iterator[dict[str, str]]:
-    """Collect what readers note meanwhile, in this thread."""
+def collected(*, looking: bool = False) -> Iterator[dict[str, str]]:
+    """
+    Collect what readers note meanwhile, in this thread.
+
+    `looking` is for `geosurf.info`: readers take a file with several objects, and do not warn.
+    """
     notes: dict[str, str] = {}
-    token = _NOTES.set(notes)
+    token, before = _NOTES.set(notes), _LOOKING.set(looking)
     try:
         yield notes
     finally:
         _NOTES.reset(token)
+        _LOOKING.reset(before)
 
 
-def is_collecting() -> bool:
+def is_looking() -> bool:
     """Whether `geosurf.info` looks at a file, which may then hold several objects."""
-    return _NOTES.get() is not None
+    return _LOOKING.get()

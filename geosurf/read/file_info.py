@@ -113,7 +113,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
     key, function = kind_of_file(path)
     points = np.empty((0, 3))
     doubts: list[str] = []
-    with collected() as notes:
+    with collected(looking=True) as notes:
         try:
             points = _points(path, key, function)
         except GeosurfError as error:
@@ -141,6 +141,8 @@ def kind_of_file(path: Path) -> tuple[str, str]:
         return key, "read_horizon"
     if key in MESH_FORMATS:
         return key, "read_horizon or read_fault"
+    if key == "resqml":
+        return key, _resqml_function(path)
     if key == "model3d":
         return key, "geosurf.read.model3d.read_model3d"
     if key == "las":
@@ -173,6 +175,16 @@ def kind_of_file(path: Path) -> tuple[str, str]:
     return ("ijxyz", "read_horizon") if looks_like_ijxyz(head) else ("xyz", "read_points")
 
 
+def _resqml_function(path: Path) -> str:
+    """What reads the objects of a package; damaged ones are left to their reader."""
+    from geosurf.read.resqml.surfaces import functions_of
+
+    try:
+        return " or ".join(functions_of(path))
+    except GeosurfError:
+        return "read_horizon"
+
+
 def _holds_points(path: Path, key: str) -> bool:
     """Whether a file of features begins with a point; damaged ones are left to their reader."""
     from geosurf.read.features import geojson, shapefile
@@ -199,6 +211,10 @@ def _points(path: Path, key: str, function: str) -> np.ndarray:
         from geosurf.read.model3d import read_model3d
 
         data = list(read_model3d(path, **ASSUMED).values())
+    elif key == "resqml":
+        from geosurf.read.resqml.surfaces import all_points
+
+        data = all_points(path)
     elif key in GRID_FORMATS or key in MESH_FORMATS:
         form = key if key == "ijxyz" else None  # other suffixes keep their own words
         data = read.read_horizon(path, format=form, **ASSUMED)

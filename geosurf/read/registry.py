@@ -50,7 +50,11 @@ GRID_FORMATS = {
     "geotiff": ("grids.geotiff", "read_geotiff", (".tif", ".tiff")),
     "ijxyz": ("grids.ijxyz", "read_ijxyz", (".ijxyz",)),
 }
-HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
+HORIZON_FORMATS = {
+    **GRID_FORMATS,
+    **MESH_FORMATS,
+    "resqml": ("resqml.surfaces", "read_resqml_horizon", (".epc",)),  # grids or meshes
+}
 FAULT_FORMATS = {
     "sticks": ("polylines", "read_sticks", (".pol", ".csv", ".dat", ".txt")),
     "charisma": ("polylines", "read_charisma_sticks", (".charisma",)),
@@ -60,6 +64,7 @@ FAULT_FORMATS = {
     "sgrid": ("sgrid", "read_sgrid_fault", (".sg",)),
     "geojson": ("features.geojson", "read_geojson_sticks", (".geojson", ".json")),
     "shapefile": ("features.shapefile", "read_shapefile_sticks", (".shp",)),
+    "resqml": ("resqml.surfaces", "read_resqml_fault", (".epc",)),
     **MESH_FORMATS,
 }
 POINT_FORMATS = {
@@ -69,6 +74,7 @@ POINT_FORMATS = {
     "geojson": ("features.geojson", "read_geojson_points", (".geojson", ".json")),
     "shapefile": ("features.shapefile", "read_shapefile_points", (".shp",)),
     "attributes": ("attributes", "read_attribute_points", (".rmsattr",)),
+    "resqml": ("resqml.surfaces", "read_resqml_points", (".epc",)),
 }
 POLYGON_FORMATS = {
     "polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt", ".dat")),
@@ -76,6 +82,7 @@ POLYGON_FORMATS = {
     "geojson": ("features.geojson", "read_geojson_polygons", (".geojson", ".json")),
     "shapefile": ("features.shapefile", "read_shapefile_polygons", (".shp",)),
     "attributes": ("attributes", "read_attribute_polygons", (".rmsattr",)),
+    "resqml": ("resqml.surfaces", "read_resqml_polygons", (".epc",)),
 }
 # what people call the formats; the table of docs/formats.md is tested against it
 TITLES = {
@@ -91,6 +98,7 @@ TITLES = {
     "ijxyz": "seismic grid (IJXYZ)",
     "geotiff": "GeoTIFF",
     "sgrid": "GOCAD SGrid",
+    "resqml": "RESQML 2.0.1",
     "las": "LAS",
     "tsurf": "GOCAD TSurf",
     "model3d": "GOCAD Model3d",

@@ -19,9 +19,9 @@ from geosurf.errors import FormatError, GeosurfWarning
 from geosurf.read._common import integer, number, read_text
 from geosurf.read._gocad_header import Header
 from geosurf.read._guard import read_bytes, refuse_large
-from geosurf.read._noted import is_collecting, noted
+from geosurf.read._noted import is_looking, noted
 from geosurf.read.gocad import bodies
-from geosurf.read.grids.nodes import Axis, GridNodes
+from geosurf.read.grids.nodes import GridNodes, nodes_from_places
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -92,7 +92,7 @@ def read_sgrid(
     Returns
     -------
     GridNodes
-        Elevation [m] over ``(row, column)``, with easting and northing of each node.
+        Elevation [m]; easting and northing for each node, or along the axes.
 
     Raises
     ------
@@ -112,18 +112,7 @@ def read_sgrid(
     """
     grid, nodes = _nodes(path, positive, length_unit)
 
-    # columns, rows and up are right-handed, as in all grids
-    along, across = np.diff(nodes, axis=1)[:-1], np.diff(nodes, axis=0)[:, :-1]
-    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
-    if np.nansum(turn) < 0:
-        nodes = nodes[::-1]
-    dims, metre = ("row", "column"), {"units": "m"}
-    x, y, z = (np.ascontiguousarray(nodes[..., k]) for k in range(3))
-    attrs = {"units": "m", "positive": "up", "long_name": name, "source": path.name}
-    if grid.header.crs is not None:
-        attrs["crs"] = grid.header.crs
-    coords = {"easting": Axis(x, dims, metre), "northing": Axis(y, dims, metre)}
-    return GridNodes(z, dims, coords, name, attrs)
+    return nodes_from_places(nodes, name=name, source=path.name, crs=grid.header.crs)
 
 
 def read_sgrid_fault(
@@ -280,7 +269,7 @@ def _warn_of_flags(grid: SGrid, expected: int) -> None:
     flags = np.frombuffer(read_bytes(path)[: 4 * expected], dtype=">u4")
     count = int((flags != np.median(flags)).sum()) if len(flags) else 0
     noted("flags", f"not used; {count} of {expected} nodes differ from the others")
-    if count and not is_collecting():
+    if count and not is_looking():
         effect = (
             f"'{path.name}' marks {count} of {expected} nodes of '{grid.path.name}'. geosurf does "
             "not use these flags: dead cells among them become part of the surface."

@@ -34,8 +34,9 @@ def test_a_layer_is_a_horizon_and_a_fault(tmp_path, wide, n):
     path = written(tmp_path, wide=wide, n=n)
     top = gs.read_horizon(path)
     np.testing.assert_array_equal(top.values, -Z)
-    np.testing.assert_array_equal(top.easting.values, X)
-    np.testing.assert_array_equal(top.northing.values, Y)
+    assert top.dims == ("northing", "easting")
+    np.testing.assert_array_equal(top.easting.values, X[0])
+    np.testing.assert_array_equal(top.northing.values, Y[:, 0])
     assert top.attrs["crs"] == "ED50 / UTM 31N"
     fault = gs.triangulate_fault(gs.read_fault(path))
     assert (fault.name, fault.n_triangle, fault.crs) == ("Top", 4, "ED50 / UTM 31N")

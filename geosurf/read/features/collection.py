@@ -23,7 +23,7 @@ from geosurf.model.base import in_crs_of
 from geosurf.read._choice import chosen
 from geosurf.read._columns import USUAL
 from geosurf.read._common import agreed_scale, agreed_sign
-from geosurf.read._noted import is_collecting, noted
+from geosurf.read._noted import is_looking, noted
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -135,7 +135,7 @@ class Features:
         """Small numbers may be degrees, also in systems that are given by a code."""
         x, y = np.concatenate([one.points[:, :2] for one in self.items]).T
         # a plain model may begin at 0, but rarely lies below 90 in all
-        if np.abs(x).max() <= 180 and np.abs(y).max() <= 90 and not is_collecting():
+        if np.abs(x).max() <= 180 and np.abs(y).max() <= 90 and not is_looking():
             effect = (
                 f"Coordinates of '{self.path.name}' are {x.min():g} to {x.max():g} by {y.min():g} "
                 f"to {y.max():g}, which could be degrees. geosurf takes them as metres."

@@ -164,6 +164,49 @@ class GridNodes:
         )
 
 
+def nodes_from_places(
+    nodes: np.ndarray, *, name: str, source: str, crs: str | None = None
+) -> GridNodes:
+    """Return the nodes of a grid of which each has its own place.
+
+    Parameters
+    ----------
+    nodes : ndarray of float64, shape (n_row, n_column, 3)
+        Easting, northing, elevation [m]; NaN where absent.
+    name, source : str
+        Name of the horizon, and of the file (without folder).
+    crs : str, optional
+        Coordinate reference system.
+
+    Returns
+    -------
+    GridNodes
+        With 1-D coordinates where rows run east and columns north, else 2-D ones.
+    """
+    # columns, rows and up are right-handed, as in all grids
+    along, across = np.diff(nodes, axis=1)[:-1], np.diff(nodes, axis=0)[:, :-1]
+    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
+    if np.nansum(turn) < 0:
+        nodes = nodes[::-1]
+    x, y, z = (np.ascontiguousarray(nodes[..., k]) for k in range(3))
+    dims: tuple[str, str] = ("row", "column")
+    metre = {"units": "m"}
+    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
+    if crs is not None:
+        attrs["crs"] = crs
+    if min(z.shape) and (x == x[:1]).all() and (y == y[:, :1]).all():
+        east, north = x[0], y[:, 0]
+        if (np.diff(east) > 0).all() and (np.diff(north) > 0).all():
+            dims = ("northing", "easting")
+            axes = {
+                "northing": Axis(north, dims[:1], metre),
+                "easting": Axis(east, dims[1:], metre),
+            }
+            return GridNodes(z, dims, axes, name, attrs)
+    places = {"easting": Axis(x, dims, metre), "northing": Axis(y, dims, metre)}
+    return GridNodes(z, dims, places, name, attrs)
+
+
 def nodes_from_grid(
     header: GridHeader, elevation: np.ndarray, *, name: str, source: str
 ) -> GridNodes:

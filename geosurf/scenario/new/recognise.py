@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,8 @@ from geosurf.read._common import is_number, read_text
 from geosurf.read._detect import detect
 from geosurf.read.line_names import NAMED_LINES, fault_names
 from geosurf.read.netcdf import holds_fault
+from geosurf.read.resqml.representations import LINES, MESH
+from geosurf.read.resqml.surfaces import surfaces_of
 from geosurf.scenario.new.found import OUT, Found
 from geosurf.scenario.new.shape import mean_dip, plane_dip, thinned
 
@@ -99,6 +102,8 @@ def _by_suffix(path: Path) -> list[Found]:
         return [_grid(path)]
     if among({"tsurf": MESH_FORMATS["tsurf"]}):
         return _tsurfs(path)
+    if shown == "resqml":
+        return _resqml(path)
     if among(MESH_FORMATS):
         return _pieces(_mesh(path, path.stem, lambda words: read_horizon(path, **words)))
     if shown in NAMED_LINES:
@@ -198,6 +203,32 @@ def _pieces(whole: Found, in_file: str = "") -> list[Found]:
         )
         for k, part in enumerate(parts.values(), start=1)
     ]  # fmt: skip
+
+
+def _resqml(path: Path) -> list[Found]:
+    """Every surface of a package; the package says what it is, else its shape does."""
+    found = []
+    for surface in surfaces_of(path):
+        name, role = surface.title, surface.role
+        if surface.kind == MESH and not role:
+            one = _mesh(path, name, partial(_named, read_horizon, path, name), name)
+        elif surface.kind in LINES and role != "fault":
+            one = Found(path, OUT, "lines", "lines: [aoi] and [[faults]] take files of lines", name)
+        elif surface.kind in LINES:
+            one = _sticks(path, name)
+        else:
+            read = read_fault if role == "fault" else read_horizon
+            kind = role or "horizon"
+            one = _surface(path, partial(read, name=name), "RESQML", kind, f"{kind} of RESQML")
+            one.name = name
+        one.states_direction = one.states_unit = True
+        one.in_file = name
+        found += _pieces(one, name) if surface.kind == MESH else [one]
+    return found
+
+
+def _named(read: Any, path: Path, name: str, words: dict[str, Any]) -> Any:
+    return read(path, name=name, **words)
 
 
 def _mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
@@ -348,18 +379,19 @@ def _lines(path: Path, header: str) -> Found:
 
 def _named_faults(path: Path, key: str) -> list[Found]:
     """Each fault of a file of named lines; a run picks it by its name."""
-    found = []
-    for name in fault_names(path, key):
-        fault: Any = read_fault(path, name=name or None, **UP)
-        lines = list(fault.sticks)
-        note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
-        one = Found(
-            path, "fault", "sticks", note, name, np.concatenate(lines), data=fault, in_file=name
-        )
-        if len(lines) < 2:
-            one.leave_out("1 stick: a fault needs two")
-        found.append(one)
-    return found
+    return [_sticks(path, name) for name in fault_names(path, key)]
+
+
+def _sticks(path: Path, name: str) -> Found:
+    """A fault as lines."""
+    fault: Any = read_fault(path, name=name or None, **UP)
+    lines = list(fault.sticks)
+    note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
+    points = np.concatenate(lines)
+    one = Found(path, "fault", "sticks", note, name, points, data=fault, in_file=name)
+    if len(lines) < 2:
+        one.leave_out("1 stick: a fault needs two")
+    return one
 
 
 def _stick_dip(lines: list[np.ndarray]) -> float:

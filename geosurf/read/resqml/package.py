@@ -1,0 +1,292 @@
+"""The container of RESQML: a zip file of XML objects, and HDF5 files of arrays next to it.
+
+Nothing is unpacked before its size is known, documents may not declare entities, and arrays are
+only taken from files of the same folder: a package from elsewhere may name any path.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import posixpath
+import re
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from geosurf.errors import DependencyError, FormatError, InputError
+from geosurf.read._guard import ALLOWANCE, opened, read_bytes, refuse_large, same_file
+from geosurf.read._hdf5 import refuse_bombs
+from geosurf.read._noted import noted
+from geosurf.read._vtkxml import refuse_entities
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import h5py
+
+COPIES = 10  # of the text of an object, as a tree
+# what these libraries raise for damaged files
+ZIP_DAMAGE = (
+    zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, NotImplementedError,
+    RuntimeError, LookupError,
+)  # fmt: skip
+HDF5_DAMAGE = (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError)
+EXTERNAL = "/externalResource"
+
+
+def tag(node: Element) -> str:
+    """Name of an element without its namespace."""
+    return str(node.tag).rpartition("}")[2]
+
+
+def kind(node: Element) -> str:
+    """The kind that an element states, such as ``"Grid2dRepresentation"``; else its name."""
+    stated = next((value for key, value in node.items() if key.endswith("}type")), "")
+    return stated.rpartition(":")[2].removeprefix("obj_") or tag(node)
+
+
+def find(node: Element, *path: str) -> Element | None:
+    """Return the first element at the end of a path of names, or None."""
+    for name in path:
+        found = next((child for child in node if tag(child) == name), None)
+        if found is None:
+            return None
+        node = found
+    return node
+
+
+def every(node: Element, name: str) -> list[Element]:
+    """Return all children of a name."""
+    return [child for child in node if tag(child) == name]
+
+
+@dataclass
+class Package:
+    """An open package.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        Of the ``.epc``.
+    objects : dict of str to Element
+        By identifier, in the order of the file.
+    files : dict of str to str
+        Names of HDF5 files by the identifier of the object that stands for them.
+    size : int
+        Bytes of the ``.epc``.
+    """
+
+    path: Path
+    objects: dict[str, Element]
+    files: dict[str, str]
+    size: int
+    opened: contextlib.ExitStack
+    arrays: dict[str, tuple[Path, h5py.File]] = field(default_factory=dict)
+
+    def damaged(self, reason: str) -> FormatError:
+        """An error about the structure of the file."""
+        return FormatError(
+            f"{self.path}: {reason}. The package is damaged, or not RESQML 2.0.1; export it again."
+        )
+
+    def need(self, node: Element, *path: str) -> Element:
+        """Return the element at the end of a path of names, or raise an error that names it."""
+        found = find(node, *path)
+        if found is None:
+            raise self.damaged(f"a {kind(node)} has no {'/'.join(path)}")
+        return found
+
+    def text(self, node: Element, *path: str) -> str:
+        """Return the text of an element."""
+        return (self.need(node, *path).text or "").strip()
+
+    def number(self, node: Element, *path: str) -> float:
+        """Return a finite number."""
+        word = self.text(node, *path)
+        try:
+            value = float(word)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value) or "_" in word:
+            raise self.damaged(f"{'/'.join(path)} of a {kind(node)} is {word[:40]!r}, no number")
+        return value
+
+    def count(self, node: Element, *path: str) -> int:
+        """Return a number of things."""
+        word = self.text(node, *path)
+        if not (word.isascii() and word.isdecimal() and len(word) < 16):
+            raise self.damaged(f"{'/'.join(path)} of a {kind(node)} is {word[:40]!r}, no count")
+        return int(word)
+
+    def referred(self, node: Element, *path: str) -> Element:
+        """Return the object that an element refers to."""
+        uuid = self.text(node, *path, "UUID")
+        if uuid not in self.objects:
+            raise self.damaged(f"{path[-1]} of a {kind(node)} refers to {uuid!r}, which is missing")
+        return self.objects[uuid]
+
+    def dataset(self, node: Element) -> np.ndarray:
+        """Return the array that an element such as ``Values`` names."""
+        name, proxy = self.text(node, "PathInHdfFile"), self.text(node, "HdfProxy", "UUID")
+        path, file = self._file(proxy)
+        try:
+            found = file[name]
+            values = np.asarray(found[()]) if found.dtype.kind in "fiub" else None
+        except HDF5_DAMAGE as error:
+            raise FormatError(
+                f"{path}: array {name!r} cannot be read ({str(error)[:200]}). The file is damaged, "
+                f"or belongs to another package than {self.path.name}; export both again."
+            ) from error
+        if values is None:
+            raise FormatError(f"{path}: array {name!r} does not hold numbers. Export it again.")
+        return values
+
+    def refuse_large(self, needed: int, what: str) -> None:
+        """Refuse what takes more memory than the files may ask for."""
+        if needed > ALLOWANCE:
+            beside = {self._next_to(name) for name in self.files.values()}
+            size = self.size + sum(path.stat().st_size for path in beside)
+            refuse_large(self.path, needed, size, what)
+
+    def _file(self, proxy: str) -> tuple[Path, h5py.File]:
+        """The HDF5 file that an object stands for, checked and open."""
+        if proxy not in self.arrays:
+            self.arrays[proxy] = self._opened(self._next_to(self.files.get(proxy)))
+        return self.arrays[proxy]
+
+    def _next_to(self, name: str | None) -> Path:
+        """The file of arrays, in the folder of the package, whatever folder it came from."""
+        own = self.path.with_suffix(".h5")
+        named = own if name is None else self.path.parent / name
+        # packages are renamed, and then the name inside is the old one
+        for path in (named, own):
+            if path.exists():
+                return path
+        raise InputError(
+            f"{self.path}: its arrays are in {named.name}, which is not next to it. Copy both "
+            "files into one folder."
+        )
+
+    def _opened(self, path: Path) -> tuple[Path, h5py.File]:
+        try:
+            import h5py
+        except ImportError as error:
+            raise DependencyError(
+                f"{self.path}: reading RESQML needs h5py, which is not installed. Install it with: "
+                'pip install "geosurf[io]"'
+            ) from error
+        handle, size = self.opened.enter_context(opened(path))
+        try:
+            file = self.opened.enter_context(h5py.File(same_file(path, handle), "r"))
+            refuse_bombs(path, file, size)
+        except HDF5_DAMAGE as error:
+            if isinstance(error, FormatError):
+                raise
+            raise FormatError(
+                f"{path}: the HDF5 library cannot read it ({str(error)[:200]}). The file is "
+                "damaged or truncated; export it again."
+            ) from error
+        return path, file
+
+
+@contextlib.contextmanager
+def open_package(path: Path) -> Iterator[Package]:
+    """
+    Open a package: its objects are parsed, its arrays are read on request.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Yields
+    ------
+    Package
+
+    Raises
+    ------
+    FormatError
+        If it is not a package of RESQML 2.0.1, is damaged, or asks for too much memory.
+    """
+    data = read_bytes(path)
+    objects: dict[str, Element] = {}
+    names: dict[str, str] = {}
+    total = 0
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as package:
+            listed = {info.filename: info for info in package.infolist()}
+            parts = [one for one in listed if one.endswith(".xml") and not _is_about(one)]
+            proxies = {}
+            for part in parts:
+                total += COPIES * listed[part].file_size
+                refuse_large(path, total, len(data), f"the object {part!r}")
+                node = _parsed(path, part, package.read(part))
+                uuid = node.get("uuid", "")
+                objects[uuid] = node
+                if tag(node) == "EpcExternalPartReference":
+                    proxies[uuid] = part
+            for uuid, part in proxies.items():
+                relations = posixpath.join(
+                    posixpath.dirname(part), "_rels", posixpath.basename(part) + ".rels"
+                )
+                if relations in listed:
+                    total += COPIES * listed[relations].file_size
+                    refuse_large(path, total, len(data), f"the object {relations!r}")
+                    named = _external(_parsed(path, relations, package.read(relations)))
+                    names |= {} if named is None else {uuid: named}
+    except ZIP_DAMAGE as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(
+            f"{path}: the zip file cannot be unpacked ({str(error)[:200]}). The package is "
+            "damaged or truncated; export it again."
+        ) from error
+    _refuse_other(path, objects)
+    noted("kind", "RESQML 2.0.1")
+    with contextlib.ExitStack() as stack:
+        yield Package(path, objects, names, len(data), stack)
+
+
+def _is_about(name: str) -> bool:
+    """Whether a file of a package describes the package, and no object of it."""
+    return name.startswith(("docProps/", "[Content_Types]"))
+
+
+def _parsed(path: Path, name: str, data: bytes) -> Element:
+    """One file of the package as a tree."""
+    refuse_entities(path, data)
+    try:
+        return ElementTree.fromstring(data)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise FormatError(
+            f"{path}: the XML of {name!r} is incomplete ({error}). The package is damaged; export "
+            "it again."
+        ) from error
+
+
+def _external(relations: Element) -> str | None:
+    """Name of the file that a relation of the kind "external" points to, without folders."""
+    for one in relations:
+        if str(one.get("Type")).endswith(EXTERNAL) and one.get("Target"):
+            return re.split(r"[\\/]", unquote(str(one.get("Target"))))[-1] or None
+    return None
+
+
+def _refuse_other(path: Path, objects: dict[str, Element]) -> None:
+    """Refuse zip files of another kind, and other versions of RESQML."""
+    spaces = {str(node.tag).rpartition("}")[0].lstrip("{") for node in objects.values()}
+    if "http://www.energistics.org/energyml/data/resqmlv2" in spaces:
+        return
+    other = next((one for one in sorted(spaces) if "resqml" in one), None)
+    if other is not None:
+        raise FormatError(
+            f"{path}: the package has objects of {other}, expected RESQML 2.0.1. Export it as "
+            "RESQML 2.0.1."
+        )
+    raise FormatError(f"{path}: this is not a package of RESQML. Export the surfaces again.")
