@@ -12,8 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.conventions.outlines import straight_runs
 from geosurf.model import TriSurface
 from geosurf.model.protocols import DrawnModel
+
+MANY = 32  # corners of an outline from which straight runs of sides are joined
+STRAIGHT = 1e-7  # of its size: far below a pixel
 
 
 def as_modelled(scene: DrawnModel, surface: TriSurface) -> TriSurface:
@@ -46,6 +50,10 @@ class Prism:
         west, east, south, north, *_ = self.box
         corners = [(west, south), (east, south), (east, north), (west, north)]
         self.outline = np.array(corners if outline is None else outline, dtype=np.float64)
+        # exported outlines have many short sides on one line: each would cut every triangle
+        if len(self.outline) > MANY:
+            near = STRAIGHT * float(np.ptp(self.outline, axis=0).max())
+            self.outline = self.outline[[run[0] for run in straight_runs(self.outline, near)]]
 
     @cached_property
     def parts(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -66,7 +74,9 @@ class Prism:
 
     def holds(self, points: np.ndarray) -> bool:
         """Whether all points (n, 3) are certainly inside; only tested for convex areas."""
-        return len(self.parts) == 1 and bool((_distances(points, self.parts[0][0]) >= 0).all())
+        if len(self.parts) > 1:
+            return False
+        return all((_distances(points, side[None]) >= 0).all() for side in self.parts[0][0])
 
     def triangles(
         self, points: np.ndarray, triangles: np.ndarray

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.conventions import area_text, length_text
+from geosurf.conventions.outlines import straight_runs
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.meshes.mesh import edges
@@ -101,42 +102,13 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
         return along_rim, depth
 
     rim = _rim(horizon)
-    for sides in _straight_runs(outline, near):
+    for sides in straight_runs(outline, near):
         # One node touches a straight run of sides; two or more run along it.
         found = [_beside_side(outline, k, rim, near) for k in sides]
         if len(np.unique(np.concatenate([rows for rows, _ in found]))) > 1:
             along_rim[sides] = True
             depth = max(depth, *(deep for _, deep in found))
     return along_rim, depth
-
-
-def _straight_runs(outline: np.ndarray, near: float) -> list[list[int]]:
-    """Sides in a row that are one straight line to within a distance: outlines may be dense."""
-    n = len(outline)
-    # begin at the corner that is farthest from the first one: no run goes on across it
-    start = int(np.hypot(*(outline - outline[0]).T).argmax())
-    ring = [(start + k) % n for k in range(n + 1)]
-    runs, first = [], 0
-    for last in range(1, n + 1):
-        if last < n and _off(outline[ring[first : last + 2]]) <= near:
-            continue
-        runs.append(ring[first:last])
-        first = last
-    return runs
-
-
-def _off(corners: np.ndarray) -> float:
-    """Largest distance of corners from the line between the first and last of them [m]."""
-    chord = corners[-1] - corners[0]
-    from_first = corners[1:-1] - corners[0]
-    length = np.hypot(*chord)
-    if not length:
-        return np.inf
-    along = from_first @ chord / length
-    # a line that turns back is not straight
-    if (np.diff(along, prepend=0.0, append=length) < 0).any():
-        return np.inf
-    return float(np.abs(chord[0] * from_first[:, 1] - chord[1] * from_first[:, 0]).max() / length)
 
 
 def _beside_side(

@@ -107,3 +107,16 @@ def test_torn_horizons_are_drawn_as_far_as_their_faults():
     assert not (shown.vertices[:, None] == outer[None]).all(axis=2).any()
     fault = scene.surface("F1")
     assert as_modelled(scene, fault) is fault
+
+
+def test_short_sides_on_one_line_cut_like_one_side():
+    """Exported outlines have hundreds of corners on straight sides, rounded to a micrometre."""
+    square = np.array([[1.0, 1], [7, 1], [7, 6], [1, 6]])
+    share = np.linspace(0, 1, 50, endpoint=False)[:, None]
+    sides = zip(square, np.roll(square, -1, axis=0), strict=True)
+    dense = np.concatenate([a + share * (b - a) for a, b in sides]).round(7)
+    points = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0]])
+    prisms = [Prism((0, 9, 0, 9, -1, 1), ring) for ring in (square, dense)]
+    assert len(prisms[1].outline) == 4
+    areas = [map_area(*one.triangles(points, np.array([[0, 1, 2]]))[:2]) for one in prisms]
+    assert areas[0] == pytest.approx(areas[1], rel=1e-6)

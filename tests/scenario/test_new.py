@@ -248,3 +248,41 @@ def test_faults_in_feet_meet_the_horizons(exports: dict[str, FieldTruth]) -> Non
     z = [surface_of(one).vertices[:, 2] for one in (metres, feet)]
     np.testing.assert_allclose(z[1], 0.3048 * z[0], rtol=1e-12)
     assert z[0].max() < 0.0
+
+
+def test_pieces_tables_and_polygons_are_proposed_as_faults(
+    exports: dict[str, FieldTruth], tmp_path: Path
+) -> None:
+    """A mesh in two pieces, points as csv; polygons only where there are no fault surfaces."""
+    truth = exports["points"]
+    points = np.loadtxt(truth.files["Top"])[:-1]
+    np.savetxt(tmp_path / "Top.csv", points, "%.2f", ",", header="X,Y,Z", comments="")
+    mesh = gs.read_fault(truth.files["F3"])
+    middle = mesh.vertices[mesh.triangles][:, :, 1].mean(axis=1)
+    apart = np.abs(middle - np.median(middle)) > 60.0
+    gs.write(gs.TriSurface("F3", "fault", mesh.vertices, mesh.triangles[apart]), tmp_path / "F3.ts")
+    east, north, depth = points[len(points) // 2]
+    gap = np.array([[0, -900, 0], [25, 0, 15], [0, 900, 0], [-25, 0, -15], [0, -900, 0]])
+    ring = np.add(gap, [east, north, depth])
+    lines = np.concatenate([ring, [[999] * 3], np.add(ring, [400, 0, 0]), [[999] * 3]])
+    for name in ("gaps.pol", "again.dat"):
+        np.savetxt(tmp_path / name, lines, "%.3f")
+
+    both = new_scenario(tmp_path / "both", [tmp_path / "Top.csv", tmp_path / "F3.ts",
+                                            tmp_path / "gaps.pol"], positive="down")  # fmt: skip
+    faults = read_scenario(both.path).faults
+    assert [(one.name, one.piece) for one in faults] == [("F3 (1)", 1), ("F3 (2)", 2)]
+    assert kinds(both)["gaps.pol"] == "left out"
+
+    files = [truth.files["F3"].parent.parent / "grids" / "Top.gri", tmp_path / "gaps.pol"]
+    new = new_scenario(tmp_path / "gaps", [*files, tmp_path / "again.dat"], positive="down")
+    assert kinds(new)["again.dat"] == "left out"
+    (asked,) = new.questions
+    assert "fault polygons of 'Top'" in asked.text
+    text = new.path.read_text(encoding="utf-8").splitlines()
+    end = text.index("", asked.line)
+    rows = [line.removeprefix("# ") for line in text[asked.line - 1 : end]]
+    new.path.write_text("\n".join([*text[: asked.line - 1], *rows, *text[end:]]))
+    scenario = read_scenario(new.path)
+    assert [one.name for one in scenario.faults] == ["P1", "P2"]
+    assert scenario.tear is not None

@@ -22,7 +22,7 @@ class Found:
     Attributes
     ----------
     path : pathlib.Path
-    kind : {"horizon", "fault", "contact", "tops", "outline", "model", "left out"}
+    kind : {"horizon", "fault", "polygons", "contact", "tops", "outline", "model", "left out"}
     form : str
         What the file holds: ``"grid"``, ``"points"``, ``"sticks"``, ``"mesh"`` ...
     note : str
@@ -31,7 +31,7 @@ class Found:
     points : ndarray of float64, shape (n, 3)
         Easting and northing [m], z as in the file unless `states_direction`.
     parts : list of ndarray
-        Of sticks: their points.
+        Of fault polygons: their points.
     states_direction, states_unit : bool
         Whether the file itself states them; then `points` has elevations, or metres.
     header : str
@@ -59,6 +59,7 @@ class Found:
     points: np.ndarray = field(default_factory=lambda: NO_POINTS)
     states_direction: bool = False
     states_unit: bool = False
+    parts: list[np.ndarray] = field(default_factory=list)
     header: str = ""
     positive: str | None = None
     length_unit: str | None = None

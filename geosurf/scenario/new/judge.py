@@ -8,7 +8,7 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from geosurf.conventions import METRES_PER_UNIT
+from geosurf.conventions import METRES_PER_UNIT, counted
 from geosurf.scenario.new.found import OUT, Found
 from geosurf.scenario.new.shape import cell_means, frame_of, overlap_in_map
 
@@ -22,7 +22,7 @@ UPPER = re.compile(r"(?:^|[^a-z])top|[a-z]top(?:[^a-z]|$)", re.IGNORECASE)
 LOWER = re.compile(r"(?:^|[^a-z])(base|bottom)|[a-z](base|bottom)(?:[^a-z]|$)", re.IGNORECASE)
 DEPTH_HEADER = re.compile(r"tvd|depth", re.IGNORECASE)
 UP_HEADER = re.compile(r"elevation", re.IGNORECASE)
-SOLID = ("horizon", "fault", "contact", "tops")
+SOLID = ("horizon", "fault", "contact", "tops", "polygons")
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,7 @@ def judged(found: list[Found], answers: Answers) -> Ready:
     elif ready.asks_direction:
         ready.notes.append("the order is that of the files, until the direction of z is known")
     _points_need_faults(ready)
+    _polygons(ready)
     _name(ready)
     # The order of tables in the scenario; horizons keep theirs, since sorting is stable.
     rank = {"model": 0, "horizon": 1, "fault": 2}
@@ -133,6 +134,40 @@ def _points_need_faults(ready: Ready) -> None:
         if one.form == "points":
             one.leave_out("points are gridded with [tear], which needs a fault; give grids, or add "
                           "the faults")  # fmt: skip
+
+
+def _polygons(ready: Ready) -> None:
+    """Fault polygons stand for faults where there are no fault surfaces; each file once."""
+    used: list[Found] = []
+    for one in ready.of("polygons"):
+        same = next((u for u in used if _coincide(u.points, one.points)), None)
+        if ready.of("fault"):
+            one.leave_out(
+                f"{counted(len(one.parts), 'closed line')}: fault polygons, and there are fault "
+                "surfaces. To use them, see [[faults.polygons]]"
+            )
+        elif same is not None:
+            one.leave_out(f"has the lines of {same.path.name}")
+        else:
+            used.append(one)
+
+
+def _coincide(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two files have the same points, but for digits that one of them lacks."""
+    return a.shape == b.shape and bool((np.abs(a - b) < SAME).all())
+
+
+def nearest_horizon(ready: Ready, polygons: Found) -> str:
+    """Name of the horizon whose elevations are those of some polygons."""
+    horizons = ready.of("horizon")
+    frame = frame_of([one.elevations for one in horizons])
+    at = cell_means(polygons.elevations, frame)
+
+    def away(one: Found) -> float:
+        gap = np.abs(cell_means(one.elevations, frame) - at)
+        return float(np.median(gap[np.isfinite(gap)])) if np.isfinite(gap).any() else np.inf
+
+    return min(horizons, key=away).name
 
 
 # ---------------------------------------------------------------------- direction
@@ -352,4 +387,4 @@ def _name(ready: Ready) -> None:
         used.add(one.name.casefold())
 
 
-__all__ = ["Answers", "Ready", "judged"]
+__all__ = ["Answers", "Ready", "judged", "nearest_horizon"]

@@ -360,11 +360,8 @@ def _lines(path: Path, header: str) -> Found:
         return one
     # Closed and not level: polygons along the cut-offs of one horizon.
     if all(closed):
-        one.form = "polygons"
-        one.leave_out(
-            f"{counted(len(lines), 'closed line')}: fault polygons of one horizon, not fault "
-            "surfaces. Export the faults as sticks, or see read_polygons and fault_from_polygons"
-        )
+        one.kind = one.form = "polygons"
+        one.parts, one.note = lines, counted(len(lines), "closed line")
         return one
     one.note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
     if len(lines) < 2 or path.suffix.lower() not in FAULT_FORMATS["sticks"][2]:

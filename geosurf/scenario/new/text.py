@@ -9,7 +9,7 @@ from pathlib import Path
 
 from geosurf.scenario.new.compartments import Divider
 from geosurf.scenario.new.found import OUT, Found, Question
-from geosurf.scenario.new.judge import Ready
+from geosurf.scenario.new.judge import Ready, nearest_horizon
 from geosurf.scenario.new.network import SIDES, End
 from geosurf.scenario.new.shape import overlap_in_map
 
@@ -50,6 +50,8 @@ def scenario_text(
     _ends(page, ends)
     _compartments(page, dividers)
     _tear(page, ready)
+    if ready.of("horizon") and not ready.asks_direction:
+        _polygons(page, folder, ready)
     _others(page, folder, ready)
     left = ready.of(OUT)
     if left:
@@ -177,6 +179,28 @@ def _tear(page: Page, ready: Ready) -> None:
     # Without a list [tear] takes all horizons.
     if len(torn) < len(horizons):
         page.add(f"horizons = [{', '.join(quoted(one.name) for one in torn)}]")
+
+
+def _polygons(page: Page, folder: Path, ready: Ready) -> None:
+    """Fault polygons, which may stand for faults."""
+    taken = {one.name for one in ready.of("horizon", "fault", "contact")}
+    for one in ready.of("polygons"):
+        horizon = nearest_horizon(ready, one)
+        lines = []
+        for k in range(1, len(one.parts) + 1):
+            # short names, since names of blocks consist of them
+            name = f"P{k}" if f"P{k}" not in taken else f"{one.name} {k}"
+            taken.add(name)
+            lines += ["[[faults]]", f"name = {quoted(name)}"]
+            lines += [] if one.positive is None or ready.positive else _file(folder, one, ready)[1:]
+            lines += ["[[faults.polygons]]", f"horizon = {quoted(horizon)}"]
+            lines += [f"file = {quoted(_path(folder, one.path))}", f"polygon = {k}"]
+        page.add("")
+        page.ask(
+            f"has {one.path.name} fault polygons of {horizon!r}? Each may be a fault, at which "
+            "horizons are cut. Without them the model has no faults.",
+            *lines, "[tear]",
+        )  # fmt: skip
 
 
 def _others(page: Page, folder: Path, ready: Ready) -> None:
