@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import resource
 import shlex
 import subprocess
 import sys
@@ -58,6 +59,7 @@ FIELDS = (
     ("export, network", "export_network", "--example network"),
 )
 DULL = re.compile(r"(draw|triangulate|curves|surface) ")  # lines of the log, one for each thing
+LIMIT = 600  # seconds of processor for a run with an answer
 LONGEST = 150  # characters of a line that is shown
 COLUMNS = ("field", "first attempt", "units", "certificate", "questions", "inside [%]", "new [s]",
            "run [s]", "processor [s]", "memory [MB]")  # fmt: skip
@@ -92,14 +94,19 @@ class Row:
         return self.commands[-1]
 
 
-def done(command: str, folder: Path) -> Done:
-    """Run ``geosurf ...`` in a folder, in a process of its own."""
+def done(command: str, folder: Path, limit: int | None = None) -> Done:
+    """Run ``geosurf ...`` in a folder, in a process of its own with some seconds of processor."""
+
+    def limited() -> None:
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+
     words = [sys.executable, "-m", "geosurf.cli", *shlex.split(command)[1:]]
     start = time.perf_counter()
     with (folder / "console.txt").open("w+") as console:
         child = subprocess.Popen(
             words, cwd=folder, stdout=console, stderr=subprocess.STDOUT,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, "PYTHONUNBUFFERED": "1"}, preexec_fn=limited,
         )  # fmt: skip
         _, status, used = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
@@ -121,7 +128,7 @@ def field_of(name: str, at: str, files: str, folder: Path, answers: bool) -> Row
     for k, question in enumerate(re.findall(r"# QUESTION: (.*)", text) if answers else []):
         path = folder / at / f"answer_{k}.toml"
         path.write_text(answered(text, k), encoding="utf-8")
-        answer = done(f"geosurf run {at}/{path.name} -o {at}/out_{k}", folder)
+        answer = done(f"geosurf run {at}/{path.name} -o {at}/out_{k}", folder, LIMIT)
         row.answers.append((question, answer))
     return row
 
@@ -233,7 +240,8 @@ def page_of(rows: list[Row], state: str) -> str:
     for row in rows:
         for question, one in row.answers:
             units = re.search(r"^(\d+) units in", "\n".join(one.lines), re.M)
-            built = "yes" if one.code == 0 else f"no: {one.lines[-1]}"
+            built = "yes" if one.code == 0 else f"no: {' '.join(shortened(one.lines[-2:]))}"
+            built = built if one.code >= 0 else f"stopped after {LIMIT} s"
             lines.append(_line(row.name, question, built, units[1] if units else "",
                                f"{one.processor:.0f}"))  # fmt: skip
     for row in rows:
