@@ -1,12 +1,14 @@
-"""Vertices and triangles of a large plain TSurf, all at once.
+"""Vertices and triangles of large plain GOCAD files, all at once.
 
-A plain file has one TSurf, all VRTX lines in one run and all TRGL lines in another. All other
-files go to the reader of lines, which names what is wrong.
+A plain file has VRTX and TRGL lines in runs, and no other words for vertices. All other files go
+to the reader of lines, which names what is wrong.
 """
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,53 +16,122 @@ from geosurf.read._common import plain_numbers
 from geosurf.read._table import words_per_line
 
 FEWEST = 100_000  # characters; below, lines are as fast
+LINES_IN_A_RUN = 8  # on average; below, lines are as fast
 OTHERS = re.compile(r"^\s*(?:P?VRTX|P?ATOM|TRGL)\b", re.MULTILINE | re.IGNORECASE)
 NOT_WHOLE = re.compile(r"VRTX[ \t]+\d*[^\d\s]")  # an id that is no plain whole number
 OBJECT = re.compile(r"^\s*GOCAD\b", re.MULTILINE | re.IGNORECASE)
+OTHER, VERTEX, TRIANGLE = 0, 1, 2  # kinds of lines
+WORDS = {VERTEX: b"VRTX ", TRIANGLE: b"TRGL "}
 
 
-def plain_tsurf(text: str) -> tuple[str, np.ndarray, np.ndarray] | None:
+@dataclass
+class _Object:
+    """One object while its runs go by."""
+
+    rest: list[str] = field(default_factory=list)
+    vertices: list[str] = field(default_factory=list)
+    triangles: list[str] = field(default_factory=list)
+    defined: list[int] = field(default_factory=list)  # vertices above each run of triangles
+    n_vertex: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class PlainObject:
     """
-    Return what is left of a TSurf without vertices and triangles, and these.
+    One object of a GOCAD file.
+
+    Attributes
+    ----------
+    rest : str
+        Its lines without vertices and triangles.
+    points : ndarray of float64, shape (n, 3)
+        Coordinates as in the file.
+    triangles : ndarray of int64, shape (m, 3)
+        Rows of `points`.
+    """
+
+    rest: str
+    points: np.ndarray
+    triangles: np.ndarray
+
+
+def plain_objects(text: str) -> list[PlainObject] | None:
+    """
+    Return the objects of a large plain file, or None if it has to be read line by line.
 
     Parameters
     ----------
     text : str
-
-    Returns
-    -------
-    (str, ndarray of float64, shape (n, 3), ndarray of int64, shape (m, 3)) or None
-        Head and tail of the file; coordinates as in the file; rows of vertices.
     """
-    if len(text) < FEWEST or len(OBJECT.findall(text[:FEWEST])) != 1:
+    if len(text) < FEWEST or not text.isascii():
         return None
-    vertex_run, triangle_run = _run(text, "\nVRTX "), _run(text, "\nTRGL ")
-    if vertex_run is None or triangle_run is None or vertex_run[1] > triangle_run[0]:
+    found: list[_Object] = []
+    runs = _runs(text)
+    if runs is None:
         return None
-    parts = (text[: vertex_run[0]], text[vertex_run[1] : triangle_run[0]], text[triangle_run[1] :])
-    rest = "".join(parts)
-    if OTHERS.search(rest) or len(OBJECT.findall(rest)) != 1:
-        return None
+    for kind, start, stop, n_line in runs:
+        part = text[start:stop]
+        if kind == OTHER:
+            heads = [match.start() for match in OBJECT.finditer(part)]
+            cuts = [0, *heads, len(part)]
+            if found:
+                found[-1].rest.append(part[: cuts[1]])
+            elif part[: cuts[1]].strip():
+                return None  # lines before the first object
+            found += [_Object([part[a:b]]) for a, b in pairwise(cuts[1:])]
+        elif not found:
+            return None
+        elif kind == VERTEX:
+            found[-1].vertices.append(part)
+            found[-1].n_vertex += n_line
+        else:
+            found[-1].triangles.append(part)
+            found[-1].defined.append(found[-1].n_vertex)
+    plain = [_arrays(one) for one in found]
+    return [one for one in plain if one is not None] if None not in plain else None
 
-    vertex_text = text[slice(*vertex_run)]
-    if NOT_WHOLE.search(vertex_text):
+
+def _runs(text: str) -> list[tuple[int, int, int, int]] | None:
+    """Kind, start, end and number of lines of each run, or None if runs are short."""
+    data = np.frombuffer(text.encode() + b"\n" * 8, dtype=np.uint8)
+    starts = np.concatenate([[0], np.flatnonzero(data[: len(text)] == ord("\n")) + 1])
+    kind = np.zeros(len(starts), dtype=np.int8)
+    for value, word in WORDS.items():
+        same = np.ones(len(starts), dtype=bool)
+        for k, letter in enumerate(word):
+            same &= data[starts + k] == letter
+        kind[same] = value
+    first = np.flatnonzero(np.concatenate([[True], np.diff(kind) != 0]))
+    if len(first) * LINES_IN_A_RUN > len(starts):
+        return None
+    ends = np.append(starts[first[1:]], len(text)).tolist()
+    n_line = np.diff(np.append(first, len(starts))).tolist()
+    return list(zip(kind[first].tolist(), starts[first].tolist(), ends, n_line, strict=True))
+
+
+def _arrays(one: _Object) -> PlainObject | None:
+    """Points and triangles of an object, or None if a line of it is unusual."""
+    rest = "".join(one.rest)
+    if OTHERS.search(rest):
+        return None
+    if not one.vertices and not one.triangles:
+        return PlainObject(rest, np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+    vertex_text = "".join(one.vertices)
+    if NOT_WHOLE.search(vertex_text) or not one.triangles:
         return None
     vertices = _table(vertex_text.replace("VRTX", " ").replace("CNXYZ", " "), 4)
-    triangle_text = text[slice(*triangle_run)].replace("TRGL", " ")
-    if vertices is None:
+    corners = [_whole_table(part.replace("TRGL", " "), 3) for part in one.triangles]
+    tables = [part for part in corners if part is not None]
+    if vertices is None or len(vertices) == 0 or len(tables) < len(corners):
         return None
-    corners = _whole_table(triangle_text, 3)
-    rows = None if corners is None else _rows(vertices[:, 0], corners)
-    return None if rows is None else (rest, vertices[:, 1:].copy(), rows)
-
-
-def _run(text: str, key: str) -> tuple[int, int] | None:
-    """Where the lines that begin with a key begin and end, if no others lie between them."""
-    first, last = text.find(key), text.rfind(key)
-    end = text.find("\n", last + 1)
-    if first < 0 or end < 0 or text.count(key, first, end) != text.count("\n", first, end):
+    rows = _rows(vertices[:, 0], np.concatenate(tables))
+    if rows is None:
         return None
-    return first + 1, end + 1
+    # vertices stand above the triangles that use them
+    defined = np.repeat(one.defined, [len(part) for part in tables])
+    if (rows.max(axis=1) >= defined).any():
+        return None
+    return PlainObject(rest, vertices[:, 1:].copy(), rows)
 
 
 def _table(text: str, width: int) -> np.ndarray | None:

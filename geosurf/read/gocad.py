@@ -28,7 +28,7 @@ from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError, InputError
 from geosurf.model import TriSurface
 from geosurf.read._common import integer, line_blocks, number_rows, read_text
-from geosurf.read._gocad_bulk import plain_tsurf
+from geosurf.read._gocad_bulk import PlainObject, plain_objects
 from geosurf.read._gocad_header import Header
 from geosurf.read._guard import refuse_large
 
@@ -171,10 +171,10 @@ def read_tsurf(
     path = Path(path)
     text = read_text(path, final_line_end=False)
     # large plain files in bulk; whatever is unusual in them goes line by line
-    plain = plain_tsurf(text)
+    plain = plain_objects(text)
     if plain is not None:
         try:
-            return [_from_bulk(path, len(text), plain, positive, length_unit)]
+            return _from_bulk(path, len(text), plain, positive, length_unit)
         except FormatError:
             pass  # read again by lines, so that the error names its line
     surfaces = []
@@ -197,20 +197,26 @@ def read_tsurf(
 def _from_bulk(
     path: Path,
     size: int,
-    plain: tuple[str, np.ndarray, np.ndarray],
+    plain: list[PlainObject],
     positive: str | None,
     length_unit: str | None,
-) -> TriSurface:
-    """Return the surface of vertices and triangles that were read in bulk."""
-    rest, points, triangles = plain
-    for i, kind, body in bodies(path, rest):
-        draft = Draft(path, size, i)
-        fill(draft, body)
-        if kind == "tsurf":
-            draft.points, draft.n_vertex = [points], len(points)
-            draft.corners.frombytes(triangles.tobytes())
-            return _finish(draft, positive, length_unit)
-    raise FormatError(f"{path}: the file has no TSurf object.")
+) -> list[TriSurface]:
+    """Return the surfaces of vertices and triangles that were read in bulk."""
+    surfaces = []
+    for one in plain:
+        for i, kind, body in bodies(path, one.rest):
+            draft = Draft(path, size, i)
+            if kind == "tsurf":
+                fill(draft, body)
+                draft.points, draft.n_vertex = [one.points], len(one.points)
+                draft.corners.frombytes(one.triangles.tobytes())
+                surfaces.append(_finish(draft, positive, length_unit))
+            else:
+                for _ in body:  # another kind of object: pass over it
+                    pass
+    if not surfaces:
+        raise FormatError(f"{path}: the file has no TSurf object.")
+    return surfaces
 
 
 def bodies(path: Path, text: str) -> Iterator[tuple[int, str, Iterator[Line]]]:

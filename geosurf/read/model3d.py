@@ -19,6 +19,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -255,6 +256,8 @@ def part_counts(path: Path, lines: Sequence[str], n_triangle: int) -> list[int]:
     for line in lines:
         if line.startswith("TRGL ") and counts:
             counts[-1] += 1
+        elif line.startswith("VRTX "):  # most of the others: no words are needed
+            continue
         elif line.split() == ["TFACE"]:
             counts.append(0)
         elif line.split()[:1] == ["TRGL"] and counts:
@@ -277,7 +280,7 @@ def region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int],
             continue
         signed: list[int] = []
         # Numbers up to a 0, perhaps over several lines.
-        for more in lines[i:]:
+        for more in islice(lines, i, None):
             numbers = more.split()
             if not all(WHOLE.fullmatch(word) for word in numbers):
                 break

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 import numpy as np
 import pytest
 
@@ -85,22 +87,42 @@ def test_law_a_tsurf_in_bulk_is_that_of_its_lines(tmp_path, monkeypatch, step, c
     text += "".join("TRGL {} {} {}\n".format(*ids[row]) for row in rows if len(set(row)) == 3)
     path = written(tmp_path, (text + "END\n").replace(*change))
     slow = gs.read_fault(path)
-    monkeypatch.setattr("geosurf.read._gocad_bulk.FEWEST", 10)
+    _in_bulk(monkeypatch)
     monkeypatch.setattr("geosurf.read.gocad.quoted_words", _no_vertices)
     fast = gs.read_fault(path)
     assert fast.vertices.tobytes() == slow.vertices.tobytes()
     assert fast.triangles.tobytes() == slow.triangles.tobytes()
 
 
+def _in_bulk(monkeypatch):
+    """Read small files as large ones are read."""
+    monkeypatch.setattr("geosurf.read._gocad_bulk.FEWEST", 10)
+    monkeypatch.setattr("geosurf.read._gocad_bulk.LINES_IN_A_RUN", 0)
+
+
+def test_law_a_model_of_many_parts_in_bulk_is_that_of_its_lines(tmp_path, monkeypatch):
+    world = gs.synthetic.tilted_planes(n=5)
+    units = gs.Scene(world.horizons, world.faults, world.box).units
+    (path,) = gs.write(units, tmp_path / "m.ml")
+    slow = gs.read_units(path)
+    _in_bulk(monkeypatch)
+    monkeypatch.setattr("geosurf.read.gocad.quoted_words", _no_vertices)
+    fast = gs.read_units(path)
+    for name, unit in slow.items():
+        assert fast[name].vertices.tobytes() == unit.vertices.tobytes()
+        assert fast[name].triangles.tobytes() == unit.triangles.tobytes()
+
+
 def _no_vertices(line):
     assert not line.startswith(("VRTX", "TRGL")), "read line by line"
-    return line.split()
+    return shlex.split(line)
 
 
 @pytest.mark.parametrize(
     "change",
     [("VRTX 2 ", "VRTX 1 "), ("TRGL 1 2 3", "TRGL 1 2 9"), ("TRGL 1 2 3", "TRGL 1 2 3.0"),
      ("VRTX 2 ", "VRTX 2.0 "),
+     ("TRGL 1 2 3\n", "TRGL 1 2 4\nVRTX 4 5 5 5\n"),
      ("9 9 0", "9 9 nan"), ("9 9 0", "9-9 0"), ("END\n", ""), ("TRGL 1 2 3\n", "")],
 )  # fmt: skip
 def test_damaged_files_in_bulk_get_the_sentence_of_their_line(tmp_path, monkeypatch, change):
@@ -108,7 +130,7 @@ def test_damaged_files_in_bulk_get_the_sentence_of_their_line(tmp_path, monkeypa
     path = written(tmp_path, text.replace(*change))
     with pytest.raises(FormatError) as slow:
         gs.read_fault(path)
-    monkeypatch.setattr("geosurf.read._gocad_bulk.FEWEST", 10)
+    _in_bulk(monkeypatch)
     with pytest.raises(FormatError) as fast:
         gs.read_fault(path)
     assert str(fast.value) == str(slow.value)
