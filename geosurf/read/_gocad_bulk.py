@@ -28,7 +28,7 @@ WORDS = {VERTEX: b"VRTX ", TRIANGLE: b"TRGL "}
 class _Object:
     """One object while its runs go by."""
 
-    rest: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
     vertices: list[str] = field(default_factory=list)
     triangles: list[str] = field(default_factory=list)
     defined: list[int] = field(default_factory=list)  # vertices above each run of triangles
@@ -42,7 +42,7 @@ class PlainObject:
 
     Attributes
     ----------
-    rest : str
+    others : str
         Its lines without vertices and triangles.
     points : ndarray of float64, shape (n, 3)
         Coordinates as in the file.
@@ -50,7 +50,7 @@ class PlainObject:
         Rows of `points`.
     """
 
-    rest: str
+    others: str
     points: np.ndarray
     triangles: np.ndarray
 
@@ -75,7 +75,7 @@ def plain_objects(text: str) -> list[PlainObject] | None:
             heads = [match.start() for match in OBJECT.finditer(part)]
             cuts = [0, *heads, len(part)]
             if found:
-                found[-1].rest.append(part[: cuts[1]])
+                found[-1].others.append(part[: cuts[1]])
             elif part[: cuts[1]].strip():
                 return None  # lines before the first object
             found += [_Object([part[a:b]]) for a, b in pairwise(cuts[1:])]
@@ -111,7 +111,7 @@ def _runs(text: str) -> list[tuple[int, int, int, int]] | None:
 
 def _arrays(one: _Object) -> PlainObject | None:
     """Points and triangles of an object, or None if a line of it is unusual."""
-    rest = "".join(one.rest)
+    rest = "".join(one.others)
     if OTHERS.search(rest):
         return None
     if not one.vertices and not one.triangles:

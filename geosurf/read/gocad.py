@@ -204,7 +204,7 @@ def _from_bulk(
     """Return the surfaces of vertices and triangles that were read in bulk."""
     surfaces = []
     for one in plain:
-        for i, kind, body in bodies(path, one.rest):
+        for i, kind, body in bodies(path, one.others):
             draft = Draft(path, size, i)
             if kind == "tsurf":
                 fill(draft, body)
