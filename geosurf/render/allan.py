@@ -22,7 +22,7 @@ from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import Line, diagram_axes, lines_of, outline_of, range_shown
-from geosurf.render.layers import Entry
+from geosurf.render.layers import DETAIL_ROOM, Entry
 from geosurf.render.names import shortened_apart
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.styles import AreaStyle, LineStyle
@@ -144,13 +144,15 @@ def plot_allan(
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]", ROOM)
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
-    furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
+    legend = _legend(pairs, colours)
+    furniture.draw_legend(sheet, legend, 640.0)
 
     # caption, title, file
     blue = " Fluid contacts: blue." if (diagram.kind == "contact").any() else ""
+    areas = " Areas: whole fault." if any("²" in entry.detail for entry in legend) else ""
     words = (
         "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
-        f"{blue} Areas: whole fault. Vertical exaggeration {exaggeration:.2g}×."
+        f"{blue}{areas} Vertical exaggeration {exaggeration:.2g}×."
     )
     strike = float(diagram.attrs["strike"])
     words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
@@ -281,16 +283,17 @@ def _legend(
     pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB]
 ) -> tuple[Entry, ...]:
     """Pairs of zones: different zones first, the largest area first."""
-    legend = []
-    labels = shortened_apart((zone for pair in pairs for zone in pair), 15)
-
     # False sorts before True: pairs of different zones first
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     areas = area_texts(area for _, area in order)
-    for ((minus, plus), _), area in zip(order, areas, strict=True):
-        # a zone against itself has no stripes in the diagram, and none in the legend
-        other = labels[plus] if plus != minus else "itself"
-        detail = f"against {other}, {area}"
-        stripes = None if plus == minus else colours[plus]
-        legend.append(Entry(minus, colours[minus], detail, stripes=stripes))
-    return tuple(legend)
+
+    # a zone against itself has no stripes in the diagram, and none in the legend
+    others = ["itself" if plus == minus else plus for (minus, plus), _ in order]
+    details = [f"against {other}, {area}" for other, area in zip(others, areas, strict=True)]
+    if max(map(len, details), default=0) > DETAIL_ROOM:  # names matter more than areas
+        labels = shortened_apart(others, DETAIL_ROOM - len("against "))
+        details = [f"against {labels[other]}" for other in others]
+    return tuple(
+        Entry(minus, colours[minus], detail, stripes=None if plus == minus else colours[plus])
+        for ((minus, plus), _), detail in zip(order, details, strict=True)
+    )

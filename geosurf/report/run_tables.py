@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -33,17 +34,22 @@ COUNTS = {
 
 
 def warning_table(warnings: Iterable[GeosurfWarning]) -> Table:
-    """Return the warnings: subject, effect, location and remedy."""
-    rows = tuple(
-        (
-            warning.subject,
-            warning.effect,
-            "" if warning.place is None else place(warning.place),
-            warning.remedy,
-        )
-        for warning in warnings
-    )
-    return Table(("Subject", "Effect", "Location", "Remedy"), rows, n_label=4)
+    """Return the warnings: subject, effect, location where the effect does not name it, remedy."""
+    rows = []
+    for warning in warnings:
+        where = "" if warning.place is None else place(warning.place)
+        told = "" if where in warning.effect else _unbroken(where)
+        rows.append((warning.subject, _unbroken(warning.effect), told, warning.remedy))
+    head, used = ("Subject", "Effect", "Location", "Remedy"), [0, 1, 2, 3]
+    if not any(told for _, _, told, _ in rows):
+        used.remove(2)
+    cells = tuple(tuple(row[k] for k in used) for row in rows)
+    return Table(tuple(head[k] for k in used), cells, n_label=len(used))
+
+
+def _unbroken(words: str) -> str:
+    """Numbers whose groups of digits stay on one line."""
+    return re.sub(r"(?<=\d) (?=\d{3}\b)", "\N{NARROW NO-BREAK SPACE}", words)
 
 
 def check_table(certificate: Certificate) -> Table:
