@@ -6,6 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 WRONG = 2  # exit code: that of InputError
@@ -116,6 +117,23 @@ def whole_number(least: int) -> Callable[[str], int]:
     return check
 
 
+def named_file(word: str) -> tuple[str, Path]:
+    """Check an option that takes a name and a file; the name is that of the file by default.
+
+    Examples
+    --------
+    >>> named_file("W1=/dev/null")[0], named_file("/dev/null")[0]
+    ('W1', 'null')
+    """
+    name, sign, file = word.partition("=")
+    path = Path(file if sign else word)
+    if not path.exists():
+        raise argparse.ArgumentTypeError(
+            f"{path} is not there. Give a name and a file, such as W1=wells/W1.txt"
+        )
+    return (name if sign else path.stem), path
+
+
 def number(word: str) -> float:
     """Check an option that takes a number.
 
@@ -136,6 +154,7 @@ __all__ = [
     "Parser",
     "commands_of",
     "list_of",
+    "named_file",
     "number",
     "one_of",
     "options_of",

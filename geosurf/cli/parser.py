@@ -8,7 +8,7 @@ from typing import Any
 
 import geosurf
 from geosurf.cli.answer import Answer
-from geosurf.cli.arguments import Parser, list_of, number, one_of, whole_number
+from geosurf.cli.arguments import Parser, list_of, named_file, number, one_of, whole_number
 from geosurf.cli.completion import SHELLS, completion_command
 from geosurf.cli.convert_command import convert_command
 from geosurf.cli.curves_command import curves_command
@@ -212,6 +212,19 @@ def _add_render_options(render: argparse.ArgumentParser) -> None:
     render.add_argument(
         "--transparent", action=argparse.BooleanOptionalAction, help="leave the background out"
     )
+    for kind, what in (
+        ("wells", "the path of a well, from the top down"),
+        ("polygons", "polygons such as a licence"),
+        ("points", "data points"),
+    ):
+        render.add_argument(
+            f"--{kind}",
+            metavar="NAME=FILE",
+            action="append",
+            default=[],
+            type=named_file,
+            help=f"also draw {what}; can be repeated",
+        )
     render.add_argument(
         "--size", metavar="W,H", help='pixels (default: of the scenario): "1280,800"'
     )

@@ -18,6 +18,7 @@ from geosurf.cli.results import certificate_data, exit_code_of, units_data, warn
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.render.overlay import PictureOverlay
     from geosurf.render.picture_style import PictureStyle
     from geosurf.scenario.execute import Outcome
     from geosurf.scenario.keys import Scenario
@@ -211,7 +212,6 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     from geosurf.render import render_scene
     from geosurf.render.colouring import check_colour_by
     from geosurf.render.compose import check_look
-    from geosurf.scenario.pictures import overlay_of_files
 
     def given(option: Any, otherwise: Any) -> Any:
         """Return an option, or its default if it is not given."""
@@ -237,7 +237,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     # all of it is checked before the model is built
     check_look(**look, path=options.out)
     check_colour_by(given(options.colour_by, "unit"))
-    overlay = overlay_of_files(scenario)
+    overlay = _overlay_of(scenario, options)
     return render_scene(
         _built(scenario, options),
         options.out,
@@ -283,6 +283,18 @@ def _style_of(scenario: Scenario, options: argparse.Namespace) -> PictureStyle:
     return replace(scenario.pictures.style, **known)
 
 
+def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverlay:
+    """Wells, polygons and points of the scenario, and those of the options."""
+    from geosurf.scenario.pictures import overlay_of_files
+
+    settings = scenario.pictures
+    drawn: dict[str, Any] = {
+        kind: {**(getattr(settings, kind) or {}), **dict(getattr(options, kind))}
+        for kind in ("wells", "polygons", "points")
+    }
+    return overlay_of_files(replace(scenario, pictures=replace(settings, **drawn)))
+
+
 def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
     """Build the scene, with its steps shown as a command was asked to."""
     from geosurf.scenario import build_scene
@@ -299,7 +311,6 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; refuse options of views, which would have no effect."""
     from geosurf.render import render_section
-    from geosurf.scenario.pictures import overlay_of_files
 
     # None means "not given": argparse has no other way to tell it from a default
     for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
@@ -313,7 +324,7 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     # the line is checked before the model is built
     line = _line_of(options.section)
     size, style = _size_of(scenario, options), _style_of(scenario, options)
-    overlay = overlay_of_files(scenario)
+    overlay = _overlay_of(scenario, options)
     section = _built(scenario, options).section(line)
     return render_section(
         section, options.out, size=size, title=options.title, overlay=overlay, style=style

@@ -12,7 +12,11 @@ from geosurf.conventions.colours import fault
 SIZE, MARGIN = 220.0, 8.0  # of the longer side [pixels]
 
 
-def small_map(outline: np.ndarray, lines: Mapping[str, Sequence[np.ndarray]]) -> str:
+def small_map(
+    outline: np.ndarray,
+    lines: Mapping[str, Sequence[np.ndarray]],
+    places: Mapping[str, Sequence[float]] | None = None,
+) -> str:
     """
     Return a map as SVG, north up; names show when the mouse is over their lines.
 
@@ -22,6 +26,8 @@ def small_map(outline: np.ndarray, lines: Mapping[str, Sequence[np.ndarray]]) ->
         Easting and northing of the corners of the area [m].
     lines : mapping of str to sequence of ndarray of float64, each (n, 2)
         By name, in the colours of faults.
+    places : mapping of str to (float, float), optional
+        Points [m] by the words next to them.
 
     Returns
     -------
@@ -34,7 +40,9 @@ def small_map(outline: np.ndarray, lines: Mapping[str, Sequence[np.ndarray]]) ->
     >>> "<title>&lt;F1&gt;</title>" in text, 'viewBox="0 0 236 126"' in text
     (True, True)
     """
-    every = np.concatenate([outline, *(part for parts in lines.values() for part in parts)])
+    marked = np.array(list((places or {}).values()), dtype=float).reshape(-1, 2)
+    drawn_lines = (part for parts in lines.values() for part in parts)
+    every = np.concatenate([outline, marked, *drawn_lines])
     low, high = every.min(axis=0), every.max(axis=0)
     scale = SIZE / max(float((high - low).max()), np.finfo(float).tiny)
 
@@ -52,6 +60,15 @@ def small_map(outline: np.ndarray, lines: Mapping[str, Sequence[np.ndarray]]) ->
         marks.append(
             f'<path d="{drawn}" fill="none" stroke="#{colour}" stroke-width="2.5">'
             f"<title>{escape(name)}</title></path>"
+        )
+    for words, point in (places or {}).items():
+        x, y = path(np.array([point], dtype=float))[1:].split()
+        # words at the right rim go to the left of their point
+        right = float(x) + 7.0 * len(words) + 5.0 > float(width)
+        side = 'dx="-5" text-anchor="end"' if right else 'dx="5"'
+        marks.append(
+            f'<circle cx="{x}" cy="{y}" r="3" fill="currentColor"/><text x="{x}" y="{y}" {side} '
+            f'dy="-3" font-size="11" fill="currentColor">{escape(words)}</text>'
         )
     return (
         f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" '

@@ -112,7 +112,9 @@ def propose_network(
         gone = _what_goes(patches, faults, rows, met)
         near = {(row.fault, row.side) for row in misses if row.proposal != "leave"}
         ends = dangling_ends(patches, faults, gone, near, limits)
-    return FaultNetwork((*rows, *sorted(ends, key=_by_distance)), reach)
+    surfaces = tuple(s for s in patches.sources if s.role == "fault")
+    every = (*rows, *sorted(ends, key=_by_distance))
+    return FaultNetwork(every, reach, faults=surfaces)
 
 
 def _meeting_pairs(patches: Patches, faults: list[Fault]) -> set[tuple[str, str]]:

@@ -15,7 +15,9 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.conventions.card import Card
+from geosurf.conventions.card_map import small_map
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.model.base import Shown
 from geosurf.model.network_rows import (
     NetworkDecision,
     NetworkRow,
@@ -55,8 +57,8 @@ class RuledScene(Protocol):
         """Return a new scene with some inputs changed."""
 
 
-@dataclass(frozen=True)
-class FaultNetwork:
+@dataclass(frozen=True, repr=False)
+class FaultNetwork(Shown):
     """Every contact, near miss and dangling end of some faults, with proposals.
 
     Attributes
@@ -67,6 +69,8 @@ class FaultNetwork:
         Largest distance of a near miss [m], as it was requested.
     declined : tuple of NetworkRow
         Rows that `without` has taken out; `apply` does not propose them again.
+    faults : tuple of TriSurface
+        What `show` and the map of a notebook draw.
 
     Examples
     --------
@@ -84,7 +88,8 @@ class FaultNetwork:
 
     rows: tuple[NetworkRow, ...]
     reach: float | None = None
-    declined: tuple[NetworkRow, ...] = field(default=(), repr=False)
+    declined: tuple[NetworkRow, ...] = ()
+    faults: tuple[TriSurface, ...] = field(default=(), compare=False)
 
     @property
     def truncations(self) -> dict[str, tuple[tuple[str, str, bool], ...]]:
@@ -130,7 +135,7 @@ class FaultNetwork:
         # declined rows stay known, so that a second round does not propose them again
         rows = tuple(r for i, r in enumerate(self.rows) if i not in numbers)
         out = tuple(r for i, r in enumerate(self.rows) if i in numbers)
-        return FaultNetwork(rows, self.reach, (*self.declined, *out))
+        return FaultNetwork(rows, self.reach, (*self.declined, *out), self.faults)
 
     def apply(self, scene: RuledScene) -> Any:
         """Return a scene with the proposals applied, in addition to its own rules.
@@ -230,10 +235,22 @@ class FaultNetwork:
             network = scene.propose_fault_network(reach=self.reach)
 
     def _repr_html_(self) -> str:
-        """Return the table as HTML."""
+        """Return a map and the table as HTML."""
         head = ("row", "kind", "fault", "other", "length [m]", "distance [m]", "proposal")
         cells = [_words(i, row) for i, row in enumerate(self.rows)]
-        return Card(f"FaultNetwork: {counted(len(cells), 'row')}", cells, head).html()
+        title = f"FaultNetwork: {counted(len(cells), 'row')}"
+        return Card(title, cells, head, picture=self._map()).html()
+
+    def _map(self) -> str:
+        """The faults at their middle elevations, and the number of each row at its place."""
+        if not self.faults:
+            return ""
+        corners = np.concatenate([fault.vertices[:, :2] for fault in self.faults])
+        (west, south), (east, north) = corners.min(axis=0), corners.max(axis=0)
+        outline = np.array([(west, south), (east, south), (east, north), (west, north)])
+        traces = {fault.name: _trace(fault) for fault in self.faults}
+        places = {str(i): row.place[:2] for i, row in enumerate(self.rows)}
+        return small_map(outline, traces, places)
 
     def __repr__(self) -> str:
         """The table, one row for each contact, near miss and dangling end."""
@@ -249,6 +266,22 @@ def _words(i: int, row: NetworkRow) -> tuple[str, ...]:
     numbers = (f"{row.length:.1f}", f"{row.distance:.1f}")
     proposal = f"{proposal_words(row)}: {row.reason}"
     return (str(i), row.kind, fault_words(row), row.other, *numbers, proposal)
+
+
+def _trace(fault: TriSurface) -> list[np.ndarray]:
+    """Where a fault is at its middle elevation: a line for each of its triangles there, (2, 2)."""
+    corners = fault.vertices[fault.triangles]
+    height = corners[:, :, 2] - 0.5 * (fault.vertices[:, 2].min() + fault.vertices[:, 2].max())
+    parts = []
+    for points, above in zip(corners, height, strict=True):
+        ends = [
+            points[a] + above[a] / (above[a] - above[b]) * (points[b] - points[a])
+            for a, b in ((0, 1), (1, 2), (2, 0))
+            if (above[a] < 0.0) != (above[b] < 0.0)
+        ]
+        if len(ends) == 2:
+            parts.append(np.array(ends)[:, :2])
+    return parts
 
 
 def _rule_of(row: NetworkRow) -> tuple[str, str, bool]:

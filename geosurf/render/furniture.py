@@ -28,7 +28,7 @@ from geosurf.render.sheet import (
     sheet_for,
 )
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
-from geosurf.render.theme import LEGEND, apply_theme
+from geosurf.render.theme import LEGEND, apply_theme, readable
 from geosurf.render.ticks import nice_step
 from geosurf.render.views import Camera
 
@@ -76,8 +76,9 @@ def halo_text(
     colour: palette.RGB = palette.INK,
     **look: Unpack[TextStyle],
 ) -> None:
-    """Write text centred on a point of the axes, with a white rim."""
+    """Write text centred on a point of the axes, with a white rim; pale colours become darker."""
     x, y = at
+    colour = readable(colour, palette.PAPER)
     per = sheet.layout.unit * 72.0 / DPI
     rim = rim_of_words(sheet.layout.unit)
     style: TextStyle = {

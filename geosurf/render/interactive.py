@@ -9,9 +9,20 @@ import numpy as np
 from geosurf.conventions import counted, volume_text
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.model import Curves, FaultSticks, Patches, Sheet, TetMesh, TriSurface, Unit, Units
+from geosurf.model import (
+    Curves,
+    FaultNetwork,
+    FaultSticks,
+    Patches,
+    Sheet,
+    TetMesh,
+    TriSurface,
+    Unit,
+    Units,
+)
 from geosurf.model.view3d import Body, View3D
 from geosurf.render import palette
+from geosurf.render.bodies import curve_bodies, network_bodies, stick_body, tet_bodies
 from geosurf.render.cluster import clustered
 from geosurf.render.surface_layers import rim, thinned
 from geosurf.render.thin_units import shells_to_draw
@@ -133,8 +144,9 @@ def view_of(things: Sequence[object], max_triangle: int = MAX_VIEW_TRIANGLE) -> 
 
     Parameters
     ----------
-    things : sequence of TriSurface, Sheet, Curves, Patches, FaultSticks, Unit, Units or TetMesh
-        A sheet brings the faults that tear it.
+    things : sequence of objects
+        TriSurface, Sheet, Curves, Patches, FaultSticks, FaultNetwork, Unit, Units or TetMesh. A
+        sheet brings the faults that tear it, a fault network its faults.
     max_triangle : int
         Of all units, and of each gridded surface, about.
 
@@ -165,16 +177,20 @@ def view_of(things: Sequence[object], max_triangle: int = MAX_VIEW_TRIANGLE) -> 
                 alone = Units([thing], box, {})
                 others += view_of_units(alone, max_triangle).bodies
             case Curves():
-                others += _curve_bodies(thing)
+                others += curve_bodies(thing)
             case FaultSticks():
-                others.append(_stick_body(thing, len(others)))
+                others.append(stick_body(thing, len(others)))
             case TetMesh():
-                others += _tet_bodies(thing)
+                others += tet_bodies(thing)
+            case FaultNetwork():
+                surfaces += thing.faults
+                others += network_bodies(thing)
             case _:
                 raise InputError(
                     f"an object of type {type(thing).__name__} cannot be shown in three "
-                    "dimensions. Show surfaces, sheets, curves, patches, fault sticks, units or a "
-                    "scene; triangulate grids first: gs.triangulate_horizon(top)."
+                    "dimensions. Show surfaces, sheets, curves, patches, fault sticks, fault "
+                    "networks, units or a scene; triangulate grids first: "
+                    "gs.triangulate_horizon(top)."
                 )
 
     # a fault that tears several sheets is shown once
@@ -184,71 +200,6 @@ def view_of(things: Sequence[object], max_triangle: int = MAX_VIEW_TRIANGLE) -> 
         raise InputError("there is nothing to show: no triangles and no curves.")
     box = bounds_of([body.points for body in bodies])
     return View3D(tuple(bodies), box, choose_exaggeration(box))
-
-
-def _curve_bodies(curves: Curves) -> list[Body]:
-    """A body of lines for each pair of surfaces that meet."""
-    bodies = []
-    of_curve, of_segment = np.sort(curves.surfaces_of_curve), np.sort(curves.surfaces_of_segment)
-    for a, b in np.unique(of_curve, axis=0).tolist():
-        mine = (of_curve == (a, b)).all(axis=1)
-        first, second = curves.names[a], curves.names[b]
-        name = f"{first} and {second}" if a != b else f"{first} with itself"
-        length = float(curves.length_of_curve[mine].sum())
-        facts = (("Curves", str(int(mine.sum()))), ("Length", f"{length:.6g} m"))
-        segments = curves.segments[(of_segment == (a, b)).all(axis=1)]
-        bodies.append(_lines(name, "Curves", palette.ACCENT, curves.points, segments, facts))
-    return bodies
-
-
-def _stick_body(sticks: FaultSticks, number: int) -> Body:
-    """The picked lines of a fault."""
-    sizes = [len(stick) for stick in sticks.sticks]
-    last = np.cumsum(sizes) - 1
-    rows = np.setdiff1d(np.arange(sum(sizes)), last)  # the last point of a stick starts no line
-    facts = (("Role", "fault sticks"), ("Size", f"{len(sizes)} sticks, {sum(sizes)} points"))
-    lines, points = np.stack([rows, rows + 1], axis=1), np.concatenate(sticks.sticks)
-    return _lines(sticks.name, "Fault sticks", palette.fault(number), points, lines, facts)
-
-
-def _lines(
-    name: str,
-    group: str,
-    colour: palette.RGB,
-    points: np.ndarray,
-    lines: np.ndarray,
-    facts: tuple[tuple[str, str], ...],
-) -> Body:
-    """A body of lines."""
-    used, rows = np.unique(lines, return_inverse=True)
-    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
-    return Body(name, group, colour, points[used], *none, rows.reshape(-1, 2), facts, closed=False)
-
-
-def _tet_bodies(mesh: TetMesh) -> list[Body]:
-    """The skin of the tetrahedra of each unit, with the edges of the mesh."""
-    bodies = []
-    for row, name in enumerate(mesh.unit_names):
-        # a face is seen from its front, so its unit in front has it the other way round
-        front, behind = (mesh.face_sides[:, side] == row for side in (0, 1))
-        faces = np.concatenate([mesh.faces[front][:, ::-1], mesh.faces[behind]])
-        used, corners = np.unique(faces, return_inverse=True)
-        triangles = corners.reshape(-1, 3)
-        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
-        size = f"{int((mesh.region == row).sum())} tetrahedra"
-        bodies.append(
-            Body(
-                name,
-                "Tetrahedra",
-                palette.stratum(row),
-                mesh.vertices[used],
-                triangles,
-                np.concatenate([mesh.surface_of_face[front], mesh.surface_of_face[behind]]),
-                np.unique(edges, axis=0),
-                (("Size", size), ("Volume", volume_text(float(mesh.volumes[row])))),
-            )
-        )
-    return bodies
 
 
 __all__ = ["view_of", "view_of_surfaces", "view_of_units"]

@@ -92,7 +92,7 @@ def overlay_of(overlay: Any) -> PictureOverlay:
         return NOTHING
     if not isinstance(overlay, PictureOverlay):
         raise InputError(
-            f"overlay is a {type(overlay).__name__}, expected an PictureOverlay. "
+            f"overlay is a {type(overlay).__name__}, expected a PictureOverlay. "
             "Pass gs.PictureOverlay(wells={'W1': points})."
         )
     return overlay

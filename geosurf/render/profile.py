@@ -148,7 +148,8 @@ def plot_throw(
             axes.plot(*line.T, color=colour, linewidth=width, zorder=2)
         if parts:
             low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
-            legend.append(Entry(name, colour, f"{low:.0f} to {high:.0f} m", "line"))
+            span = f"{round(low)} to {round(high)} m".replace("-", "\N{MINUS SIGN}")
+            legend.append(Entry(name, colour, span, "line"))
     furniture.draw_legend(sheet, tuple(legend), 640.0)
     fault = next(iter(throws.values())).attrs.get("fault", "fault")
     words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."

@@ -19,6 +19,7 @@ from geosurf.render.layers import Entry
 from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, draw_on_section, overlay_of
 from geosurf.render.picture_style import PictureStyle
+from geosurf.render.theme import readable
 from geosurf.render.views import check_size
 from geosurf.render.wells import draw_wells_on_section, tops_on_section
 
@@ -307,7 +308,8 @@ def _name_faults(
             axes.annotate(
                 labels[name], (place[0], place[1]), (shift, 9.0 * unit), annotation_clip=False,
                 textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
-                fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
+                fontsize=12.0 * unit * 72.0 / furniture.DPI, zorder=6,
+                color=readable(faults[name], palette.PAPER),
                 path_effects=furniture.rim_of_words(unit), parse_math=False,
             )  # fmt: skip
             break

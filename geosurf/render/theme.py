@@ -114,8 +114,8 @@ def _swapped(colour: Any) -> Any:
     return colour
 
 
-def readable(colour: Any) -> RGB:
-    """Return a colour, lighter where it could not be read on the dark background.
+def readable(colour: Any, paper: RGB = DARK_PAPER) -> RGB:
+    """Return a colour, lighter on dark paper or darker on light paper until it can be read.
 
     Examples
     --------
@@ -123,13 +123,16 @@ def readable(colour: Any) -> RGB:
     (1.0, 1.0, 1.0)
     >>> min(readable((0.2, 0.1, 0.1))) > 0.4
     True
+    >>> max(readable((0.7, 0.6, 0.8), palette.PAPER)) < 0.7
+    True
     """
     from matplotlib.colors import to_rgb
 
     red, green, blue = to_rgb(colour)
-    while _contrast((red, green, blue), DARK_PAPER) < CONTRAST:
+    step = 0.02 if _luminance(paper) < 0.5 else -0.02
+    while _contrast((red, green, blue), paper) < CONTRAST:
         hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
-        red, green, blue = colorsys.hls_to_rgb(hue, lightness + 0.02, saturation)
+        red, green, blue = colorsys.hls_to_rgb(hue, lightness + step, saturation)
     return red, green, blue
 
 

@@ -94,8 +94,9 @@ def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
 
     Parameters
     ----------
-    *things : TriSurface, Sheet, Curves, Patches, FaultSticks, Unit, Units, TetMesh or Scene
-        A sheet brings the faults that tear it, a scene its units.
+    *things : TriSurface, Sheet, Curves, Patches, FaultSticks, FaultNetwork, Unit, Units, TetMesh \
+        or Scene
+        A sheet brings the faults that tear it, a fault network its faults, a scene its units.
     max_triangle : int
         About how many triangles all units have, or each gridded surface; blocks of grid cells are
         merged to get there. Curves are shown as they are.

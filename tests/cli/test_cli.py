@@ -256,7 +256,7 @@ def test_curves_of_files_that_are_no_surfaces(tmp_path, capsys):
         assert "Rename the file, or save it" in said
 
 
-def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch):
+def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch, capsys):
     drawn = []
     monkeypatch.setattr("geosurf.render.render_scene", lambda *_, **words: drawn.append(words))
     call = ["render", str(folder / "good.toml"), "-o", str(tmp_path / "a.png")]
@@ -270,6 +270,18 @@ def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeyp
     assert drawn[3]["only"] == ("Top", "F1")
     assert drawn[3]["style"].dark
     assert (drawn[3]["zoom"], drawn[3]["size"], drawn[3]["title"]) == (2.0, (300, 200), "Here")
+    (tmp_path / "W1.xyz").write_text("100 100 -900\n200 100 -1900\n")
+    (tmp_path / "licence.pol").write_text("0 0 0\n900 0 0\n900 900 0\n0 0 0\n999 999 999\n")
+    files = ["--wells", str(tmp_path / "W1.xyz"), "--polygons", f"L={tmp_path}/licence.pol"]
+    assert (
+        cli.main([*call, *files, "--points", f"P={tmp_path}/W1.xyz", "--set", "positive=up"]) == 0
+    )
+    with pytest.raises(SystemExit, match="2"):
+        cli.main([*call, "--wells", "W1=none.xyz"])
+    assert "--wells: none.xyz is not there. Give a name and a file" in capsys.readouterr().err
+    over = drawn[4]["overlay"]
+    assert (list(over.wells), list(over.polygons), list(over.points)) == (["W1"], ["L"], ["P"])
+    assert over.wells["W1"][0].tolist() == [[100, 100, -900], [200, 100, -1900]]
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ class Silent:
         ({"colour_by": "zone"}, "Add 'units' to show"),
         ({"colour_by": {"a": np.nan}, "show": ["units"]}, "no list of finite numbers"),
         ({"style": "dark"}, r"style is a str, expected a PictureStyle"),
-        ({"overlay": 3}, "overlay is a int, expected an PictureOverlay"),
+        ({"overlay": 3}, "overlay is a int, expected a PictureOverlay"),
     ],
 )
 def test_arguments_are_checked_before_anything_is_computed(wrong, sentence, tmp_path):

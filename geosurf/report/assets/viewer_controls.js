@@ -244,9 +244,12 @@ function connect(root, software = false) {
     root.replaceWith(again);
     connect(again, true);
   });
+  const printed = document.createElement("img");
+  Object.assign(printed, { className: "view3d-print", alt: "The model as the view shows it" });
   addEventListener("beforeprint", () => {
     draw();
-    root.querySelector(".view3d-print").src = canvas.toDataURL("image/png");
+    printed.src = canvas.toDataURL("image/png");
+    root.append(printed);
   });
 
   find("explode").value = state.explode;
