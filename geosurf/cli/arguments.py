@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 WRONG = 2  # exit code: that of InputError
 REQUIRED = re.compile("the following arguments are required: (.*)")
+EXPLICIT = re.compile(": ignored explicit argument .*", re.DOTALL)
 OF_ARGUMENT = re.compile("argument ([^:]+): (.*)", re.DOTALL)
 
 
@@ -28,6 +29,7 @@ class Parser(argparse.ArgumentParser):
             message = f"{' and '.join(words)} {'is' if len(words) == 1 else 'are'} missing"
         elif found := OF_ARGUMENT.fullmatch(message):
             message = f"{found[1]}: {found[2]}".replace(": expected one argument", " needs a value")
+            message = EXPLICIT.sub(" takes no value", message)
         # programs that read stderr expect one sentence, not argparse's usage before it
         end = "" if message.endswith((".", "?")) else "."
         self.exit(WRONG, f"{self.prog}: {message}{end} See {self.prog} --help.\n")
@@ -37,6 +39,9 @@ class Parser(argparse.ArgumentParser):
         words = sys.argv[1:] if words is None else words
         command = next((word for word in words if not word.startswith("-")), None)
         known = commands_of(self)
+        if command == "help":  # other programs take `help run`, too
+            command = next((word for word in words if word in known), None)
+            words = ["--help"] if command is None else [command, "--help"]
         if command is not None and command not in known:
             guess = did_you_mean(command, known)
             self.error(f"unknown command {command!r}.{guess} Commands are {', '.join(known)}")
@@ -74,6 +79,8 @@ def _about(word: str, parser: argparse.ArgumentParser) -> str:
     """What is wrong with a word that nothing takes."""
     if word.startswith("-"):
         name = word.partition("=")[0]
+        if name in options_of(parser):
+            return f"{name} takes no value"
         return f"unknown option {name}.{did_you_mean(name, options_of(parser))}"
     return f"{word!r} is one argument too many. Put names with blanks between quotes"
 

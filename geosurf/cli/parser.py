@@ -46,7 +46,9 @@ def build_parser() -> Parser:
         epilog=f"example: geosurf run scenario.toml -o out\n\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"geosurf {geosurf.__version__}")
+    parser.add_argument(
+        "-V", "--version", action="version", version=f"geosurf {geosurf.__version__}"
+    )
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 

@@ -15,8 +15,14 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
     --------
     >>> did_you_mean("horizns", ["horizons", "faults"])
     " Did you mean 'horizons'?"
+    >>> did_you_mean("owc", ["OWC", "GOC"])
+    " Did you mean 'OWC'?"
     """
-    close = difflib.get_close_matches(str(word), [str(one) for one in known], n=1)
+    names = [str(one) for one in known]
+    close = difflib.get_close_matches(str(word), names, n=1)
+    if not close:  # upper and lower case count first, then they do not
+        plain = {name.casefold(): name for name in reversed(names)}
+        close = [plain[one] for one in difflib.get_close_matches(str(word).casefold(), plain, n=1)]
     return f" Did you mean {close[0]!r}?" if close else ""
 
 

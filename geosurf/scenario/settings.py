@@ -61,15 +61,31 @@ def with_settings(data: Mapping[str, Any], settings: Sequence[str], path: Path) 
 
 def _read(key: str, value: str, path: Path) -> dict[str, Any]:
     """Read one setting with the rules of TOML; a value that TOML does not know is text."""
-    for text in (value, json.dumps(value, ensure_ascii=False)):
+    # shells remove quotes: a list of bare words is a mistake, not a text with brackets
+    texts = [value] if value.startswith(("[", "{")) else [value, json.dumps(value)]
+    for text in texts:
         try:
             return tomllib.loads(f"{key} = {text}")
         except tomllib.TOMLDecodeError:
             continue
+    if len(texts) == 1 and _is_key(key):
+        raise ScenarioError(
+            f"{path}: --set {key}: {value} is not a list or table of TOML. Put the setting between "
+            "single quotes, and words in it between double quotes, as in --set "
+            "'output.views=[\"top\"]'."
+        )
     raise ScenarioError(
         f"{path}: --set {key!r} is not a key of TOML. Write for example --set tear.trim_cells=2; "
         'put names with blanks or points between quotes, as in horizons."Top 1".file.'
     )
+
+
+def _is_key(key: str) -> bool:
+    """Whether TOML can read a key."""
+    try:
+        return bool(tomllib.loads(f"{key} = 0"))
+    except tomllib.TOMLDecodeError:
+        return False
 
 
 def _put(data: dict[str, Any], new: Mapping[str, Any], words: str, path: Path) -> None:

@@ -52,6 +52,10 @@ MISTAKES = {
     "new a --example grid": "geosurf new: --example: 'grid' is not known. Give grids, points or network. Did you mean 'grids'?",
     "completion": "geosurf completion: SHELL is missing.",
     "completion tcsh": "geosurf completion: SHELL: 'tcsh' is not known. Give bash, zsh or fish.",
+    "RUN a.toml": "geosurf: unknown command 'RUN'. Did you mean 'run'?",
+    "--help=1": "geosurf: --help takes no value.",
+    "run a.toml -o b --no-pictures=yes": "geosurf run: --no-pictures takes no value.",
+    "render a.toml -o b.png --wells W1=none.xyz": "geosurf render: --wells: none.xyz is not there. Give a name and a file",
     "stress --cases 0": "geosurf stress: --cases: '0' is not a whole number of 1 or more.",
 }
 

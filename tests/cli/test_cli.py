@@ -256,7 +256,7 @@ def test_curves_of_files_that_are_no_surfaces(tmp_path, capsys):
         assert "Rename the file, or save it" in said
 
 
-def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch, capsys):
+def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr("geosurf.render.render_scene", lambda *_, **words: drawn.append(words))
     call = ["render", str(folder / "good.toml"), "-o", str(tmp_path / "a.png")]
@@ -276,9 +276,6 @@ def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeyp
     assert (
         cli.main([*call, *files, "--points", f"P={tmp_path}/W1.xyz", "--set", "positive=up"]) == 0
     )
-    with pytest.raises(SystemExit, match="2"):
-        cli.main([*call, "--wells", "W1=none.xyz"])
-    assert "--wells: none.xyz is not there. Give a name and a file" in capsys.readouterr().err
     over = drawn[4]["overlay"]
     assert (list(over.wells), list(over.polygons), list(over.points)) == (["W1"], ["L"], ["P"])
     assert over.wells["W1"][0].tolist() == [[100, 100, -900], [200, 100, -1900]]
