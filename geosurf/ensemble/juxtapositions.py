@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.ensemble.record import PairKey, Record
-from geosurf.errors import GeometryError, InputError
+from geosurf.ensemble.results import expect_ensemble
+from geosurf.errors import InputError
 from geosurf.scene import Scene
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -35,14 +36,8 @@ def areas_of(scene: Scene) -> dict[PairKey, float]:
     PairKey(fault='F1', hanging_zone='above Top', foot_zone='above Top')
     """
     areas: dict[PairKey, float] = {}
-    for fault in scene.fault_names:
-        try:
-            found = scene.juxtaposition(fault)
-        except GeometryError as error:
-            # a fault that has left the model has no area in it; anything else is a failure
-            if "lies outside the model" not in str(error):
-                raise
-            continue
+    for fault in scene.faults_inside:  # one that has left the model has no area in it
+        found = scene.juxtaposition(fault)
         sides = (found.zone_plus.values, found.zone_minus.values, found.area.values)
         for plus, minus, area in zip(*(side.tolist() for side in sides), strict=True):
             key = PairKey(fault, str(plus), str(minus))
@@ -144,7 +139,8 @@ def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
     """
     import xarray as xr
 
-    if AREA not in getattr(result, "data_vars", ()):
+    expect_ensemble(result, "juxtaposition")
+    if AREA not in result.data_vars:
         raise InputError("this ensemble has no areas of juxtaposition. Run it with maps=True.")
     values = result[AREA].values[result.status.values == 1]
     if not len(values):

@@ -18,8 +18,8 @@ from geosurf.ensemble.charts import (
     quantile_chart,
 )
 from geosurf.ensemble.juxtapositions import juxtaposition
-from geosurf.ensemble.results import LEAST, quantiles, tornado
-from geosurf.errors import InputError, OutputError
+from geosurf.ensemble.results import LEAST, expect_ensemble, quantiles, tornado
+from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
 from geosurf.render.compose import save_png
@@ -91,12 +91,7 @@ def report_ensemble(
     'index.html'
     """
     folder = path_of(folder, "report_ensemble")
-    wanted = {"volume", "status", "reason", "drawn"}
-    if not wanted <= set(getattr(result, "data_vars", ())):
-        raise InputError(
-            f"report_ensemble takes the results of an ensemble, not {type(result).__name__}. Pass "
-            "what run_ensemble or open_ensemble returns."
-        )
+    expect_ensemble(result, "report_ensemble")
     built, failed = (int((result.status == code).sum()) for code in (1, 2))
     waiting = result.sizes["realization"] - built - failed
     facts = f"{counted(built, 'realisation')} built, {failed} failed; seed {result.attrs['seed']}."

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions import did_you_mean, is_number, is_word
 from geosurf.errors import InputError
-from geosurf.model.expected import path_of
+from geosurf.model.expected import listed, path_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -71,6 +71,15 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
     return result
 
 
+def expect_ensemble(result: Any, who: str) -> None:
+    """Refuse what is not the result of an ensemble."""
+    if not {"volume", "status", "drawn"} <= set(getattr(result, "data_vars", ())):
+        raise InputError(
+            f"{who} takes the results of an ensemble, not {type(result).__name__}. Pass what "
+            "run_ensemble or open_ensemble returns."
+        )
+
+
 def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
     """
     Return the volumes of realisations that were built, unit by unit or summed.
@@ -94,7 +103,8 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
     """
     import xarray as xr
 
-    if by not in BY:
+    expect_ensemble(result, "volumes_by")
+    if not is_word(by, BY):
         raise InputError(
             f"by is {by!r}; it must be one of {', '.join(BY)}.{did_you_mean(str(by), BY)}"
         )
@@ -166,7 +176,7 @@ def quantiles(
     """
     import xarray as xr
 
-    for one in exceeded:
+    for one in listed(exceeded, "quantiles takes percentages", "exceeded=(90, 50, 10)"):
         if not (is_number(one) and 0 <= one <= 100):
             raise InputError(f"exceeded has {one!r}; give percentages from 0 to 100.")
     volume = volumes_by(result, by)
@@ -296,7 +306,7 @@ def _one(result: xarray.Dataset, name: str, by: str) -> np.ndarray:
     """Volumes of one unit, or of one sum of them."""
     volume = volumes_by(result, by)
     known = volume[by].values.tolist()
-    if name not in known:
+    if not is_word(name, known):
         raise InputError(
             f"no {by} is called {name!r}; there are {', '.join(map(str, known))}."
             f"{did_you_mean(str(name), known)}"

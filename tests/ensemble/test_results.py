@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 import scipy.stats
 import xarray as xr
 
-from geosurf.ensemble import convergence, quantiles, tornado, volumes_by
+from geosurf.ensemble import (
+    convergence,
+    juxtaposition,
+    quantiles,
+    report_ensemble,
+    tornado,
+    volumes_by,
+)
 from geosurf.errors import InputError
 
 UNITS = ["above Top", "Top/Base F1- above OWC", "Top/Base F1+ above OWC", "Top/Base F1+ below OWC"]
@@ -100,3 +109,22 @@ def test_what_cannot_be_answered_is_refused(result):
         convergence(result.isel(realization=[0]), UNITS[0])
     with pytest.raises(InputError, match="no realisation of this ensemble has been built"):
         quantiles(result.isel(realization=[3]))
+
+
+@pytest.mark.parametrize("wrong", [5, None, "store", np.zeros(3), xr.Dataset(), object()])
+def test_other_objects_are_refused_in_a_sentence(result, tmp_path, wrong):
+    takes = (
+        quantiles, volumes_by, juxtaposition, partial(convergence, name="Top"),
+        partial(tornado, name="Top"), partial(report_ensemble, folder=tmp_path / "page"),
+    )  # fmt: skip
+    for function in takes:
+        with pytest.raises(InputError, match="takes the results of an ensemble, not"):
+            function(wrong)
+    for function in (convergence, tornado):
+        with pytest.raises(InputError):
+            function(result, wrong)
+        with pytest.raises(InputError, match="by is"):
+            function(result, "Top/Middle", wrong)
+    if not isinstance(wrong, str | np.ndarray | xr.Dataset):
+        with pytest.raises(InputError, match="takes percentages"):
+            quantiles(result, exceeded=wrong)
