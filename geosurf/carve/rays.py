@@ -72,17 +72,24 @@ class Rays:
 
         # the axis along which the triangle's shadow is largest: rays meet it least obliquely
         axes = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
-        sets, number = np.unique(set_of, return_inverse=True)
 
-        # how far each set reaches along its ray's axis: beyond that, only others are met
-        tops = np.full((len(sets), 3), -np.inf)
-        np.maximum.at(tops, number, self.boxes[:, 3:])
-        tops = tops[number[starts], axes]
+        # how far its set reaches along a ray's axis: beyond that, only others are met
+        tops = self._tops(set_of, set_of[starts])[np.arange(len(starts)), axes]
         sides = np.empty((len(starts), 2), dtype=np.int64)
         cast_rays(self.x, self.t, *self.tree, set_of, seen, starts, axes, tops, sides)
         for k in np.flatnonzero(sides[:, 0] == UNDECIDED).tolist():
             sides[k] = self._exactly(int(starts[k]), int(axes[k]), set_of, seen)
         return sides
+
+    def _tops(self, set_of: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """Highest coordinates (n, 3) of some sets."""
+        # few sets have a ray: to number and compare all of them took half of a certificate
+        sets, number = np.unique(wanted, return_inverse=True)
+        rows = np.flatnonzero(np.isin(set_of, sets))
+        rows = rows[np.argsort(set_of[rows], kind="stable")]
+        first = np.searchsorted(set_of[rows], sets)
+        tops: np.ndarray = np.maximum.reduceat(self.boxes[rows, 3:], first, axis=0)
+        return tops[number]
 
     def _exactly(
         self, start: int, axis: int, set_of: np.ndarray, seen: np.ndarray
