@@ -17,6 +17,7 @@ import numpy as np
 from geosurf.conventions import counted, frame_origin, place, shift_is_exact
 from geosurf.errors import FormatError
 from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.shells import count_open_edges
 from geosurf.model import TriSurface, Unit, Units
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import path_of
@@ -135,9 +136,9 @@ def _shells(
         shell = np.where(front[:, None], triangles[rows][:, ::-1], triangles[rows])
 
         # each edge runs once in each direction
-        tail, head = shell.ravel(), shell[:, [1, 2, 0]].ravel()
-        there, back = np.sort(tail * len(x) + head), np.sort(head * len(x) + tail)
-        if not np.array_equal(there, back):
+        if count_open_edges(shell, len(x))[0]:
+            tail, head = shell.ravel(), shell[:, [1, 2, 0]].ravel()
+            there, back = np.sort(tail * len(x) + head), np.sort(head * len(x) + tail)
             open_edges = np.setdiff1d(there, back)
             where = x[(open_edges if len(open_edges) else there)[0] // len(x)] + pieces.origin
             raise FormatError(
@@ -284,7 +285,9 @@ def _unit(
     path: Path, labels: dict[str, Any], shell: np.ndarray, surface: np.ndarray, pieces: Pieces
 ) -> Unit:
     """One unit with its shell."""
-    points, place_of = np.unique(shell, return_inverse=True)
+    used = np.zeros(len(pieces.x), dtype=bool)
+    used[shell] = True
+    points, place_of = np.flatnonzero(used), (np.cumsum(used) - 1)[shell]
     corners = pieces.x[shell]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * math.fsum(np.sqrt(np.square(normal).sum(axis=1)).tolist())
@@ -300,7 +303,7 @@ def _unit(
         **labels,
         local=pieces.x[points],
         origin=pieces.origin,
-        triangles=place_of.reshape(-1, 3),
+        triangles=place_of,
         surface_of_triangle=surface,
         surface_names=tuple(source.name for source in pieces.sources),
         volume=volume_inside(corners),
