@@ -8,7 +8,8 @@ codes.
 `parser`              commands, options and their help
 `arguments`           arguments are refused in one sentence
 `answer`              what a command has found, as text and in JSON
-`scenario_commands`   ``run``, ``check``, ``render``, ``report``
+`scenario_commands`   ``run``, ``validate``, ``check``, ``report``
+`render_command`      ``render``
 `new_command`         ``new``
 `curves_command`      ``curves``
 `convert_command`     ``convert``

@@ -8,7 +8,7 @@ from typing import Any
 
 import geosurf
 from geosurf.cli.answer import Answer
-from geosurf.cli.arguments import Parser, list_of, named_file, number, one_of, whole_number
+from geosurf.cli.arguments import Parser, list_of, one_of, whole_number
 from geosurf.cli.completion import SHELLS, completion_command
 from geosurf.cli.convert_command import convert_command
 from geosurf.cli.curves_command import curves_command
@@ -16,12 +16,10 @@ from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.info_command import info_command
 from geosurf.cli.install_commands import doctor_command, warmup_command
 from geosurf.cli.new_command import VARIANTS, new_command
+from geosurf.cli.render_command import add_render_options, render_command
 from geosurf.cli.scenario_commands import (
     RESULTS,
-    SHOW,
-    VIEW,
     check_command,
-    render_command,
     report_command,
     run_command,
     validate_command,
@@ -169,7 +167,7 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
         "--dry-run", action="store_true", help="list what a run would read and write; build nothing"
     )
 
-    _add_render_options(render)
+    add_render_options(render)
 
 
 def _kept(options: argparse.Namespace) -> str:
@@ -178,60 +176,6 @@ def _kept(options: argparse.Namespace) -> str:
     if options.cache_dir is None:
         return kept
     return f"{kept} Finished steps are in {options.cache_dir}; the same command continues there."
-
-
-def _add_render_options(render: argparse.ArgumentParser) -> None:
-    """Add the options of pictures."""
-    # no defaults here: `_draw_view` takes them from the scenario, and `_draw_section` refuses what
-    # is given for views only
-    render.add_argument("-o", "--out", required=True, help="output file (.png)")
-    render.add_argument("--view", help=f"direction of view: north, top ... (default: {VIEW})")
-    render.add_argument(
-        "--show", help=f"what to draw, also walls, patches, units (default: {SHOW})"
-    )
-    render.add_argument(
-        "--section",
-        metavar="LINE",
-        help='draw a vertical section along this line, as in "0,2500 6000,2500 ..." [m]',
-    )
-    render.add_argument(
-        "--exaggeration",
-        type=number,
-        help="vertical exaggeration (default: chosen by the shape of the model)",
-    )
-    render.add_argument(
-        "--camera",
-        metavar="ANGLES",
-        help='azimuth and height of the viewer in degrees, in place of --view: "225,30"',
-    )
-    render.add_argument("--zoom", type=number, help="2 shows the middle twice as large")
-    render.add_argument("--only", metavar="NAMES", help="draw these surfaces, units, zones, blocks")
-    render.add_argument(
-        "--colour-by", help="colours of units: unit, zone, block, contact or z (elevation)"
-    )
-    render.add_argument("--title", help="text above the picture (default: what is shown)")
-    render.add_argument("--theme", help="light or dark")
-    render.add_argument(
-        "--transparent", action=argparse.BooleanOptionalAction, help="leave the background out"
-    )
-    for kind, what in (
-        ("wells", "the path of a well, from the top down"),
-        ("polygons", "polygons such as a licence"),
-        ("points", "data points"),
-    ):
-        render.add_argument(
-            f"--{kind}",
-            metavar="NAME=FILE",
-            action="append",
-            default=[],
-            type=named_file,
-            help=f"also draw {what}; can be repeated",
-        )
-    render.add_argument(
-        "--size", metavar="W,H", help='pixels (default: of the scenario): "1280,800"'
-    )
-    render.add_argument("--clip", action=argparse.BooleanOptionalAction,
-                        help="draw the inside of the model only")  # fmt: skip
 
 
 def _add_convert(add: Callable[..., Any]) -> None:

@@ -1,4 +1,4 @@
-"""The commands ``run``, ``check``, ``render`` and ``report``: everything made from a scenario."""
+"""The commands ``run``, ``validate``, ``check`` and ``report`` of a scenario."""
 
 from __future__ import annotations
 
@@ -18,14 +18,11 @@ from geosurf.cli.results import certificate_data, exit_code_of, units_data, warn
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.render.overlay import PictureOverlay
-    from geosurf.render.picture_style import PictureStyle
     from geosurf.scenario.execute import Outcome
     from geosurf.scenario.keys import Scenario
     from geosurf.scene import Scene
 
 
-VIEW, SHOW = "southwest", "horizons,faults,curves"
 FILES = ("vtm", "vtp", "csv", "nc", "pl")
 RESULTS = (*FILES, "grid", "pictures", "report")
 
@@ -39,7 +36,7 @@ def run_command(options: argparse.Namespace) -> Answer:
     # time counts from here: reading is part of the run
     progress = live_progress(options, steps=True)
     start = time.perf_counter()
-    scenario = _only(_scenario_of(options), options.only)
+    scenario = _only(scenario_of(options), options.only)
     if options.dry_run:
         return _planned(scenario, options)
     outcome = run(
@@ -107,7 +104,7 @@ def _planned(scenario: Scenario, options: argparse.Namespace) -> Answer:
     return Answer(data | {"reads": read, "writes": written}, text)
 
 
-def _scenario_of(options: argparse.Namespace) -> Scenario:
+def scenario_of(options: argparse.Namespace) -> Scenario:
     """Read the scenario, with the keys that ``--set`` changes; ``--merge-slivers`` merges them."""
     from geosurf.scenario import read_scenario
 
@@ -168,7 +165,7 @@ def validate_command(options: argparse.Namespace) -> Answer:
             print("\n".join(lines), flush=True)
             print(f"{counted(len(mistakes), 'mistake')}.", file=sys.stderr)
         return Answer(data, code=InputError.exit_code)
-    scenario = _scenario_of(options)
+    scenario = scenario_of(options)
     n_horizon, n_fault = len(scenario.horizons), len(scenario.faults)
     out = Path(options.scenario).parent / "out"
     return Answer(
@@ -183,7 +180,7 @@ def check_command(options: argparse.Namespace) -> Answer:
     from geosurf.scenario.execute import compute
     from geosurf.scenario.step_log import StepLog
 
-    scenario = _scenario_of(options)
+    scenario = scenario_of(options)
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
     scene = compute(scenario, log)
@@ -196,163 +193,11 @@ def check_command(options: argparse.Namespace) -> Answer:
     return Answer(data, str(certificate), exit_code_of(certificate))
 
 
-def render_command(options: argparse.Namespace) -> Answer:
-    """Draw one picture of a scenario."""
-    from geosurf.render.compose import png_path
-
-    scenario = _scenario_of(options)
-    png_path(options.out)  # refuse a wrong suffix before the computation
-    draw = _draw_view if options.section is None else _draw_section
-    path = draw(scenario, options)
-    return Answer({"scenario": scenario.path, "picture": path}, str(path))
-
-
-def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
-    """Draw a view in space; options that are not given are those of the scenario."""
-    from geosurf.render import render_scene
-    from geosurf.render.colouring import check_colour_by
-    from geosurf.render.compose import check_look
-
-    def given(option: Any, otherwise: Any) -> Any:
-        """Return an option, or its default if it is not given."""
-        return otherwise if option is None else option
-
-    # an option wins over the scenario, the scenario over the default
-    settings = scenario.pictures
-    if options.view is not None and options.camera is not None:
-        raise InputError("--view and --camera cannot be combined. Leave one of them out.")
-    view = given(options.view, VIEW if settings.camera is None else settings.camera)
-    look: dict[str, Any] = {
-        "view": view
-        if options.camera is None
-        else _numbers_of(options.camera, "--camera", "225,30"),
-        "size": _size_of(scenario, options),
-        "zoom": given(options.zoom, settings.zoom),
-        "title": options.title,
-    }
-    only = None if options.only is None else _words_of(options.only)
-    colours = {} if options.colour_by is None else {"colour_by": options.colour_by}
-    style = _style_of(scenario, options)
-
-    # all of it is checked before the model is built
-    check_look(**look, path=options.out)
-    check_colour_by(given(options.colour_by, "unit"))
-    overlay = _overlay_of(scenario, options)
-    return render_scene(
-        _built(scenario, options),
-        options.out,
-        show=_words_of(given(options.show, SHOW)),
-        exaggeration=given(options.exaggeration, scenario.output.exaggeration),
-        clip=given(options.clip, scenario.output.clip),
-        only=only,
-        overlay=overlay,
-        style=style,
-        **look,
-        **colours,
-    )
-
-
-def _words_of(text: str) -> tuple[str, ...]:
-    """Words of an option with commas between them."""
-    return tuple(word.strip() for word in text.split(","))
-
-
-def _numbers_of(text: str, option: str, example: str) -> tuple[float, float]:
-    """Two numbers of an option with a comma between them."""
-    try:
-        first, second = map(float, text.split(","))
-    except ValueError as error:
-        raise InputError(f"{option} is {text!r}, expected two numbers: {example}.") from error
-    return first, second
-
-
-def _size_of(scenario: Scenario, options: argparse.Namespace) -> tuple[int, int]:
-    """Width and height of the picture [pixels]."""
-    from geosurf.render.views import check_size
-
-    if options.size is None:
-        return scenario.output.size_px
-    pair: Any = _numbers_of(options.size, "--size", "1280,800")
-    return check_size(pair)
-
-
-def _style_of(scenario: Scenario, options: argparse.Namespace) -> PictureStyle:
-    """The style of the scenario with the theme of the options."""
-    given = {word: getattr(options, word) for word in ("theme", "transparent")}
-    known = {word: value for word, value in given.items() if value is not None}
-    return replace(scenario.pictures.style, **known)
-
-
-def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverlay:
-    """Wells, polygons and points of the scenario, and those of the options."""
-    from geosurf.scenario.pictures import overlay_of_files
-
-    settings = scenario.pictures
-    drawn: dict[str, Any] = {
-        kind: {**(getattr(settings, kind) or {}), **dict(getattr(options, kind))}
-        for kind in ("wells", "polygons", "points")
-    }
-    return overlay_of_files(replace(scenario, pictures=replace(settings, **drawn)))
-
-
-def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
-    """Build the scene, with its steps shown as a command was asked to."""
-    from geosurf.scenario import build_scene
-    from geosurf.scenario.step_log import StepLog
-
-    progress = live_progress(options, steps=False)
-    log = StepLog(progress)
-    log.begin("read")
-    scene = build_scene(scenario, log.step, on_start=log.begin)
-    clear_line()
-    return scene
-
-
-def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
-    """Draw a vertical section; refuse options of views, which would have no effect."""
-    from geosurf.render import render_section
-
-    # None means "not given": argparse has no other way to tell it from a default
-    for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
-        if getattr(options, word) is not None:
-            word = word.replace("_", "-")
-            raise InputError(
-                f"--section and --{word} cannot be combined: --{word} applies to views "
-                "only. Leave one of them out."
-            )
-
-    # the line is checked before the model is built
-    line = _line_of(options.section)
-    size, style = _size_of(scenario, options), _style_of(scenario, options)
-    overlay = _overlay_of(scenario, options)
-    section = _built(scenario, options).section(line)
-    return render_section(
-        section, options.out, size=size, title=options.title, overlay=overlay, style=style
-    )
-
-
-def _line_of(text: str) -> list[tuple[float, float]]:
-    """Return the points of a line in the map from a text such as ``0,2500 6000,2500``."""
-    line = []
-
-    # points are separated by blanks, so that numbers keep their decimal points
-    for word in text.split():
-        try:
-            east, north = map(float, word.split(","))
-        except ValueError as error:
-            raise InputError(
-                f"--section: {word!r} is not a point. Give easting and northing [m] of two or "
-                'more points in quotes, as in "0,2500 6000,2500".'
-            ) from error
-        line.append((east, north))
-    return line
-
-
 def report_command(options: argparse.Namespace) -> Answer:
     """Write the report of a scenario."""
     from geosurf.scenario.execute import write_report
 
-    scenario = _scenario_of(options)
+    scenario = scenario_of(options)
     progress = live_progress(options, steps=True)
     certificate, path, notes = write_report(
         scenario,

@@ -1,0 +1,232 @@
+"""The command ``render``: one view or one section of the model of a scenario."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.cli.answer import Answer
+from geosurf.cli.arguments import named_file, number
+from geosurf.cli.console import clear_line
+from geosurf.cli.live import live_progress
+from geosurf.cli.scenario_commands import scenario_of
+from geosurf.errors import InputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.render.overlay import PictureOverlay
+    from geosurf.render.picture_style import PictureStyle
+    from geosurf.scenario.keys import Scenario
+    from geosurf.scene import Scene
+
+VIEW, SHOW = "southwest", "horizons,faults,curves"
+
+
+def add_render_options(render: argparse.ArgumentParser) -> None:
+    """Add the options of pictures."""
+    # no defaults here: `_draw_view` takes them from the scenario, and `_draw_section` refuses what
+    # is given for views only
+    render.add_argument("-o", "--out", required=True, help="output file (.png)")
+    render.add_argument("--view", help=f"direction of view: north, top ... (default: {VIEW})")
+    render.add_argument(
+        "--show", help=f"what to draw, also walls, patches, units (default: {SHOW})"
+    )
+    render.add_argument(
+        "--section",
+        metavar="LINE",
+        help='draw a vertical section along this line, as in "0,2500 6000,2500 ..." [m]',
+    )
+    render.add_argument(
+        "--exaggeration",
+        type=number,
+        help="vertical exaggeration (default: chosen by the shape of the model)",
+    )
+    render.add_argument(
+        "--camera",
+        metavar="ANGLES",
+        help='azimuth and height of the viewer in degrees, in place of --view: "225,30"',
+    )
+    render.add_argument("--zoom", type=number, help="2 shows the middle twice as large")
+    render.add_argument("--only", metavar="NAMES", help="draw these surfaces, units, zones, blocks")
+    render.add_argument(
+        "--colour-by", help="colours of units: unit, zone, block, contact or z (elevation)"
+    )
+    render.add_argument("--title", help="text above the picture (default: what is shown)")
+    render.add_argument("--theme", help="light or dark")
+    render.add_argument(
+        "--transparent", action=argparse.BooleanOptionalAction, help="leave the background out"
+    )
+    for kind, what in (
+        ("wells", "the path of a well, from the top down"),
+        ("polygons", "polygons such as a licence"),
+        ("points", "data points"),
+    ):
+        render.add_argument(
+            f"--{kind}",
+            metavar="NAME=FILE",
+            action="append",
+            default=[],
+            type=named_file,
+            help=f"also draw {what}; can be repeated",
+        )
+    render.add_argument(
+        "--size", metavar="W,H", help='pixels (default: of the scenario): "1280,800"'
+    )
+    render.add_argument("--clip", action=argparse.BooleanOptionalAction,
+                        help="draw the inside of the model only")  # fmt: skip
+
+
+def render_command(options: argparse.Namespace) -> Answer:
+    """Draw one picture of a scenario."""
+    from geosurf.render.compose import png_path
+
+    scenario = scenario_of(options)
+    png_path(options.out)  # refuse a wrong suffix before the computation
+    draw = _draw_view if options.section is None else _draw_section
+    path = draw(scenario, options)
+    return Answer({"scenario": scenario.path, "picture": path}, str(path))
+
+
+def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
+    """Draw a view in space; options that are not given are those of the scenario."""
+    from geosurf.render import render_scene
+    from geosurf.render.colouring import check_colour_by
+    from geosurf.render.compose import check_look
+
+    def given(option: Any, otherwise: Any) -> Any:
+        """Return an option, or its default if it is not given."""
+        return otherwise if option is None else option
+
+    # an option wins over the scenario, the scenario over the default
+    settings = scenario.pictures
+    if options.view is not None and options.camera is not None:
+        raise InputError("--view and --camera cannot be combined. Leave one of them out.")
+    view = given(options.view, VIEW if settings.camera is None else settings.camera)
+    look: dict[str, Any] = {
+        "view": view
+        if options.camera is None
+        else _numbers_of(options.camera, "--camera", "225,30"),
+        "size": _size_of(scenario, options),
+        "zoom": given(options.zoom, settings.zoom),
+        "title": options.title,
+    }
+    only = None if options.only is None else _words_of(options.only)
+    colours = {} if options.colour_by is None else {"colour_by": options.colour_by}
+    style = _style_of(scenario, options)
+
+    # all of it is checked before the model is built
+    check_look(**look, path=options.out)
+    check_colour_by(given(options.colour_by, "unit"))
+    overlay = _overlay_of(scenario, options)
+    return render_scene(
+        _built(scenario, options),
+        options.out,
+        show=_words_of(given(options.show, SHOW)),
+        exaggeration=given(options.exaggeration, scenario.output.exaggeration),
+        clip=given(options.clip, scenario.output.clip),
+        only=only,
+        overlay=overlay,
+        style=style,
+        **look,
+        **colours,
+    )
+
+
+def _words_of(text: str) -> tuple[str, ...]:
+    """Words of an option with commas between them."""
+    return tuple(word.strip() for word in text.split(","))
+
+
+def _numbers_of(text: str, option: str, example: str) -> tuple[float, float]:
+    """Two numbers of an option with a comma between them."""
+    try:
+        first, second = map(float, text.split(","))
+    except ValueError as error:
+        raise InputError(f"{option} is {text!r}, expected two numbers: {example}.") from error
+    return first, second
+
+
+def _size_of(scenario: Scenario, options: argparse.Namespace) -> tuple[int, int]:
+    """Width and height of the picture [pixels]."""
+    from geosurf.render.views import check_size
+
+    if options.size is None:
+        return scenario.output.size_px
+    pair: Any = _numbers_of(options.size, "--size", "1280,800")
+    return check_size(pair)
+
+
+def _style_of(scenario: Scenario, options: argparse.Namespace) -> PictureStyle:
+    """The style of the scenario with the theme of the options."""
+    given = {word: getattr(options, word) for word in ("theme", "transparent")}
+    known = {word: value for word, value in given.items() if value is not None}
+    return replace(scenario.pictures.style, **known)
+
+
+def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverlay:
+    """Wells, polygons and points of the scenario, and those of the options."""
+    from geosurf.scenario.pictures import overlay_of_files
+
+    settings = scenario.pictures
+    drawn: dict[str, Any] = {
+        kind: {**(getattr(settings, kind) or {}), **dict(getattr(options, kind))}
+        for kind in ("wells", "polygons", "points")
+    }
+    return overlay_of_files(replace(scenario, pictures=replace(settings, **drawn)))
+
+
+def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
+    """Build the scene, with its steps shown as a command was asked to."""
+    from geosurf.scenario import build_scene
+    from geosurf.scenario.step_log import StepLog
+
+    progress = live_progress(options, steps=False)
+    log = StepLog(progress)
+    log.begin("read")
+    scene = build_scene(scenario, log.step, on_start=log.begin)
+    clear_line()
+    return scene
+
+
+def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
+    """Draw a vertical section; refuse options of views, which would have no effect."""
+    from geosurf.render import render_section
+
+    # None means "not given": argparse has no other way to tell it from a default
+    for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
+        if getattr(options, word) is not None:
+            word = word.replace("_", "-")
+            raise InputError(
+                f"--section and --{word} cannot be combined: --{word} applies to views "
+                "only. Leave one of them out."
+            )
+
+    # the line is checked before the model is built
+    line = _line_of(options.section)
+    size, style = _size_of(scenario, options), _style_of(scenario, options)
+    overlay = _overlay_of(scenario, options)
+    section = _built(scenario, options).section(line)
+    return render_section(
+        section, options.out, size=size, title=options.title, overlay=overlay, style=style
+    )
+
+
+def _line_of(text: str) -> list[tuple[float, float]]:
+    """Return the points of a line in the map from a text such as ``0,2500 6000,2500``."""
+    line = []
+
+    # points are separated by blanks, so that numbers keep their decimal points
+    for word in text.split():
+        try:
+            east, north = map(float, word.split(","))
+        except ValueError as error:
+            raise InputError(
+                f"--section: {word!r} is not a point. Give easting and northing [m] of two or "
+                'more points in quotes, as in "0,2500 6000,2500".'
+            ) from error
+        line.append((east, north))
+    return line
+
+
+__all__ = ["add_render_options", "render_command"]
