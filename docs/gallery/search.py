@@ -10,6 +10,7 @@ pictures = scene.render_pictures(
     maps=False,
     thickness=False,
     allan=False,
+    throw=False,
     sections=[],
     exploded=False,
     search=("Top", "F1"),
