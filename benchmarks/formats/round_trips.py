@@ -59,11 +59,11 @@ def suffixes(formats: Any) -> set[str]:
 
 def reader(kind: str, suffix: str) -> str:
     """Name of the function of geosurf that reads a kind back, or nothing."""
-    if suffix == ".epc" and kind not in ("horizon (DataArray)", "TriSurface"):
+    if suffix == ".epc" and kind == "surfaces":
         return ""  # several surfaces are read one by one
     if kind == "horizon (DataArray)":
         return "read_horizon" if suffix in suffixes(HORIZON_FORMATS) else "read_points"
-    if kind == "Units" and suffix == ".ml":
+    if kind == "Units" and suffix in (".ml", ".epc"):
         return "read_units"
     one_mesh = ("TriSurface", "Unit") if suffix in (".glb", ".gltf") else MESHES
     if kind in one_mesh and suffix in suffixes(MESH_FORMATS) | {".epc"}:

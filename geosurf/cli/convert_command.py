@@ -133,7 +133,7 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
         if key == "netcdf" and options.read_as is None:
             source.function = _of_netcdf(path)
         if key == "resqml" and options.read_as is None:
-            source.function = _of_resqml(path, options.name)
+            source.function = _of_resqml(path, options.name, suffix)
             if source.function == "read_points":
                 words.pop("name", None)
         module = read if hasattr(read, source.function) else geosurf
@@ -176,9 +176,13 @@ def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> s
     return names[-1] if names[0] == "read_horizon" else names[0]
 
 
-def _of_resqml(path: Path, name: str | None) -> str:
+def _of_resqml(path: Path, name: str | None, suffix: str) -> str:
     from geosurf.read.resqml.surfaces import function_of
+    from geosurf.read.resqml.units import holds_units
+    from geosurf.write.registry import WRITERS
 
+    if name is None and suffix in WRITERS["Units"] and holds_units(path):
+        return "read_units"
     return function_of(path, name)
 
 

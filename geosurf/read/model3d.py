@@ -93,7 +93,7 @@ def surfaces_of(
                 f"{path}: surface {part.name!r} occurs twice; names must be unique within a "
                 "model. Rename one of the surfaces in the file."
             )
-        surfaces[part.name] = _welded(part, roles.get(part.name, "surface"))
+        surfaces[part.name] = welded(part, roles.get(part.name, "surface"))
 
     # a model without one of its surfaces would leak without a hint of why
     missing = [name for name in roles if name not in surfaces]
@@ -335,8 +335,8 @@ def _role(kind: str) -> str:
     return "horizon" if word in HORIZON_KINDS else "surface"
 
 
-def _welded(surface: TriSurface, role: str) -> TriSurface:
-    """The surface with one vertex per place; horizons turned so that their normals point up."""
+def welded(surface: TriSurface, role: str) -> TriSurface:
+    """Return a surface with one vertex per place; horizons are turned so that normals point up."""
     # Parts repeat the vertices on their seams: the first in each place stays.
     # backwards, so that the first vertex of each place is written last, and stays
     number, count = weld(surface.vertices)
@@ -350,6 +350,6 @@ def _welded(surface: TriSurface, role: str) -> TriSurface:
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         if np.cross(b - a, c - a)[:, 2].sum() < 0:
             triangles = triangles[:, [0, 2, 1]]
-    welded = TriSurface(surface.name, role, vertices, triangles)
-    welded.crs = surface.crs
-    return welded
+    found = TriSurface(surface.name, role, vertices, triangles)
+    found.crs = surface.crs
+    return found

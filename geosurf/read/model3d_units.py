@@ -1,67 +1,58 @@
-"""The regions of a GOCAD Model3d as units: shells, volumes, and what lies on both sides of faces.
+"""Units of a sealed model in a file: GOCAD Model3d, whose regions list their parts, or RESQML.
 
-A region lists the parts (TFACE) around it; vertices with equal coordinates are one. The shell of
-each region has to be closed, edge by edge. ``LAYER`` states the zone of a region, ``FAULT_BLOCK``
-its block; models that geosurf wrote hold all labels of their units.
+``LAYER`` states the zone of a region of a Model3d, ``FAULT_BLOCK`` its block; models that geosurf
+wrote hold all labels of their units. What parts and regions mean is in
+`geosurf.read.sealed_model`.
 """
 
 from __future__ import annotations
 
-import math
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from geosurf.conventions import counted, frame_origin, place, shift_is_exact
 from geosurf.errors import FormatError
-from geosurf.kernels.meshes.mesh import weld
-from geosurf.kernels.meshes.shells import count_open_edges
-from geosurf.model import TriSurface, Unit, Units
-from geosurf.model.base import in_crs_of
+from geosurf.model import Units
 from geosurf.model.expected import path_of
-from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.read._common import read_text
+from geosurf.read._detect import detect
 from geosurf.read.gocad import read_tsurf
-from geosurf.read.model3d import (
-    own_lines,
-    part_counts,
-    region_lists,
-    roles_of,
-    surfaces_of,
-    volume_inside,
-)
+from geosurf.read.model3d import own_lines, part_counts, region_lists, roles_of, surfaces_of
+from geosurf.read.resqml.units import resqml_model
+from geosurf.read.sealed_model import SealedModel, labels_of, units_of
 
 
 def read_units(
     path: str | PathLike[str], *, positive: str | None = None, length_unit: str | None = None
 ) -> Units:
     """
-    Read the units of a sealed model: the regions of a GOCAD Model3d (``.ml``).
+    Read the units of a sealed model: GOCAD Model3d (``.ml``), or RESQML 2.0.1 (``.epc``).
 
     Parameters
     ----------
     path : path-like
     positive : {"up", "down"}, optional
-        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+        For ``.ml`` without ZPOSITIVE; default ``"up"``, the default of GOCAD.
     length_unit : str, optional
-        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
+        Unit of elevations, for ``.ml`` without AXIS_UNIT; default ``"m"``. RESQML states both.
 
     Returns
     -------
     Units
         One for each region but ``Universe``, in the order of the file. ``zone`` is the layer of the
         region and ``block`` its fault block; the region's own name stands where the file has none.
+        RESQML names the zone of a region only.
         Models that geosurf wrote come back with all labels.
 
     Raises
     ------
     FormatError
-        If the file is not a Model3d, has no regions, or a region is not closed; or a line cannot
+        If the file is neither of both, has no regions, or a region is not closed; or a line cannot
         be understood.
     InputError
         If `positive` or `length_unit` contradicts the file or is unknown.
+    DependencyError
+        If the file is RESQML and h5py is not installed.
 
     Examples
     --------
@@ -74,6 +65,13 @@ def read_units(
     True
     """
     path = path_of(path, "read_units")
+    if detect(path) == "resqml":
+        return units_of(resqml_model(path, positive, length_unit))
+    return units_of(_model(path, positive, length_unit))
+
+
+def _model(path: Path, positive: str | None, length_unit: str | None) -> SealedModel:
+    """What a Model3d states."""
     lines = read_text(path, final_line_end=False).split("\n")
     roles = roles_of(path, lines)
     regions = [(name, signed) for name, signed, _ in region_lists(path, lines)]
@@ -84,137 +82,12 @@ def read_units(
         )
     tsurfs = read_tsurf(path, positive=positive, length_unit=length_unit)
     sources = list(surfaces_of(path, lines, roles, tsurfs).values())
-    pieces = _pieces(path, lines, sources, tsurfs)
-
+    counts = part_counts(path, lines, sum(len(one.triangles) for one in tsurfs))
     inside = [(name, signed) for name, signed in regions if name != "Universe"]
-    sides = _sides(path, inside, int(pieces.patch.max()) + 1)[pieces.patch]
-    shells = _shells(path, [name for name, _ in inside], sides, pieces)
-    if sum(_volume_with_sign(pieces.x[shell]) for shell, _ in shells) < 0.0:
-        # programs may count the other side as +
-        sides = sides[:, ::-1]
-        shells = [(shell[:, ::-1], rows) for shell, rows in shells]
-
+    own = own_lines(path, lines, "model")
     labels = _labels(path, lines, inside)
-    found = [
-        _unit(path, one, shell, pieces.surface[rows], pieces)
-        for one, (shell, rows) in zip(labels, shells, strict=True)
-    ]
-    return _units(path, lines, found, pieces, sides)
-
-
-def _sides(path: Path, regions: list[tuple[str, list[int]]], n_part: int) -> np.ndarray:
-    """Region in front of and behind each part, int64 (n_part, 2); -1 outside."""
-    sides = np.full((n_part, 2), -1)
-    for u, (name, signed) in enumerate(regions):
-        for k in signed:
-            if abs(k) > n_part:
-                raise FormatError(
-                    f"{path}: region {name!r} names TFACE {abs(k)}, but the file has {n_part}. "
-                    "Export the model again, with all surfaces."
-                )
-            # + is the side into which the normal points
-            side = 0 if k > 0 else 1
-            if sides[abs(k) - 1, side] not in (-1, u):
-                other = regions[sides[abs(k) - 1, side]][0]
-                raise FormatError(
-                    f"{path}: regions {other!r} and {name!r} lie on the same side of TFACE "
-                    f"{abs(k)}. Correct one of the two lists or export the model again."
-                )
-            sides[abs(k) - 1, side] = u
-    return sides
-
-
-def _shells(
-    path: Path, names: list[str], sides: np.ndarray, pieces: Pieces
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Outward triangles of each region, and their rows; closed, or an error."""
-    triangles, x = pieces.triangles, pieces.x
-    shells = []
-    for u, name in enumerate(names):
-        rows = np.flatnonzero((sides == u).any(axis=1) & (sides[:, 0] != sides[:, 1]))
-        front = sides[rows, 0] == u
-        shell = np.where(front[:, None], triangles[rows][:, ::-1], triangles[rows])
-
-        # each edge runs once in each direction
-        if count_open_edges(shell, len(x))[0]:
-            tail, head = shell.ravel(), shell[:, [1, 2, 0]].ravel()
-            there, back = np.sort(tail * len(x) + head), np.sort(head * len(x) + tail)
-            open_edges = np.setdiff1d(there, back)
-            where = x[(open_edges if len(open_edges) else there)[0] // len(x)] + pieces.origin
-            raise FormatError(
-                f"{path}: region {name!r} is not closed near {place(where)}: "
-                f"{counted(max(len(open_edges), 1), 'edge')} without a neighbour. Repair the model "
-                "where it was made, and export it again."
-            )
-        shells.append((shell, rows))
-    return shells
-
-
-def _volume_with_sign(corners: np.ndarray) -> float:
-    """Six times the volume inside triangles (n, 3, 3), negative if they look inward."""
-    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
-    return float((np.cross(a, b) * c).sum())
-
-
-def _pieces(
-    path: Path, lines: list[str], sources: list[TriSurface], tsurfs: list[TriSurface]
-) -> Pieces:
-    """All triangles as the pieces of a model, so that what works on units works on these.
-
-    Patches are the parts of surfaces (TFACE), numbered as in the file.
-    """
-    # one number for each place, over all surfaces
-    first = np.cumsum([0, *(len(one.vertices) for one in tsurfs)])
-    points = np.concatenate([one.vertices for one in tsurfs])
-    number, count = weld(points)
-    x = np.empty((count, 3))
-    x[number] = points
-    corners = [one.triangles + k for one, k in zip(tsurfs, first, strict=False)]
-    triangles = number[np.concatenate(corners)]
-
-    n_of_surface = [len(one.triangles) for one in tsurfs]
-    surface = np.repeat(np.arange(len(tsurfs)), n_of_surface)
-    first = np.concatenate([[0], np.cumsum(n_of_surface)[:-1]])
-    counts = part_counts(path, lines, len(triangles))
-
-    # local coordinates where they are exact, world coordinates elsewhere
-    origin = frame_origin(x)
-    if not all(shift_is_exact(x[:, k], origin[k]) for k in range(2)):
-        origin = np.zeros(3)
-    ring = _rings(triangles, len(x))
-    return Pieces(
-        sources,
-        origin,
-        x - origin,
-        triangles,
-        surface,
-        np.arange(len(triangles)) - first[surface],
-        np.arange(len(triangles)),
-        ring,
-        np.where(ring == np.arange(len(ring)), FREE, PAIRED),
-        [None] * len(sources),
-        np.zeros(len(sources) + 1, dtype=np.int64),
-        np.repeat(np.arange(len(counts)), counts),
-    )
-
-
-def _rings(triangles: np.ndarray, n_point: int) -> np.ndarray:
-    """Next half-edge around the edge of each half-edge, int64 (3 * n_triangle,)."""
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    key = np.minimum(tail, head) * n_point + np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    new = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]))
-    size = np.diff(np.append(new, len(key)))
-    ring = np.empty(len(key), dtype=np.int64)
-    after = np.roll(order, -1)
-    after[new + size - 1] = order[new]
-    ring[order] = after
-    return ring
-
-
-LABELS = (
-    "name", "zone", "zone_index", "block", "contact", "beneath", "fault_sides", "compartment_of",
-)  # fmt: skip
+    box = own[0] if own else ()
+    return SealedModel(path, tsurfs, sources, counts, inside, labels, box, "TFACE")
 
 
 def _labels(
@@ -223,17 +96,7 @@ def _labels(
     """Labels of each unit."""
     own = own_lines(path, lines, "unit")
     if own:
-        if len(own) != len(regions) or any(len(values) != len(LABELS) for values in own):
-            raise FormatError(
-                f"{path}: the header describes {len(own)} units of geosurf, but the model has "
-                f"{len(regions)} regions. Delete the lines '*geosurf*unit' or export it again."
-            )
-        found = [dict(zip(LABELS, values, strict=True)) for values in own]
-        return [
-            {**one, "beneath": tuple(one["beneath"]), "fault_sides": tuple(one["fault_sides"])}
-            for one in found
-        ]
-
+        return labels_of(path, own, len(regions), "the header")
     return _labels_of_groups(lines, [name for name, _ in regions])
 
 
@@ -279,58 +142,3 @@ def _groups(lines: list[str], key: str) -> dict[int, str]:
         else:
             title = None
     return found
-
-
-def _unit(
-    path: Path, labels: dict[str, Any], shell: np.ndarray, surface: np.ndarray, pieces: Pieces
-) -> Unit:
-    """One unit with its shell."""
-    used = np.zeros(len(pieces.x), dtype=bool)
-    used[shell] = True
-    points, place_of = np.flatnonzero(used), (np.cumsum(used) - 1)[shell]
-    corners = pieces.x[shell]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = 0.5 * math.fsum(np.sqrt(np.square(normal).sum(axis=1)).tolist())
-
-    # rounding moves faces by less than the last digit of coordinates
-    last_digit = float(np.spacing(np.abs(corners + pieces.origin).max()))
-    if _volume_with_sign(corners) / 6.0 < -area * last_digit:
-        raise FormatError(
-            f"{path}: region {labels['name']!r} is inside out. Repair the model where it was "
-            "made, and export it again."
-        )
-    return Unit(
-        **labels,
-        local=pieces.x[points],
-        origin=pieces.origin,
-        triangles=place_of,
-        surface_of_triangle=surface,
-        surface_names=tuple(source.name for source in pieces.sources),
-        volume=volume_inside(corners),
-        area=area,
-    )
-
-
-def _units(
-    path: Path, lines: list[str], found: list[Unit], pieces: Pieces, sides: np.ndarray
-) -> Units:
-    """All units, in the box that the file states or that encloses them."""
-    own = own_lines(path, lines, "model")
-    x = pieces.x + pieces.origin
-    low, high = x.min(axis=0), x.max(axis=0)
-    box = tuple(np.column_stack([low, high]).ravel().tolist())
-    footprint, enclosed = None, math.fsum(unit.volume for unit in found)
-    if own and len(own[0]) == 9:
-        _, *of_box, footprint, enclosed = own[0]
-        box = tuple(of_box)
-    units = Units(
-        found,
-        box,
-        footprint=footprint,
-        enclosed=enclosed,
-        sides=lambda: sides,
-        piece_sides=lambda: (pieces, sides),
-    )
-    for unit in found:
-        in_crs_of(unit, pieces.sources)
-    return in_crs_of(units, pieces.sources)

@@ -317,8 +317,18 @@ def _draw_curves(
         raise InputError(
             f"the curves have no surface {name!r}. Their surfaces are {list(curves.names)}."
         )
+    # colours: as faults in other pictures, or one for each other surface
     row = curves.names.index(name)
-    colours = _colours_of_lines(sheet, curves, row, faults)
+    met = (
+        curves.names[k] for pair in curves.surfaces_of_curve.tolist() if row in pair for k in pair
+    )
+    order = faults or list(dict.fromkeys(other for other in met if other != name))
+    colours = {
+        other: sheet.style.colour(
+            other, palette.fault(order.index(other)) if other in order else palette.INK
+        )
+        for other in curves.names
+    }
 
     # length by other surface [m]; its longest line, and a place a third along it
     others: dict[int, float] = {}
@@ -346,50 +356,23 @@ def _draw_curves(
         if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2])
 
-    # the longest lines are named first
-    by_length = sorted(longest.items(), key=lambda item: -item[1][0])
-    _write_names(sheet, axes, {curves.names[other]: at for other, (_, at) in by_length}, colours)
-
+    # the name goes next to the longest line, 9 design pixels to the right; the longest lines first,
+    # and no name over another: the legend has them all
+    unit = sheet.layout.unit
+    labels = shortened_apart(curves.names[other] for other in longest)
+    for other, (_, at) in sorted(longest.items(), key=lambda item: -item[1][0]):
+        label = labels[curves.names[other]]
+        x, y = axes.transData.transform(at)
+        x += 9.0 * unit
+        wide, high = sheet.text_size(label, 11.5, "bold")
+        if not sheet.names.take((x, y - 0.7 * high, x + wide, y + 0.7 * high)):
+            continue
+        at = axes.transData.inverted().transform((x, y))
+        colour = palette.shade(colours[curves.names[other]], 1, 2)
+        furniture.halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
     # faults first: where the legend has no room, horizons are the ones that are only counted
     met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
     return [
         Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
         for name, length in ((curves.names[k], others[k]) for k in met_here)
     ]
-
-
-def _colours_of_lines(
-    sheet: furniture.Sheet, curves: Curves, row: int, faults: list[str]
-) -> dict[str, palette.RGB]:
-    """Colours as faults have them in other pictures, or one for each surface that is met."""
-    name = curves.names[row]
-    met = (
-        curves.names[k] for pair in curves.surfaces_of_curve.tolist() if row in pair for k in pair
-    )
-    order = faults or list(dict.fromkeys(other for other in met if other != name))
-    return {
-        other: sheet.style.colour(
-            other, palette.fault(order.index(other)) if other in order else palette.INK
-        )
-        for other in curves.names
-    }
-
-
-def _write_names(
-    sheet: furniture.Sheet,
-    axes: Axes,
-    places: dict[str, np.ndarray],
-    colours: dict[str, palette.RGB],
-) -> None:
-    """Write each name to the right of its place; none over another, since the legend has all."""
-    labels = shortened_apart(places)
-    for name, at in places.items():
-        label = labels[name]
-        x, y = axes.transData.transform(at)
-        x += 9.0 * sheet.layout.unit
-        wide, high = sheet.text_size(label, 11.5, "bold")
-        if not sheet.names.take((x, y - 0.7 * high, x + wide, y + 0.7 * high)):
-            continue
-        at = axes.transData.inverted().transform((x, y))
-        colour = palette.shade(colours[name], 1, 2)
-        furniture.halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")

@@ -53,7 +53,7 @@ def draw_remedies(
 
     # the legend counts each kind of remedy
     kinds = ", ".join(f"{kind}: {n}" for kind, n in sorted(Counter(shown).items()))
-    words = f"Place of {counted(len(shown), 'warning')}"
+    words = f"{counted(len(shown), 'place')} of remedies"
     return [Entry(words, palette.ACCENT, kinds, "circle")]
 
 

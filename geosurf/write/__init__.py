@@ -52,8 +52,8 @@ def write(
         The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply .glb .gltf``.
         Curves: ``.pl .vtp .pol .csv .geojson``. Patches: ``.vtp .vtu .glb .gltf``. Unit: ``.vtp
         .ts .stl .vtu .obj .ply .glb .gltf``. Units: ``.vtm`` (and a folder of ``.vtp`` next to
-        it), ``.ml`` (the sealed model with its regions), ``.glb .gltf``; their table: ``.csv
-        .parquet .nc``. TetMesh: ``.vtu .msh .inp``.
+        it), ``.ml`` and ``.epc`` (the sealed model with its regions), ``.glb .gltf``; their table:
+        ``.csv .parquet .nc``. TetMesh: ``.vtu .msh .inp``.
         Horizon: ``.nc``; IRAP text ``.irapasc .irapascii .fgr``; IRAP binary (float32) ``.gri
         .irap .irapbin``; without rotation ``.zmap .zmp .cps3 .cps .asc``; its nodes ``.xyz``.
         Lines (FaultSticks, lists, Datasets such as fault polygons): ``.pol .csv .geojson``.

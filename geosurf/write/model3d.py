@@ -99,7 +99,7 @@ def _head(units: Units, name: str, surfaces: Iterable[TriSurface]) -> str:
             f"name:{safe_names([name])[0]}\n",
             _own("model", [name, *box]),
             *(_own("surface", [surface.name, surface.role]) for surface in surfaces),
-            *(_own("unit", _labels(unit)) for unit in units.values()),
+            *(_own("unit", unit_labels(unit)) for unit in units.values()),
             "}\n",
             coordinate_system(units.crs),
         ]
@@ -113,7 +113,7 @@ def _own(key: str, values: object) -> str:
     return f"*geosurf*{key}:{text}\n"
 
 
-def _labels(unit: Unit) -> list[object]:
+def unit_labels(unit: Unit) -> list[object]:
     """All labels of a unit."""
     return [
         unit.name,

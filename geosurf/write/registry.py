@@ -54,6 +54,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     "Units": {
         ".vtm": ("vtp", "vtm_of_units"),
         ".ml": ("model3d", "model3d"),
+        ".epc": ("resqml_framework", "resqml_of_units"),
         ".csv": ("table", "csv_of_units"),
         ".parquet": ("table", "parquet_of_units"),
         ".nc": ("netcdf", "netcdf_of_units"),

@@ -80,12 +80,12 @@ def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) 
     h5_name = path.with_suffix(".h5").name
     parts, arrays = _objects([_geometry(title, one) for title, one in surfaces], first)
     files = {
-        PurePath(path.name): _zipped(package(parts, h5_name)),
-        PurePath(h5_name): _hdf5(arrays, parts[0].uuid),
+        PurePath(path.name): zipped(package(parts, h5_name)),
+        PurePath(h5_name): hdf5(arrays, parts[0].uuid),
     }
     lost = [
         Loss("other", f"Arrays are in {h5_name}: move both files together."),
-        Loss("topology", "Surfaces are separate: the sealed model is .ml."),
+        Loss("topology", "Surfaces are separate: for the sealed model, write scene.units."),
     ]
     if first is not None and epsg_of(first) is None:
         lost.append(Loss("crs", f"RESQML stores {label(first)} as an unknown system with a name."))
@@ -170,12 +170,12 @@ def _objects(
 
     parts, arrays = [proxy, system], dict[str, np.ndarray]()
     for title, role, held in surfaces:
-        interpretation = _interpretation(title, role, fresh)
+        meaning = interpretation(title, role, fresh)
         own = next(fresh)
         kind, body, new = _representation(held, f"/RESQML/{own}", proxy, system)
-        meant = interpretation[1:]
+        meant = meaning[1:]
         head = "".join(reference("resqml2:RepresentedInterpretation", one) for one in meant)
-        parts += [*interpretation, Part(kind, own, title, head + body, (proxy, system, *meant))]
+        parts += [*meaning, Part(kind, own, title, head + body, (proxy, system, *meant))]
         arrays |= new
     return parts, arrays
 
@@ -194,7 +194,7 @@ def _identifiers(
     return (str(uuid.uuid5(uuid.NAMESPACE_OID, f"geosurf {seed} {k}")) for k in itertools.count())
 
 
-def _interpretation(title: str, role: str, fresh: Iterator[str]) -> list[Part]:
+def interpretation(title: str, role: str, fresh: Iterator[str]) -> list[Part]:
     """Feature and interpretation of a horizon or fault; nothing for other surfaces."""
     kinds = {
         "horizon": ("GeneticBoundaryFeature", "GeneticBoundaryKind", "HorizonInterpretation"),
@@ -263,7 +263,7 @@ def _steps(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:
     return (east, north) if exact and east > 0.0 and north > 0.0 else None
 
 
-def _hdf5(arrays: dict[str, np.ndarray], proxy: str) -> bytes:
+def hdf5(arrays: dict[str, np.ndarray], proxy: str) -> bytes:
     """An HDF5 file of all arrays."""
     try:
         import h5py
@@ -279,7 +279,7 @@ def _hdf5(arrays: dict[str, np.ndarray], proxy: str) -> bytes:
     return held.getvalue()
 
 
-def _zipped(files: dict[str, str]) -> bytes:
+def zipped(files: dict[str, str]) -> bytes:
     """A zip file without the present time."""
     held = io.BytesIO()
     with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as package_file:

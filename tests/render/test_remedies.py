@@ -27,7 +27,7 @@ def test_each_place_on_the_map_is_marked_once():
         remedy("trim changed", None),
     ]
     (entry,) = draw_remedies(sheet, axes, listed)
-    assert entry.label == "Place of 2 warnings"
+    assert entry.label == "2 places of remedies"
     assert entry.detail == "tear left out: 1, wall made level: 1"
     places = sorted((float(x), float(y)) for line in axes.lines for x, y in line.get_xydata())
     assert places == [(1010.0, 2020.0), (1040.0, 2060.0)]

@@ -187,3 +187,17 @@ def test_units_without_patches_are_refused(graben, tmp_path):
     bare = gs.Units(graben.values(), graben.box)
     with pytest.raises(InputError, match="no patches"):
         gs.write(bare, tmp_path / "m.ml")
+
+
+def test_vertices_that_rounding_brought_to_one_place_leave_the_region_closed(tmp_path):
+    """Vertex 5 divides an edge and lies where vertex 1 does: two triangles are lines."""
+    faces = ["1 3 5", "5 3 2", "1 5 4", "5 2 4", "2 3 4", "1 4 3"]
+    path = tmp_path / "corner.ml"
+    path.write_text(
+        "GOCAD Model3d 1\nTSURF A\nTFACE 1 boundary A\n  0 0 0\n  6 0 0\n  0 6 0\n"
+        "REGION 5 Corner\n  -1 0\nEND\nGOCAD TSurf 1\nHEADER {\nname:A\n}\nTFACE\nVRTX 1 0 0 0\n"
+        "VRTX 2 6 0 0\nVRTX 3 0 6 0\nVRTX 4 0 0 6\nVRTX 5 0 0 0\n"
+        + "".join(f"TRGL {face}\n" for face in faces)
+        + "END\n"
+    )
+    assert gs.read_units(path)["Corner"].volume == pytest.approx(36.0)

@@ -129,7 +129,8 @@ class Package:
         """Return the object that an element refers to."""
         uuid = self.text(node, *path, "UUID")
         if uuid not in self.objects:
-            raise self.damaged(f"{path[-1]} of a {kind(node)} refers to {uuid!r}, which is missing")
+            name = path[-1] if path else tag(node)
+            raise self.damaged(f"{name} of a {kind(node)} refers to {uuid!r}, which is missing")
         return self.objects[uuid]
 
     def dataset(self, node: Element) -> np.ndarray:

@@ -1,0 +1,403 @@
+"""RESQML 2.0.1: the sealed model, as a sealed surface framework and a sealed volume framework.
+
+Surfaces are ``TriangulatedSetRepresentation`` with a patch for each part; the surface framework
+lists the lines where patches share their nodes, the volume framework the patches around each unit
+(decision 58). Regions of RESQML have no name: the labels of units are extra metadata.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import re
+import uuid
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePath
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from geosurf.conventions.crs import epsg_of, label
+from geosurf.errors import OutputError
+from geosurf.model import TriSurface, Units
+from geosurf.write._files import FileSet
+from geosurf.write.model3d import unit_labels
+from geosurf.write.model3d_parts import Parts, parts_of
+from geosurf.write.model_lines import Line, lines_of
+from geosurf.write.resqml import hdf5, interpretation, zipped
+from geosurf.write.resqml_xml import (
+    Part,
+    crs_body,
+    dataset,
+    explicit_points,
+    package,
+    reference,
+)
+from geosurf.write.written import Loss
+
+DOMAIN = "<resqml2:Domain>depth</resqml2:Domain>"
+ORDER = "<resqml2:OrderingCriteria>apparent depth</resqml2:OrderingCriteria>"
+
+
+def resqml_of_units(units: Units, path: Path, name: str | None, crs: str | None) -> FileSet:
+    """
+    Return the files ``path`` (``.epc``) and the ``.h5`` next to it, of a sealed model.
+
+    Parameters
+    ----------
+    units : Units
+    path : pathlib.Path
+    name : str or None
+        Of the model; default: the name of the file.
+    crs : str or None
+        For units that declare none.
+
+    Returns
+    -------
+    FileSet
+
+    Raises
+    ------
+    OutputError
+        If there are no units.
+    InputError
+        If the units were made without patches.
+    DependencyError
+        If h5py is not installed.
+    """
+    if not len(units):
+        raise OutputError(f"{path}: there are no units to write, and a model needs at least one.")
+    crs = units.crs if crs is None else crs
+    title, h5_name = name or path.stem, path.with_suffix(".h5").name
+    parts = parts_of(units)
+    lines = lines_of(parts)
+    fresh = _identifiers(units, parts, title, crs)
+    objects, arrays = _Framework(units, parts, lines, title, crs, fresh).objects()
+    files = {
+        PurePath(path.name): zipped(package(objects, h5_name)),
+        PurePath(h5_name): hdf5(arrays, objects[0].uuid),
+    }
+    pattern = re.compile(f"{re.escape(path.name)}|{re.escape(h5_name)}")
+    return files, _lost(units, parts, h5_name, crs), pattern
+
+
+def _lost(units: Units, parts: Parts, h5_name: str, crs: str | None) -> list[Loss]:
+    """What the package does not hold, or other programs do not see."""
+    lost = [
+        Loss("other", f"Arrays are in {h5_name}: move both files together."),
+        Loss("other", "Only faces around units are written, and faults that end inside one."),
+        Loss("name", "RESQML names zones, not units: geosurf reads their labels from metadata."),
+    ]
+    used = set(parts.surface.tolist())
+    sources = units.piece_sides[0].sources
+    gone = [surface.name for i, surface in enumerate(sources) if i not in used]
+    if gone:
+        words = f"Surfaces that bound no unit are left out: {', '.join(gone)}."
+        lost.append(Loss("data", words))
+    if crs is not None and epsg_of(crs) is None:
+        lost.append(Loss("crs", f"RESQML stores {label(crs)} as an unknown system with a name."))
+    return lost
+
+
+def _identifiers(units: Units, parts: Parts, title: str, crs: str | None) -> Iterator[str]:
+    """Endless UUIDs that follow from what is written."""
+    named = [[source.name, source.role] for source in units.piece_sides[0].sources]
+    labels = [unit_labels(unit) for unit in units.values()]
+    digest = hashlib.sha256(json.dumps([title, crs, named, labels]).encode())
+    for array in (parts.vertices, parts.triangles, parts.surface, parts.sides):
+        digest.update(f"{array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    seed = digest.hexdigest()
+    return (str(uuid.uuid5(uuid.NAMESPACE_OID, f"geosurf {seed} {k}")) for k in itertools.count())
+
+
+def _tag(name: str, value: object) -> str:
+    """An element of RESQML with a number, a word, or other elements."""
+    return f"<resqml2:{name}>{value}</resqml2:{name}>"
+
+
+def _metadata(name: str, values: object) -> str:
+    """What only geosurf reads; other programs keep it."""
+    word = escape(json.dumps(values))
+    return _tag("ExtraMetadata", _tag("Name", f"geosurf.{name}") + _tag("Value", word))
+
+
+class _Framework:
+    """The objects of one model, each made after those that it refers to."""
+
+    def __init__(
+        self,
+        units: Units,
+        parts: Parts,
+        lines: Sequence[Line],
+        title: str,
+        crs: str | None,
+        fresh: Iterator[str],
+    ) -> None:
+        self.units, self.parts, self.lines, self.title = units, parts, lines, title
+        self.fresh = fresh
+        self.arrays: dict[str, np.ndarray] = {}
+        mime = "<eml:MimeType>application/x-hdf5</eml:MimeType>"
+        self.proxy = self.made("EpcExternalPartReference", "Hdf Proxy", mime)
+        named = (None, None) if crs is None else (epsg_of(crs), label(crs))
+        self.system = self.made("LocalDepth3dCrs", named[1] or "local", crs_body(*named))
+
+        # the representation and the patch of each part
+        self.rows = np.unique(parts.surface).tolist()
+        row_of = {i: k for k, i in enumerate(self.rows)}
+        self.of_part = [row_of[i] for i in parts.surface.tolist()]
+        first = np.searchsorted(parts.surface, parts.surface)
+        self.patch_of_part = (np.arange(len(parts.surface)) - first).tolist()
+        # nodes count through all patches of a representation
+        self.first_node = parts.first_vertex[first]
+
+    def made(self, kind: str, title: str, body: str, uses: Sequence[Part] = ()) -> Part:
+        """A new object."""
+        return Part(kind, next(self.fresh), title, body, uses)
+
+    def objects(self) -> tuple[list[Part], dict[str, np.ndarray]]:
+        """All objects of the package, the stand-in of the HDF5 file first; and its arrays."""
+        sources = self.units.piece_sides[0].sources
+        surfaces = [sources[i] for i in self.rows]
+        meant = [self.meaning(surface) for surface in surfaces]
+        meshes = [
+            self.mesh(i, one[1], surface)
+            for i, one, surface in zip(self.rows, meant, surfaces, strict=True)
+        ]
+        structure = self.structure(surfaces, [one[1] for one in meant])
+        sealed = self.surface_framework(structure[1], meshes)
+        strata = self.strata()
+        volumes = self.volume_framework(strata, sealed, meshes)
+        found = [self.proxy, self.system]
+        for one, mesh in zip(meant, meshes, strict=True):
+            found += [*one, mesh]
+        return [*found, *structure, sealed, *strata, volumes], self.arrays
+
+    # -------------------------------------------------------------- surfaces
+    def meaning(self, surface: TriSurface) -> list[Part]:
+        """Feature and interpretation of a surface."""
+        known = interpretation(surface.name, surface.role, self.fresh)
+        if known:
+            return known
+        feature = self.made("BoundaryFeature", surface.name, "")
+        body = DOMAIN + reference("resqml2:InterpretedFeature", feature)
+        return [feature, self.made("GenericFeatureInterpretation", surface.name, body, (feature,))]
+
+    def mesh(self, i: int, meant: Part, surface: TriSurface) -> Part:
+        """One surface with a patch for each part."""
+        own = next(self.fresh)
+        local = reference("resqml2:LocalCrs", self.system)
+        body = (
+            _metadata("surface", [surface.name, surface.role])
+            + reference("resqml2:RepresentedInterpretation", meant)
+            + _tag("SurfaceRole", "map")
+        )
+        for k in np.flatnonzero(self.parts.surface == i).tolist():
+            a, b = self.parts.first_vertex[k : k + 2].tolist()
+            s, t = self.parts.first_triangle[k : k + 2].tolist()
+            patch = self.patch_of_part[k]
+            nodes = self.array(f"{own}/points_patch{patch}", self.parts.vertices[a:b])
+            corners = self.parts.triangles[s:t] - self.first_node[k]
+            body += _tag(
+                "TrianglePatch",
+                _tag("PatchIndex", patch)
+                + _tag("Count", t - s)
+                + _tag("NodeCount", b - a)
+                + self.numbers("Triangles", f"{own}/triangles_patch{patch}", corners)
+                + f'<resqml2:Geometry xsi:type="resqml2:PointGeometry">{local}'
+                + explicit_points(dataset("resqml2:Coordinates", nodes, self.proxy))
+                + "</resqml2:Geometry>",
+            )
+        uses = (self.proxy, self.system, meant)
+        return Part("TriangulatedSetRepresentation", own, surface.name, body, uses)
+
+    def array(self, path: str, values: np.ndarray) -> str:
+        """Keep an array for the HDF5 file, and return its path there."""
+        self.arrays[f"/RESQML/{path}"] = values
+        return f"/RESQML/{path}"
+
+    def numbers(self, name: str, path: str, values: np.ndarray) -> str:
+        """An element with whole numbers of the HDF5 file."""
+        where = dataset("resqml2:Values", self.array(path, values), self.proxy)
+        return (
+            f'<resqml2:{name} xsi:type="resqml2:IntegerHdf5Array">'
+            f"{_tag('NullValue', -1)}{where}</resqml2:{name}>"
+        )
+
+    def structure(self, surfaces: Sequence[TriSurface], meant: Sequence[Part]) -> list[Part]:
+        """The faults, horizons and walls of the model."""
+        feature = self.made(
+            "OrganizationFeature", self.title, _tag("OrganizationKind", "structural")
+        )
+        pairs = list(zip(surfaces, meant, strict=True))
+        body = DOMAIN + reference("resqml2:InterpretedFeature", feature) + ORDER
+        for surface, one in pairs:
+            if surface.role == "fault":
+                body += reference("resqml2:Faults", one)
+        horizons = [one for surface, one in pairs if surface.role == "horizon"]
+        for k, one in enumerate(horizons):
+            body += _tag(
+                "Horizons",
+                _tag("Index", k) + _tag("StratigraphicRank", 0) + reference("resqml2:Horizon", one),
+            )
+        for name, word in (("", "Sides"), ("top", "TopFrontier"), ("bottom", "BottomFrontier")):
+            for surface, one in pairs:
+                ends = surface.name if surface.name in ("top", "bottom") else ""
+                if surface.role == "wall" and ends == name:
+                    body += reference(f"resqml2:{word}", one)
+        used = [one for surface, one in pairs if surface.role in ("fault", "horizon", "wall")]
+        kind = "StructuralOrganizationInterpretation"
+        return [feature, self.made(kind, self.title, body, (feature, *used))]
+
+    def surface_framework(self, structure: Part, meshes: Sequence[Part]) -> Part:
+        """The meshes, and the lines along which their patches share nodes."""
+        own = next(self.fresh)
+        body = (
+            reference("resqml2:RepresentedInterpretation", structure)
+            + _tag("IsHomogeneous", "true")
+            + "".join(reference("resqml2:Representation", mesh) for mesh in meshes)
+        )
+        for number, line in enumerate(self.lines):
+            patches = ""
+            for side, (k, vertices) in enumerate(zip(line.parts, line.vertices, strict=True)):
+                nodes = vertices - self.first_node[k]
+                where = f"{own}/contact{number}_patch{side}"
+                patches += _tag(
+                    "Contact",
+                    _tag("PatchIndex", side)
+                    + _tag("Count", len(nodes))
+                    + _tag("RepresentationIndex", self.of_part[k])
+                    + self.numbers("SupportingRepresentationNodes", where, nodes),
+                )
+            same = _tag("IdentityKind", "colocation")
+            name = "resqml2:SealedContactRepresentation"
+            body += f'<{name} xsi:type="{name}Part">{_tag("Index", number)}{same}{patches}</{name}>'
+        uses = (self.proxy, structure, *meshes)
+        kind = "SealedSurfaceFrameworkRepresentation"
+        return Part(kind, own, self.title, body, uses)
+
+    # -------------------------------------------------------------- units
+    def strata(self) -> list[Part]:
+        """The zones from top to base: features, interpretations, and their order, which is last."""
+        feature = self.made(
+            "OrganizationFeature", self.title, _tag("OrganizationKind", "stratigraphic")
+        )
+        ranked = sorted({(unit.zone_index, unit.zone) for unit in self.units.values()})
+        zones = list(dict.fromkeys(zone for _, zone in ranked))
+        found, body = [feature], DOMAIN + reference("resqml2:InterpretedFeature", feature)
+        body += ORDER + _tag("Index", 0)
+        meant = []
+        for k, zone in enumerate(zones):
+            rock = self.made("StratigraphicUnitFeature", zone, "")
+            words = DOMAIN + reference("resqml2:InterpretedFeature", rock)
+            one = self.made("StratigraphicUnitInterpretation", zone, words, (rock,))
+            found += [rock, one]
+            meant.append(one)
+            unit = _tag("Index", k) + reference("resqml2:Unit", one)
+            body += _tag("StratigraphicUnits", unit)
+        kind = "StratigraphicColumnRankInterpretation"
+        rank = self.made(kind, self.title, body, (feature, *meant))
+        column = reference("resqml2:Ranks", rank)
+        return [*found, self.made("StratigraphicColumn", self.title, column, (rank,)), rank]
+
+    def volume_framework(
+        self, strata: Sequence[Part], sealed: Part, meshes: Sequence[Part]
+    ) -> Part:
+        """The patches around each unit, with the side that faces it; outside is the first shell."""
+        zones = {one.title: one for one in strata if one.kind == "StratigraphicUnitInterpretation"}
+        rank = strata[-1]
+        units = self.units
+        box = [*units.box, units.footprint, units.box_volume]
+        body = _metadata("model", [self.title, *box])
+        body += "".join(_metadata("unit", unit_labels(unit)) for unit in units.values())
+        body += reference("resqml2:RepresentedInterpretation", rank)
+        body += _tag("IsHomogeneous", "true")
+        body += "".join(reference("resqml2:Representation", mesh) for mesh in meshes)
+        body += reference("resqml2:BasedOn", sealed)
+        shells = shells_of(self.parts, self.lines, len(units))
+        for k, faces in enumerate(shells[-1]):
+            body += _tag("Shells", self.shell(f"outside {k}", faces))
+        for k, (name, unit) in enumerate(units.items()):
+            outer, *inner = shells[k]
+            body += _tag(
+                "Regions",
+                _tag("PatchIndex", k)
+                + "".join(
+                    _tag("InternalShells", self.shell(f"{name} {i}", faces))
+                    for i, faces in enumerate(inner, 1)
+                )
+                + reference("resqml2:Represents", zones[unit.zone])
+                + _tag("ExternalShell", self.shell(name, outer)),
+            )
+        uses = (rank, sealed, *meshes, *zones.values())
+        return self.made("SealedVolumeFrameworkRepresentation", self.title, body, uses)
+
+    def shell(self, name: str, faces: Sequence[tuple[int, bool]]) -> str:
+        """Patches with their sides."""
+        return _tag("ShellUid", escape(name)) + "".join(
+            _tag(
+                "MacroFaces",
+                _tag("PatchIndexOfRepresentation", self.patch_of_part[k])
+                + _tag("RepresentationIndex", self.of_part[k])
+                + _tag("SideIsPlus", "true" if front else "false"),
+            )
+            for k, front in faces
+        )
+
+
+def shells_of(
+    parts: Parts, lines: Sequence[Line], n_unit: int
+) -> list[list[list[tuple[int, bool]]]]:
+    """
+    Return the shells around each unit, and around all that lies outside as the last.
+
+    Parameters
+    ----------
+    parts : Parts
+    lines : sequence of Line
+    n_unit : int
+
+    Returns
+    -------
+    list of list of list of (int, bool)
+        Part, and whether the side into which its normal points faces the unit. The outer shell of
+        a unit is its first: the others lie inside of its bounding box.
+    """
+    # parts around a unit that share a line belong to one shell
+    facing: dict[tuple[int, int], list[tuple[int, bool]]] = {}
+    for side, front in ((0, True), (1, False)):
+        for k, unit in enumerate(parts.sides[:, side].tolist()):
+            facing.setdefault((unit, k), []).append((k, front))
+    above = {key: key for key in facing}
+
+    def root(key: tuple[int, int]) -> tuple[int, int]:
+        while above[key] != key:
+            above[key] = above[above[key]]
+            key = above[key]
+        return key
+
+    for line in lines:
+        first: dict[int, int] = {}
+        for k in line.parts:
+            for unit in parts.sides[k].tolist():
+                above[root((unit, k))] = root((unit, first.setdefault(unit, k)))
+
+    shells: dict[tuple[int, int], list[tuple[int, bool]]] = {}
+    for key in sorted(facing):
+        shells.setdefault(root(key), []).extend(facing[key])
+    found: list[list[list[tuple[int, bool]]]] = [[] for _ in range(n_unit + 1)]
+    for (unit, _), shell in shells.items():
+        found[unit].append(shell)  # -1 is the last
+    return [sorted(mine, key=lambda shell: -_extent(parts, shell)) for mine in found]
+
+
+def _extent(parts: Parts, shell: Sequence[tuple[int, bool]]) -> float:
+    """Diagonal of the bounding box of some parts, squared: that of an outer shell is largest."""
+    places = [parts.vertices[slice(*parts.first_vertex[k : k + 2])] for k, _ in shell]
+    low = np.min([one.min(axis=0) for one in places], axis=0)
+    high = np.max([one.max(axis=0) for one in places], axis=0)
+    return float(np.square(high - low).sum())
+
+
+__all__ = ["resqml_of_units", "shells_of"]
