@@ -168,8 +168,6 @@ def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> s
             f"{path}: geosurf does not know what this file holds. See geosurf info {path}, and add "
             "--as horizon, fault, points or polygons."
         )
-    if "model3d" in functions:
-        return "read_units"
     names = functions.split(" or ")
     if "read_polygons" in names and suffix not in WRITERS["list of lines"]:
         return "read_fault"

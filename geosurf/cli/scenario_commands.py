@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scene import Scene
 
 
-FILES = ("vtm", "vtp", "csv", "nc", "pl")
+FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
 RESULTS = (*FILES, "grid", "pictures", "report")
 
 

@@ -144,7 +144,7 @@ def kind_of_file(path: Path) -> tuple[str, str]:
     if key == "resqml":
         return key, _resqml_function(path)
     if key == "model3d":
-        return key, "geosurf.read.model3d.read_model3d"
+        return key, "read_units"
     if key == "las":
         return key, "read_tops" if holds_tops(path) else "read_points"
     if key == "attributes" and WELL.search(head_of(path)) and HORIZON.search(head_of(path)):

@@ -335,18 +335,20 @@ def contacts_left_out(scene: Scene) -> list[str]:
 
 def _check_formats(scenario: Scenario) -> None:
     # Asked before the run: the package is needed at its end only.
-    if "nc" in scenario.output.formats and find_spec("h5netcdf") is None:
-        raise DependencyError(
-            f"{scenario.path}: output.formats has 'nc', which needs h5netcdf. Leave it out, or "
-            'install it with: pip install "geosurf[io]"'
-        )
+    for word, package in (("nc", "h5netcdf"), ("epc", "h5py")):
+        if word in scenario.output.formats and find_spec(package) is None:
+            raise DependencyError(
+                f"{scenario.path}: output.formats has {word!r}, which needs {package}. Leave it "
+                'out, or install it with: pip install "geosurf[io]"'
+            )
 
 
 def _write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
-    # keys of the scenario; the name of the file says whether curves or units go into it
+    # keys of the scenario; the name of the file says what goes into it
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
-        write(scene.curves if file.startswith("curves") else scene.units, folder / file)
+        kind = file.partition(".")[0]
+        write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
 
 
 def _write_certificate(

@@ -24,6 +24,7 @@ from geosurf.model.expected import path_of
 FOLDERS = ("units", "pictures", "report")
 FILES = (
     *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
+    *("units.ml", "surfaces.epc", "surfaces.h5"),
     *("certificate.txt", "grid.grdecl", "grid.inc"),
 )
 # what runs write, as patterns of paths relative to the output folder
@@ -31,7 +32,8 @@ OURS = Names(
     tuple(
         re.compile(pattern)
         for pattern in (
-            r"units\.vtm",
+            r"units\.(vtm|ml)",
+            r"surfaces\.(epc|h5)",
             r"units/\d{3,}_[^/]*\.vtp",
             r"curves\.(vtp|pl)",
             r"volumes\.(csv|nc)",

@@ -20,6 +20,8 @@ FORMATS = {
     "csv": ("volumes.csv", "the table of volumes"),
     "nc": ("volumes.nc", "the table of volumes, with units as attributes"),
     "pl": ("curves.pl", "the curves for GOCAD"),
+    "ml": ("units.ml", "the sealed model with its regions, for GOCAD and OpenGeode"),
+    "epc": ("surfaces.epc", "horizons and faults as RESQML 2.0.1, with `surfaces.h5`"),
 }
 
 

@@ -27,6 +27,8 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
     files = [FORMATS[word][0] for word in scenario.output.formats]
     if "units.vtm" in files:
         files.append("units/*.vtp")
+    if "surfaces.epc" in files:
+        files.append("surfaces.h5")
     if scenario.grid is not None:
         files += ["grid.grdecl", "grid.inc"]
     files.append("certificate.txt")

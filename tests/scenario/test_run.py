@@ -106,6 +106,23 @@ def test_results_of_an_earlier_run_do_not_survive_and_other_files_do(scenario, t
     }
 
 
+def test_the_sealed_model_and_the_surfaces_are_written_and_read_back(scenario, tmp_path):
+    pytest.importorskip("h5py")
+    out = tmp_path / "out"
+    changed = scenario(('search = ["Top", "F1"]', 'formats = ["ml", "epc"]'))
+    scene = run_scenario(changed, out, pictures=False)
+    files = {"units.ml", "surfaces.epc", "surfaces.h5", "certificate.txt", "report/index.html"}
+    assert set(digests(out)) == files
+    units = gs.read_units(out / "units.ml")
+    assert list(units) == list(scene.units)
+    for name, unit in units.items():
+        assert unit.volume == pytest.approx(scene.units[name].volume, rel=1e-12)
+    top = gs.read_horizon(out / "surfaces.epc", name="Top")
+    assert np.array_equal(top.values, scene.surface("Top").lattice.elevation)
+    run_scenario(scenario(), out, pictures=False)
+    assert not {"units.ml", "surfaces.epc", "surfaces.h5"} & set(digests(out))
+
+
 def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path):
     out = tmp_path / "out"
     run_scenario(scenario(), out, pictures=False)
