@@ -923,12 +923,12 @@ class Scene(ScenePlots, ShownScene):
         >>> [line.split()[:2] for line in scene.explain(seconds=False).splitlines()]
         [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
         """
-        return self._graph.memory.explain(seconds)
+        return self._plain.memory.explain(seconds)
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """The lines of `explain`, as data."""
-        return tuple(self._graph.memory.steps)
+        return tuple(self._plain.memory.steps)
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

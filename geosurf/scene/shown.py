@@ -60,7 +60,7 @@ class ShownScene:
 
     def _repr_html_(self: Any) -> str:
         """Return inputs, what is computed already, and warnings; nothing is computed for it."""
-        memory: Memory = self._graph.memory
+        memory: Memory = self._plain.memory
         ran = [step for step in memory.steps if step.outcome == "ran"]
         stages = dict.fromkeys(step.stage for step in ran)
         rows = [
@@ -76,9 +76,13 @@ class ShownScene:
         notes += [f"and {counted(left, 'warning')} more: scene.warnings"] if left > 0 else []
         return Card("Scene", rows, notes=notes).html()
 
+    def _graph_so_far(self: Any) -> Any:
+        """The results; with horizons as they were given, if they are not torn yet."""
+        return vars(self).get("_graph", self._plain)
+
     def _walls_in_words(self: Any) -> list[tuple[str, str]]:
         """The row of virtual walls: what they continue, and their joins once they are known."""
-        graph = self._graph
+        graph = self._graph_so_far()
         wanted = [name for name, ends in graph.inputs.compartments.items() if ends]
         if not wanted:
             return []

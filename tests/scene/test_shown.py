@@ -56,6 +56,9 @@ def test_a_scene_shows_its_inputs_and_what_is_computed_and_computes_nothing(scen
     fresh = gs.Scene(world.horizons, world.faults)
     assert "nothing yet" in shown(fresh)
     assert fresh.steps == ()
+    torn = gs.Scene(world.horizons, {"F1": "nowhere.ts"}, tear=True)
+    assert "nothing yet" in shown(torn)  # it neither tears nor reads
+    assert (torn.steps, torn.explain()) == ((), fresh.explain())
     assert scene.curves.n_curve
     for word in (NAME, "Base", "F1", "curves"):
         assert word in shown(scene), word
