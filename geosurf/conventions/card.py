@@ -73,7 +73,7 @@ class Card:
         left = max(self.n_row, len(self.rows)) - MOST
         if left > 0:
             notes.insert(0, f"and {left} more")
-        lines += [f"<div>{escape(note)}</div>" for note in notes]
+        lines += [f'<div style="margin:.3em 0">{escape(note)}</div>' for note in notes]
         return "\n".join([*lines, "</div>"])
 
     def _cell(self, tag: str, word: str, column: int, before: str = "") -> str:

@@ -56,8 +56,8 @@ def number_text(value: float, digits: int = 3) -> str:
     --------
     >>> number_text(5931870.4), number_text(1291), number_text(0.123456), number_text(-2.50)
     ('5 931 870', '1291', '0.123', '-2.5')
-    >>> number_text(1.5e-7)
-    '1.5e-07'
+    >>> number_text(1.5e-7), number_text(19000.44, 6)
+    ('1.5e-07', '19 000.4')
     """
     if not math.isfinite(value):
         return str(value)
@@ -66,7 +66,11 @@ def number_text(value: float, digits: int = 3) -> str:
     if size < 10**digits:
         text = f"{value:.{digits}g}"
         # Rounding may lead to an exponent: 999.9 in three digits is 1e+03.
-        return text if "e" not in text or size < 1.0 else f"{value:.0f}"
+        text = text if "e" not in text or size < 1.0 else f"{value:.0f}"
+        whole, point, rest = text.partition(".")
+        if round(size) < 10_000:
+            return text
+        return f"{int(whole):,}".replace(",", " ") + point + rest
     grouping = "," if round(size) >= 10_000 else ""
     return f"{value:{grouping}.0f}".replace(",", " ")
 

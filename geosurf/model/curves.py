@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import is_word, place
+from geosurf.conventions import is_word, length_text, place
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, Shown, frozen, polydata
@@ -151,10 +151,10 @@ class Curves(Shown):
         counts = np.bincount(of.ravel(), minlength=len(pairs))
         lengths = np.bincount(of.ravel(), self.length_of_curve, len(pairs))
         rows = [
-            (self.names[a], self.names[b], str(count), f"{length:.6g} m")
+            (self.names[a], self.names[b], str(count), length_text(length, 4))
             for (a, b), count, length in zip(pairs, counts, lengths, strict=True)
         ]
-        title = f"Curves: {self.n_curve}, {self.length:.6g} m"
+        title = f"Curves: {self.n_curve}, {length_text(self.length, 4)}"
         return Card(title, rows, ("surface", "other", "curves", "length"))
 
     def __repr__(self) -> str:

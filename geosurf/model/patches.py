@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, is_whole
+from geosurf.conventions import counted, is_whole, number_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Shown, frozen, in_crs_of, polydata
@@ -224,10 +224,10 @@ class Patches(Shown):
         """Return a row for each surface: its patches and their triangles."""
         of_triangle = np.bincount(self.surface_of_triangle, minlength=len(self.sources))
         rows = [
-            (source.name, source.role, str(count))
+            (source.name, source.role, number_text(count))
             for source, count in zip(self.sources, of_triangle.tolist(), strict=True)
         ]
-        title = f"Patches: {self.n_patch}, {self.n_triangle} triangles"
+        title = f"Patches: {self.n_patch}, {number_text(self.n_triangle)} triangles"
         return Card(title, rows, ("surface", "role", "triangles"))
 
     def __repr__(self) -> str:

@@ -72,9 +72,10 @@ def test_every_noun_shows_its_figures(scene):
         assert gs.conventions.volume_text(unit.volume, 5) in shown(unit)
     assert shown(scene.surface(NAME)).startswith(f"Horizon {NAME}")
     assert str(scene.patches.n_patch) in shown(scene.patches)
-    lengths = re.findall(r"([\d.]+) m\b", shown(scene.curves))
-    total, *parts = map(float, lengths)
-    assert sum(parts) == pytest.approx(total, rel=1e-5)
+    lengths = re.findall(r"([\d.]+) (k?)m\b", shown(scene.curves))
+    total, *parts = (float(number) * (1000 if kilo else 1) for number, kilo in lengths)
+    assert sum(parts) == pytest.approx(total, rel=1e-3)
+    assert total == pytest.approx(scene.curves.length, rel=1e-3)
     assert shown(scene.check()).count("pass") == len(scene.check().checks) + 1
     assert "FaultNetwork: 0 rows" in shown(scene.propose_fault_network())
 
