@@ -240,7 +240,7 @@ def page_of(rows: list[Row], state: str) -> str:
     for row in rows:
         for question, one in row.answers:
             units = re.search(r"^(\d+) units in", "\n".join(one.lines), re.M)
-            built = "yes" if one.code == 0 else f"no: {' '.join(shortened(one.lines[-2:]))}"
+            built = "yes" if one.code == 0 else f"no: {max(one.lines[-2:], key=len)}"
             built = built if one.code >= 0 else f"stopped after {LIMIT} s"
             lines.append(_line(row.name, question, built, units[1] if units else "",
                                f"{one.processor:.0f}"))  # fmt: skip
