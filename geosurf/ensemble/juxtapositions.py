@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.ensemble.record import PairKey, Record
-from geosurf.ensemble.results import expect_ensemble
+from geosurf.ensemble.record import PairKey, Record, expect_ensemble
 from geosurf.errors import InputError
 from geosurf.scene import Scene
 

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from geosurf.errors import InputError
+
 
 class UnitKey(NamedTuple):
     """The name of a unit, and what it is a part of."""
@@ -114,4 +116,13 @@ class Record:
             )  # fmt: skip
 
 
-__all__ = ["PairKey", "Record", "UnitKey"]
+def expect_ensemble(result: Any, who: str) -> None:
+    """Refuse what is not the result of an ensemble."""
+    if not {"volume", "status", "drawn"} <= set(getattr(result, "data_vars", ())):
+        raise InputError(
+            f"{who} takes the results of an ensemble, not {type(result).__name__}. Pass what "
+            "run_ensemble or open_ensemble returns."
+        )
+
+
+__all__ = ["PairKey", "Record", "UnitKey", "expect_ensemble"]

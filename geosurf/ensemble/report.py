@@ -18,7 +18,8 @@ from geosurf.ensemble.charts import (
     quantile_chart,
 )
 from geosurf.ensemble.juxtapositions import juxtaposition
-from geosurf.ensemble.results import LEAST, expect_ensemble, quantiles, tornado
+from geosurf.ensemble.record import expect_ensemble
+from geosurf.ensemble.results import LEAST, quantiles, tornado
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number, is_word
+from geosurf.ensemble.record import expect_ensemble
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, path_of
 
@@ -69,15 +70,6 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
     unfinished = result.status.values == 0
     result["volume"] = result.volume.where(~unfinished[:, None])
     return result
-
-
-def expect_ensemble(result: Any, who: str) -> None:
-    """Refuse what is not the result of an ensemble."""
-    if not {"volume", "status", "drawn"} <= set(getattr(result, "data_vars", ())):
-        raise InputError(
-            f"{who} takes the results of an ensemble, not {type(result).__name__}. Pass what "
-            "run_ensemble or open_ensemble returns."
-        )
 
 
 def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
