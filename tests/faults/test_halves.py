@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError, ScenarioError
@@ -121,3 +122,31 @@ def test_a_scenario_splits_a_fault(tmp_path):
     path.write_text(INPUTS + older + older.replace('"F2"', '"F2 (1)"') + rule)
     with pytest.raises(ScenarioError, match=r"half would be called 'F2 \(1\)'"):
         read_scenario(path)
+
+
+@pytest.mark.parametrize("turn", [0.0, -35.0, 35.0])
+def test_halves_offset_each_its_own_side(turn: float) -> None:
+    """The older throw, then the younger one: four level blocks, whatever the angle."""
+
+    def plane(name: str, strike: float, dip: float) -> gs.TriSurface:
+        along = np.array([np.sin(np.radians(strike)), np.cos(np.radians(strike))])
+        down = np.array([along[1], -along[0]]) * 1000.0 / np.tan(np.radians(dip))
+        ends = np.array([[1000.0, 1000.0] - 1800 * along, [1000.0, 1000.0] + 1800 * along])
+        x = [[*ends[0], -500], [*ends[1], -500], [*(ends[1] + down), -1500]]
+        return gs.TriSurface(
+            name, "fault", [*x, [*(ends[0] + down), -1500]], [[0, 1, 2], [0, 2, 3]]
+        )
+
+    x = np.arange(0.0, 2001.0, 50.0)
+    grid = xr.DataArray(
+        np.full((41, 41), -1000.0), {"northing": x, "easting": x}, ("northing", "easting"),
+        attrs={"units": "m", "positive": "up"},
+    )  # fmt: skip
+    given = {"F1": plane("F1", 0.0, 70.0), "F2": plane("F2", 90.0 + turn, 75.0)}
+    box = (0.0, 2000.0, 0.0, 2000.0, -1400.0, -600.0)
+    scene = gs.Scene({}, given, box, truncations={"F2": ("F1", "both")})
+    faults = [scene.whole_surface(name) for name in scene.fault_names]
+    throws = {name: 40.0 if name == "F1" else 25.0 for name in scene.fault_names}
+    sheet = gs.throw_horizon(grid, faults, throws, name="Top")
+    levels = np.unique(sheet.surface.vertices[:, 2].round(6))
+    np.testing.assert_allclose(levels, [-1065.0, -1040.0, -1025.0, -1000.0])
