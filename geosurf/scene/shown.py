@@ -46,8 +46,8 @@ class ShownScene:
         --------
         >>> import geosurf as gs
         >>> world = gs.synthetic.tilted_planes(n=5)
-        >>> gs.Scene(world.horizons, world.faults, world.box).show()
-        <InteractiveView of '6 units', 0.0 MB: save('view.html') writes it>
+        >>> gs.Scene(world.horizons, world.faults, world.box).show()  # doctest: +ELLIPSIS
+        <InteractiveView of '6 units', ... MB: save('view.html') writes it>
         """
         from geosurf.report.viewer import viewer_html
 
@@ -121,8 +121,8 @@ def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
     >>> import geosurf as gs
     >>> world = gs.synthetic.tilted_planes(n=5)
     >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> gs.show(scene.surface("Top"), scene.curves)
-    <InteractiveView of 'Top, Curves', 0.0 MB: save('view.html') writes it>
+    >>> gs.show(scene.surface("Top"), scene.curves)  # doctest: +ELLIPSIS
+    <InteractiveView of 'Top, Curves', ... MB: save('view.html') writes it>
     """
     from geosurf.render.interactive import view_of
     from geosurf.report.viewer import viewer_html
