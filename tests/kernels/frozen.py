@@ -13,12 +13,19 @@ import pytest
 
 from geosurf.errors import DependencyError
 from geosurf.kernels.compile.freeze import freeze
-from geosurf.kernels.compile.frozen_runner import LIBRARY, MANIFEST, stamp_of
+from geosurf.kernels.compile.frozen_runner import MANIFEST, stamp_of
 from geosurf.kernels.compile.numba_runner import kernel_folder
+from geosurf.kernels.compile.platforms import ELF, PLATFORMS, platform_name
 
 
 def folder_of(package: str) -> Path:
     return Path(str(import_module(package).__file__)).parent
+
+
+def library_name() -> str:
+    """File name of libraries on this platform; that of Linux where nothing is frozen."""
+    here = PLATFORMS.get(platform_name())
+    return here.format.library if here else ELF.library
 
 
 def stamp_for(package: str) -> str:
@@ -47,7 +54,7 @@ def frozen(package: str) -> Path:
 def only_level(source: Path, target: Path, level: str) -> Path:
     """The same library, with a manifest that knows one level."""
     target.mkdir()
-    os.link(source / LIBRARY, target / LIBRARY)
+    os.link(source / library_name(), target / library_name())
     manifest = json.loads((source / MANIFEST).read_text())
     assert level in manifest["levels"]
     (target / MANIFEST).write_text(json.dumps(manifest | {"levels": [level]}))

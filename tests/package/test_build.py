@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import platform
+import shutil
 import sys
 import types
 from pathlib import Path
@@ -36,7 +37,8 @@ def hook(monkeypatch: pytest.MonkeyPatch) -> Any:
     interface = types.ModuleType("hatchling.builders.hooks.plugin.interface")
     interface.BuildHookInterface = Interface
     monkeypatch.setitem(sys.modules, interface.__name__, interface)
-    monkeypatch.delenv("GEOSURF_PURE", raising=False)
+    for variable in ("GEOSURF_PURE", "GEOSURF_PLATFORM"):
+        monkeypatch.delenv(variable, raising=False)
     spec = importlib.util.spec_from_file_location("hatch_build", HOOK)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -71,10 +73,17 @@ def test_what_is_no_wheel_has_no_library(hook, target, version):
     assert built(hook, target=target, version=version) == ("", PURE)
 
 
+@linux
 def test_unknown_platforms_get_a_pure_wheel(hook, monkeypatch):
-    monkeypatch.setattr(hook.platform, "machine", lambda: "ppc")
-    assert "not Linux on x86-64" in built(hook)[0]
+    monkeypatch.setattr(platform, "machine", lambda: "ppc")
+    assert "there are no frozen kernels for linux-ppc" in built(hook)[0]
     assert hook.FrozenKernels(ROOT).dependencies() == []
+
+
+def test_a_platform_that_is_named_has_to_be_known(hook, monkeypatch):
+    monkeypatch.setenv("GEOSURF_PLATFORM", "beos-ppc")
+    with pytest.raises(ValueError, match="GEOSURF_PLATFORM=beos-ppc is unknown; known are linux"):
+        built(hook)
 
 
 @linux
@@ -82,7 +91,9 @@ def test_without_a_compiler_the_wheel_is_pure_and_says_so(hook, monkeypatch, tmp
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
     said, data = built(hook)
-    assert "no C compiler here (CC, cc, gcc, clang). A pure wheel." in said
+    assert (
+        "no C compiler here (CC, cc, gcc, clang, or `pip install ziglang`). A pure wheel." in said
+    )
     assert data == PURE
 
 
@@ -92,6 +103,8 @@ def _project(folder: Path, freezer: str) -> Path:
     for package in ("geosurf", "geosurf/kernels", "geosurf/kernels/compile"):
         (folder / package / "__init__.py").write_text("")
     (folder / "geosurf" / "kernels" / "compile" / "freeze.py").write_text(freezer)
+    shutil.copy(ROOT / "constraints.txt", folder)
+    shutil.copy(ROOT / "geosurf/kernels/compile/platforms.py", folder / "geosurf/kernels/compile")
     return folder
 
 
@@ -110,6 +123,25 @@ def test_the_library_goes_into_a_wheel_for_every_python_of_this_platform(hook, t
     assert data["pure_python"] is False
     assert data["tag"] == "py3-none-linux_x86_64"
     assert list(data["force_include"].values()) == ["geosurf/kernels/frozen/kernels.so"]
+
+
+TAGS = {
+    "linux-x86_64": "linux_x86_64",
+    "linux-aarch64": "linux_aarch64",
+    "darwin-arm64": "macosx_11_0_arm64",
+    "win32-x86_64": "win_amd64",
+}
+
+
+@pytest.mark.parametrize("name", TAGS)
+def test_a_wheel_for_another_platform_is_linked_by_zig(name, hook, monkeypatch, tmp_path):
+    monkeypatch.setenv("GEOSURF_PLATFORM", name)
+    freezer = f"import sys, pathlib\nassert sys.argv[3:] == ['--platform', {name!r}]\n"
+    freezer += "(pathlib.Path(sys.argv[2]) / 'kernels').touch()\n"
+    _, data = built(hook, _project(tmp_path, freezer))
+    assert data["tag"] == f"py3-none-{TAGS[name]}"
+    pins = hook.FrozenKernels(ROOT).dependencies()
+    assert {pin.partition("==")[0] for pin in pins} == {"llvmlite", "numba", "numpy", "ziglang"}
 
 
 @linux

@@ -16,6 +16,7 @@ file                 content
 `warmup`             ``geosurf warmup``: compile all kernels ahead of time
 `freeze`             all kernels as a library, when a wheel is built
 `object_files`       kernels as one LLVM module, and its object files
+`platforms`          platforms that kernels are frozen for
 `memory_pages`       freed memory stays with the process for the next call
 ===================  ===============================================================
 """

@@ -18,8 +18,6 @@ import ctypes
 import hashlib
 import json
 import pickle
-import platform
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -28,22 +26,16 @@ import numpy as np
 
 from geosurf.errors import InvariantError
 from geosurf.kernels.compile.gate import DTYPES, Signature
+from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
 from geosurf.kernels.compile.sources import MACHINERY, kernel_files
 
-LIBRARY, MANIFEST = "kernels.so", "manifest.json"
-# what is frozen for whom: platform -> levels of the CPU, the most demanding one last
-LEVELS = {"linux-x86_64": {"x86-64": 1, "x86-64-v3": 3}}
+MANIFEST = "manifest.json"
 _WORD = {"d": ctypes.c_double, "l": ctypes.c_int64, "b": ctypes.c_int8}
 _DONE, _NOTHING = 0, -2
 
 
 class Unfit(Exception):
     """The library is missing, or made for other sources or another machine; the text says why."""
-
-
-def platform_name() -> str:
-    """Return operating system and processor as `LEVELS` has them."""
-    return f"{sys.platform}-{platform.machine().lower().replace('amd64', 'x86_64')}"
 
 
 def stamp_of(folder: Path) -> str:
@@ -67,7 +59,7 @@ def stamp_of(folder: Path) -> str:
         *machinery.glob("*.c"),
     ]
     # In order of names: no file system lists them in another order.
-    for path in sorted({*kernel_files(folder), *machine_files}):
+    for path in sorted({*kernel_files(folder), *machine_files}, key=Path.as_posix):
         digest.update(f"{path.name}\0{path.stat().st_size}\0".encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
@@ -105,12 +97,14 @@ class Library:
             raise Unfit(f"the frozen library is for {self.manifest['platform']}")
         if self.manifest["stamp"] != stamp:
             raise Unfit("the frozen library was made from other sources")
+        path = folder / PLATFORMS[platform_name()].format.library
         try:
             # loading a truncated library kills the process, so it is verified before
-            found = hashlib.sha256((folder / LIBRARY).read_bytes()).hexdigest()
+            found = hashlib.sha256(path.read_bytes()).hexdigest()
             if found != self.manifest["sha256"]:
                 raise Unfit("the frozen library and its manifest do not belong together")
-            self._library = ctypes.CDLL(str(folder / LIBRARY))
+            # A whole path, so that no system looks for it in other folders.
+            self._library = ctypes.CDLL(str(path.absolute()))
         except OSError as error:
             raise Unfit(f"the frozen library cannot be loaded ({error})") from error
         # The library asks the CPU itself, since Python has no portable way to.
@@ -120,7 +114,7 @@ class Library:
 
     def _best_level(self) -> str:
         here = self._library.geosurf_level()
-        known = LEVELS[self.manifest["platform"]]
+        known = PLATFORMS[self.manifest["platform"]].levels
         # Levels are listed with the most demanding one last.
         fit = [level for level in self.manifest["levels"] if known[level] <= here]
         if not fit:

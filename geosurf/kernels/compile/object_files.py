@@ -4,11 +4,12 @@ Each step runs in a process of its own, started by `freeze`, since numba reads t
 environment::
 
     python -m geosurf.kernels.compile.object_files --package geosurf.kernels --module kernels.bc
-    python -m geosurf.kernels.compile.object_files --module kernels.bc --level x86-64-v3 --out v3.o
+    python -m geosurf.kernels.compile.object_files --module kernels.bc --platform linux-x86_64 \
+        --level x86-64-v3 --out v3.o
 
 The first lowers every entry like a helper and links it with whatever it calls, each function
-once. The second makes everything but the entries internal, optimises the whole as numba would
-one kernel, and emits it.
+once. The module is for 64-bit platforms and says nothing of the CPU. The second makes everything
+but the entries internal, optimises the whole as numba would one kernel, and emits it.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import InputError
 from geosurf.kernels.compile.frozen_runner import symbol
+from geosurf.kernels.compile.platforms import PLATFORMS, Platform
 from geosurf.kernels.compile.sources import kernel_files
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -34,7 +36,7 @@ _BROUGHT = {
     *("NRT_MemInfo_new_varsize_dtor", "NRT_MemInfo_varsize_realloc"),
     *("NRT_Allocate", "NRT_Free"),
     *("numba_frexp", "numba_ldexp", "memcpy", "memset", "memmove"),
-    *("sqrt", "floor", "ceil", "trunc", "rint", "hypot"),
+    *("sqrt", "floor", "ceil", "trunc", "rint", "hypot", "_hypot"),  # the last one on Windows
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "pow"),
 }
 _MARK = "geosurf_kernel."
@@ -45,7 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Make object files of kernels.")
     parser.add_argument("--module", type=Path, required=True, help="file for the module of LLVM")
     parser.add_argument("--package", help="lower these kernels into it")
-    parser.add_argument("--level", help="make an object file of it for this level of the CPU")
+    parser.add_argument("--platform", help="make an object file of it for this platform")
+    parser.add_argument("--level", help="and for this level of the CPU")
     parser.add_argument("--out", type=Path, help="where the object file goes")
     options = parser.parse_args(argv)
     gc.disable()  # numba makes millions of small objects that live as long as the process
@@ -54,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         options.module.write_bytes(module)
         sys.stdout.write("\n".join(names))
     else:
-        options.out.write_bytes(emit(options.module.read_bytes(), options.level))
+        options.out.write_bytes(emit(options.module.read_bytes(), options.platform, options.level))
     return 0
 
 
@@ -83,9 +86,10 @@ def lower(package: str) -> tuple[bytes, list[str]]:
 
     from geosurf.kernels.compile.helpers import below
 
-    # Before anything is lowered: both change what is written into code.
+    # Before anything is lowered: these change what is written into code.
     _forget_folders()
     _forget_shapes()
+    _forget_processor()
     entries = _entries(package)
     if not entries:
         raise InputError(f"{package} has no entries, so that there is nothing to freeze.")
@@ -154,18 +158,41 @@ def _forget_shapes() -> None:
     named.__code__ = arrayobj.ol_raise_with_shape_context_generic.__code__
 
 
+def _forget_processor() -> None:
+    """Link functions of numba's own as they were before machine code was made of them.
+
+    numba makes machine code of them at once, for the processor of this machine, and LLVM leaves
+    instructions of that processor behind in the module: for counts of references, for example.
+    """
+    from numba.core.codegen import CPUCodeLibrary
+
+    original = CPUCodeLibrary._finalize_final_module
+
+    def finalize(library: Any) -> None:
+        untouched = library._final_module.clone()
+        original(library)
+        if any(not function.is_declaration for function in untouched.functions):
+            compiled, library._final_module = library._final_module, untouched
+            library._get_module_for_linking()  # remembered by the library
+            library._final_module = compiled
+
+    CPUCodeLibrary._finalize_final_module = finalize
+
+
 # ---- emit --------------------------------------------------------------------------------
 
 
-def emit(bitcode: bytes, level: str) -> bytes:
+def emit(bitcode: bytes, platform: str, level: str) -> bytes:
     """Optimise a module and make an object file of it.
 
     Parameters
     ----------
     bitcode : bytes
         As `lower` gives it.
+    platform : str
+        Key of `PLATFORMS`.
     level : str
-        Of the CPU; numba has to be started with it, see `freeze`.
+        Of its CPU.
 
     Returns
     -------
@@ -181,27 +208,37 @@ def emit(bitcode: bytes, level: str) -> bytes:
     # Once per process; numba initialises only the CPU of this machine.
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
+    target = PLATFORMS[platform]
     module = llvm.parse_bitcode(bitcode)
     marked = [f.name for f in module.functions if f.name.startswith(_MARK)]
-    machine = llvm.Target.from_default_triple().create_target_machine(
+    machine = llvm.Target.from_triple(target.triple).create_target_machine(
         cpu=level, features="", opt=3, reloc="pic", codemodel="default"
     )
-    module = _optimised(module, marked, machine)
+    module = _optimised(module, target, marked, machine)
     # All together are quick to test. Only if something is wrong: kernel by kernel, to name it.
     if foreign(module):
         for name in marked:  # which one was it?
-            alone = _optimised(llvm.parse_bitcode(bitcode), [name], machine)
+            alone = _optimised(llvm.parse_bitcode(bitcode), target, [name], machine)
             refuse_foreign(name.removeprefix(_MARK), alone)
     # Each level has its own names, as all levels share one library.
     for name in marked:
-        module.get_function(name).name = symbol(level, name.removeprefix(_MARK))
+        function = module.get_function(name)
+        function.name = symbol(level, name.removeprefix(_MARK))
+        if target.format.exports_by_name:
+            function.storage_class = "dllexport"
     return bytes(machine.emit_object(module))
 
 
-def _optimised(module: Any, names: Iterable[str], machine: Any) -> Any:
+def _optimised(module: Any, target: Platform, names: Iterable[str], machine: Any) -> Any:
     """The same functions after numba's passes, and only what they need."""
+    from numba.core.registry import cpu_target
+
     from geosurf.kernels.compile.helpers import optimise
 
+    # numba's passes ask its machine what is cheap there, and which functions there are.
+    cpu_target.target_context.codegen()._tm = machine
+    # Lowered by the numba of this machine; sizes of types are the same on all 64-bit platforms.
+    module.triple, module.data_layout = target.triple, str(machine.target_data)
     # Before, so that the passes see what is internal; afterwards, to drop what was inlined
     # everywhere.
     _keep(module, set(names), machine)

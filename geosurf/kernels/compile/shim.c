@@ -4,13 +4,19 @@
  * NRT_MemInfo_new_varsize_dtor, and give up what they do not return through NRT_MemInfo_call_dtor.
  * They touch `count` and `data` in code of their own, so members lie as numba has them. */
 
+#if defined(__x86_64__)
 #include <cpuid.h>
+#endif
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 
+#if defined(_WIN32)
+#define PUBLIC __declspec(dllexport)
+#else
 #define PUBLIC __attribute__((visibility("default")))
+#endif
 
 typedef void destroy(void *data);
 
@@ -95,17 +101,25 @@ double numba_frexp(double x, int *exponent)
 
 double numba_ldexp(double x, int exponent) { return isfinite(x) ? ldexp(x, exponent) : x; }
 
-/* 3 if this machine runs code for x86-64-v3, else 1 (levels of the x86-64 psABI). */
+/* 3 if this machine runs code for x86-64-v3 (levels of the x86-64 psABI), else 1; other processors
+ * have one level. Asked from the processor itself: what compilers bring for it differs. */
 PUBLIC int geosurf_level(void)
 {
-    unsigned a, b, c, d;
-    __builtin_cpu_init();
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
-        !__builtin_cpu_supports("bmi") || !__builtin_cpu_supports("bmi2"))
+#if defined(__x86_64__)
+    unsigned a, b, c, d, saved, above;
+    const unsigned wanted = bit_FMA | bit_MOVBE | bit_OSXSAVE | bit_AVX | bit_F16C;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || (c & wanted) != wanted)
         return 1;
-    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_MOVBE) || !(c & bit_F16C))
+    __asm__("xgetbv" : "=a"(saved), "=d"(above) : "c"(0)); /* what the system saves */
+    if ((saved & 6) != 6)
+        return 1;
+    const unsigned more = 1u << 3 | 1u << 5 | 1u << 8; /* BMI, AVX2, BMI2 */
+    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (b & more) != more)
         return 1;
     if (!__get_cpuid(0x80000001, &a, &b, &c, &d) || !(c & 1u << 5)) /* LZCNT */
         return 1;
     return 3;
+#else
+    return 1;
+#endif
 }
