@@ -14,8 +14,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, place
 from geosurf.errors import OutputError
+from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface, Unit, Units
 from geosurf.write.gocad import coordinate_system, triangle_lines, vertex_lines
 from geosurf.write.model3d_parts import Parts, parts_of
@@ -29,6 +30,7 @@ COLOURS = {
     "wall": ("#d4d7db",),
     "contact": ("#1539b8",),
 }
+JOINED = 1e-6  # [m]: OpenGeode joins places that are nearer
 PER_LINE = 5  # numbers on a line of a list
 UNSAFE = re.compile(r"[^A-Za-z0-9_.+-]+")
 
@@ -61,7 +63,7 @@ def model3d(units: Units, name: str | None) -> tuple[bytearray, list[Loss]]:
     data = bytearray()
     for piece in text:
         data += piece.encode() if isinstance(piece, str) else piece
-    return data, _lost(units, sources, titles, kinds, regions)
+    return data, [*_lost(units, sources, titles, kinds, regions), *_near(parts)]
 
 
 def safe_names(names: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
@@ -232,3 +234,23 @@ def _lost(
         words = f"GOCAD has no kind for fluid contacts and virtual walls: {', '.join(plain)}."
         lost.append(Loss("other", words))
     return lost
+
+
+def _near(parts: Parts) -> list[Loss]:
+    """A note on places of lines that programs with a tolerance take for one."""
+    from scipy.spatial import cKDTree
+
+    # near places are ends and crossings of lines, and vertices of lines are there twice
+    number, count = weld(parts.vertices)
+    places = np.empty((count, 3))
+    places[number] = parts.vertices
+    places = places[np.bincount(number) > 1]
+    pairs = cKDTree(places - places[:1]).query_pairs(JOINED) if len(places) else set()
+    if not pairs:
+        return []
+    words = (
+        f"{counted(len(pairs), 'pair')} of vertices on lines lie within {JOINED:g} m of each other, such as "
+        f"near {place(places[min(pairs)[0]])}. OpenGeode takes two such vertices for one and may "
+        "refuse the model; geosurf reads it."
+    )
+    return [Loss("other", words)]

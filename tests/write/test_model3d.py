@@ -201,3 +201,16 @@ def test_vertices_that_rounding_brought_to_one_place_leave_the_region_closed(tmp
         + "END\n"
     )
     assert gs.read_units(path)["Corner"].volume == pytest.approx(36.0)
+
+
+def test_places_that_other_programs_take_for_one_are_named(tmp_path):
+    """Two faults that are 0.5 micrometres apart: OpenGeode joins what lies within one."""
+    level = grid("H", np.zeros((7, 7)), corner=(-1, -1))
+    faults = [
+        sheet(f"F{k}", [(x, -1, -5), (x, 7, -5), (x, 7, 9), (x, -1, 9)])
+        for k, x in enumerate((2.0, 2.0 + 2.0**-21))
+    ]
+    lost = gs.write(carve([level, *faults, *gs.build_walls(BOX)]), tmp_path / "m.ml").lost
+    assert "vertices on lines lie within 1e-06 m of each other" in " ".join(map(str, lost))
+    lost = gs.write(carve([level, faults[0], *gs.build_walls(BOX)]), tmp_path / "m.ml").lost
+    assert "within" not in " ".join(map(str, lost))
