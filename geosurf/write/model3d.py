@@ -249,8 +249,8 @@ def _near(parts: Parts) -> list[Loss]:
     if not pairs:
         return []
     words = (
-        f"{counted(len(pairs), 'pair')} of vertices on lines lie within {JOINED:g} m of each other, "
-        f"such as near {place(places[min(pairs)[0]])}. OpenGeode takes two such vertices for one and may "
-        "refuse the model; geosurf reads it."
+        f"{counted(len(pairs), 'pair')} of vertices on lines lie within {JOINED:g} m of each "
+        f"other, such as near {place(places[min(pairs)[0]])}. OpenGeode takes two such vertices "
+        "for one and may refuse the model; geosurf reads it."
     )
     return [Loss("other", words)]
