@@ -18,6 +18,7 @@ from geosurf.model import FaultSticks
 from geosurf.read._columns import END_MARK, Table, checked_decimal, named_column
 from geosurf.read._common import agreed_scale, agreed_sign, is_number, number
 from geosurf.read._noted import noted
+from geosurf.read._placed import points_dataset
 from geosurf.read._tops_layout import Layout, layout_of
 from geosurf.read.polylines import LABELS, NAMES, parts_of, polylines_from, sticks_from
 
@@ -72,26 +73,21 @@ def read_attribute_points(
     >>> picks.elevation.values, picks.dip.values, picks.well.values.tolist()
     (array([-30., -50.]), array([5.5, nan]), ['W 1', 'W2'])
     """
-    import xarray as xr
-
     layout, table = _table(path, columns, decimal)
     inside = ~(table.points == END_MARK).all(axis=1)
     what = f"{path.name}: points"
     scale = agreed_sign(None, positive, what)
     scale *= agreed_scale(layout.length_unit, length_unit, "m", what)
     points = table.points[inside] * [1.0, 1.0, scale] + 0.0
-    metre = {"units": "m"}
-    data: dict[str, Any] = {
-        key: ("point", points[:, k].copy(), metre | ({"positive": "up"} if k == 2 else {}))
-        for k, key in enumerate(COORDINATES)
-    }
+    others: dict[str, Any] = {}
     rows = [words for (_, words), take in zip(layout.rows, inside.tolist(), strict=True) if take]
     for k, name in enumerate(layout.header or ()):
         # coordinates are there already, also under other names
-        if k not in _places(path, layout, columns) and name.lower() not in data:
-            data[name] = ("point", _column([words[k] for words in rows]))
-    noted("attributes", ", ".join(str(key) for key in list(data)[3:]) or "none")
-    return xr.Dataset(data, attrs={"source": path.name})
+        taken = name.lower() in (*COORDINATES, *others)
+        if k not in _places(path, layout, columns) and not taken:
+            others[name] = ("point", _column([words[k] for words in rows]))
+    noted("attributes", ", ".join(str(key) for key in others) or "none")
+    return points_dataset(points, path.name, others=others)
 
 
 def read_attribute_polygons(

@@ -17,6 +17,7 @@ from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
 from geosurf.read._common import read_text
 from geosurf.read._noted import noted
+from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read.gocad import Draft, Line, bodies, fill, row_of
 
 BREAK = (-1, -1)  # between two parts: their lines do not join, even at a shared vertex
@@ -66,20 +67,9 @@ def read_vset(
     >>> read_vset(file).elevation.values
     array([7., 1.])
     """
-    import xarray as xr
-
-    _no_table(path, columns, decimal)
+    refuse_columns(path, "a GOCAD file", columns, decimal)
     parts = [_points(draft, positive, length_unit) for draft, _ in _objects(path, "vset")]
-    points = np.concatenate(parts)
-    metre = {"units": "m"}
-    return xr.Dataset(
-        {
-            "easting": ("point", points[:, 0].copy(), metre),
-            "northing": ("point", points[:, 1].copy(), metre),
-            "elevation": ("point", points[:, 2].copy(), metre | {"positive": "up"}),
-        },
-        attrs={"source": path.name},
-    )
+    return points_dataset(np.concatenate(parts), path.name)
 
 
 def read_pline(
@@ -121,7 +111,7 @@ def read_pline(
     >>> read_pline(file)[0].tolist()
     [[0.0, 0.0, 5.0], [9.0, 0.0, 5.0]]
     """
-    _no_table(path, columns, decimal)
+    refuse_columns(path, "a GOCAD file", columns, decimal)
     lines = []
     names: dict[str, None] = {}
     for draft, segments in _objects(path, "pline"):
@@ -165,14 +155,6 @@ def read_pline_sticks(
     """
     lines = read_pline(path, positive=positive, length_unit=length_unit)
     return FaultSticks(name or path.stem, tuple(lines))
-
-
-def _no_table(path: Path, columns: object, decimal: str) -> None:
-    if columns is not None or decimal != ".":
-        raise InputError(
-            f"{path}: columns= and decimal= apply to tables of text, but this is a GOCAD file. "
-            "Leave them out."
-        )
 
 
 def _objects(path: Path, kind: str) -> Iterator[tuple[Draft, list[tuple[int, int]]]]:

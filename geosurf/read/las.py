@@ -20,6 +20,7 @@ from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import agreed_scale, agreed_sign, is_number, number, read_text
 from geosurf.read._noted import noted
+from geosurf.read._placed import points_dataset
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -101,20 +102,9 @@ def read_las_points(
     >>> read_las_points(file, positive="down").elevation.values
     array([ 20., -80.])
     """
-    import xarray as xr
-
     found = _well_path(path, _sections(path), positive, length_unit, columns)
-    metre = {"units": "m"}
-    x, y, z = found.points.T
-    return xr.Dataset(
-        {
-            "easting": ("point", x.copy(), metre),
-            "northing": ("point", y.copy(), metre),
-            "elevation": ("point", z.copy(), metre | {"positive": "up"}),
-            "md": ("point", found.md, metre),
-        },
-        attrs={"source": path.name, "well": found.well},
-    )
+    md = {"md": ("point", found.md, {"units": "m"})}
+    return points_dataset(found.points, path.name, others=md, well=found.well)
 
 
 def tops_of_las(

@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.read._columns import END_MARK
 from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._placed import points_dataset
 from geosurf.read._table import read_table
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -66,20 +67,11 @@ def read_xyz(
     >>> read_xyz(file, positive="down").elevation.values
     array([-1500., -1600.])
     """
-    import xarray as xr
-
     what = f"{path.name}: points"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     points = _without_end(path, columns, decimal)
-    metre = {"units": "m"}
-    return xr.Dataset(
-        {
-            "easting": ("point", points[:, 0].copy(), metre),
-            "northing": ("point", points[:, 1].copy(), metre),
-            "elevation": ("point", scale * points[:, 2] + 0.0, metre | {"positive": "up"}),
-        },
-        attrs={"source": path.name},
-    )
+    x, y, z = points.T
+    return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name)
 
 
 def _without_end(path: Path, columns: object, decimal: str) -> np.ndarray:

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS
 from geosurf.errors import FormatError, GeosurfWarning
 from geosurf.read._common import integer, number, read_text
 from geosurf.read._gocad_header import Header
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import is_looking, noted
+from geosurf.read._placed import fault_dataset
 from geosurf.read.gocad import bodies
 from geosurf.read.grids.nodes import GridNodes, nodes_from_places
 from geosurf.warning import warn
@@ -142,21 +142,9 @@ def read_sgrid_fault(
     FormatError, InputError
         As `read_sgrid`.
     """
-    import xarray as xr
-
     grid, nodes = _nodes(path, positive, length_unit)
-    keys = ("easting", "northing", "elevation")
-    meaning = {"units": "m", "positive": "up"}
-    made = xr.Dataset(
-        {
-            key: (FAULT_DIMS, nodes[..., k].copy(), meaning if k == 2 else {"units": "m"})
-            for k, key in enumerate(keys)
-        }
-    )
-    made.attrs = {"name": name or grid.header.name or path.stem, "source": path.name}
-    if grid.header.crs is not None:
-        made.attrs["crs"] = grid.header.crs
-    return made
+    title = name or grid.header.name or path.stem
+    return fault_dataset(nodes, title, path.name, grid.header.crs)
 
 
 def _nodes(path: Path, positive: str | None, length_unit: str | None) -> tuple[SGrid, np.ndarray]:

@@ -24,6 +24,7 @@ from geosurf.read._choice import chosen
 from geosurf.read._columns import USUAL
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._noted import is_looking, noted
+from geosurf.read._placed import AXES, points_dataset
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -242,25 +243,17 @@ def points_of(
     InputError
         If `positive` is missing, or coordinates are degrees.
     """
-    import xarray as xr
-
     found = found.checked().raised(columns)
     items = found.only(("point",), "read_points")
     scale = _scale(found, positive, length_unit, "points")
     xyz = np.concatenate([found.to_metres(one, scale) for one in items])
-    metre = {"units": "m"}
-    data: dict[str, Any] = {
-        "easting": ("point", xyz[:, 0].copy(), metre),
-        "northing": ("point", xyz[:, 1].copy(), metre),
-        "elevation": ("point", xyz[:, 2].copy(), metre | {"positive": "up"}),
-    }
     keys = dict.fromkeys(key for one in items for key in one.words)
     sizes = [len(one.points) for one in items]
     # an attribute called as a coordinate would hide it
-    for key in (key for key in keys if key.lower() not in data):
-        data[key] = ("point", _column([one.words.get(key) for one in items], sizes))
-    attrs = {"source": found.path.name} | ({} if found.crs is None else {"crs": found.crs})
-    return xr.Dataset(data, attrs=attrs)
+    others: dict[str, Any] = {}
+    for key in (key for key in keys if key.lower() not in (*AXES, *others)):
+        others[key] = ("point", _column([one.words.get(key) for one in items], sizes))
+    return points_dataset(xyz, found.path.name, found.crs, others)
 
 
 def _column(values: list[Any], sizes: list[int]) -> np.ndarray:

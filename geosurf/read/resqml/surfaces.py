@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS
 from geosurf.errors import FormatError, InputError, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.read._choice import chosen
 from geosurf.read._noted import noted
+from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
 from geosurf.read.grids.nodes import GridNodes, nodes_from_places
 from geosurf.read.resqml.package import Package, open_package
 from geosurf.read.resqml.representations import (
@@ -110,7 +110,8 @@ def read_resqml_fault(
         if one.kind == MESH:
             return mesh_of(package, one, words, "fault")
         if one.kind == GRID:
-            return _fault_grid(one, path, *grid_of(package, one, words))
+            nodes, crs = grid_of(package, one, words)
+            return fault_dataset(nodes, one.title, path.name, crs)
         lines, crs = lines_of(package, one, words)
         try:
             sticks = FaultSticks(one.title, tuple(lines))
@@ -128,7 +129,7 @@ def read_resqml_points(
     decimal: str = ".",
 ) -> xr.Dataset:
     """
-    Read the points of all point sets.
+    Read the points of the only point set.
 
     Parameters
     ----------
@@ -145,35 +146,21 @@ def read_resqml_points(
     Raises
     ------
     FormatError, InputError, DependencyError
-        As `read_resqml_horizon`, and if `columns` is given.
+        As `read_resqml_horizon`; if there are several sets, or `columns` is given.
     """
-    import xarray as xr
-
-    _no_table(path, columns, decimal)
+    refuse_columns(path, "RESQML", columns, decimal)
     with open_package(path) as package:
         sets = _of_kinds(package, (POINTS,), "sets of points")
-        words = Words(positive, length_unit)
-        parts = [patches_of(package, one.node, "NodePatch", words) for one in sets]
-        points = np.concatenate([part for part, _ in parts])
-        systems = {crs for _, crs in parts}
         noted("names", ", ".join(one.title for one in sets))
-    if len(systems) > 1:
-        named = ", ".join(sorted(str(crs) for crs in systems))
-        raise FormatError(
-            f"{path}: sets of points are in different coordinate reference systems, {named}. "
-            "Export them one by one."
-        )
-    metre, up = {"units": "m"}, {"units": "m", "positive": "up"}
-    columns_of = {"easting": metre, "northing": metre, "elevation": up}
-    made = xr.Dataset(
-        {
-            key: ("point", points[:, k].copy(), meta)
-            for k, (key, meta) in enumerate(columns_of.items())
-        }
-    )
-    (crs,) = systems
-    made.attrs = {"source": path.name} | ({} if crs is None else {"crs": crs})
-    return made
+        if len(sets) > 1:
+            raise InputError(
+                f"{path}: the package has {len(sets)} sets of points: "
+                f"{', '.join(one.title for one in sets)}. Export them one by one: together they "
+                "would be one horizon."
+            )
+        words = Words(positive, length_unit)
+        points, crs = patches_of(package, sets[0].node, "NodePatch", words)
+    return points_dataset(points, path.name, crs)
 
 
 def read_resqml_polygons(
@@ -207,7 +194,7 @@ def read_resqml_polygons(
     FormatError, InputError, DependencyError
         As `read_resqml_horizon`, and if `columns` is given.
     """
-    _no_table(path, columns, decimal)
+    refuse_columns(path, "RESQML", columns, decimal)
     with open_package(path) as package:
         sets = _of_kinds(package, LINES, "polylines")
         if name is not None:
@@ -282,30 +269,6 @@ def _function(one: Representation) -> str:
     if one.role == "fault":
         return "read_fault"
     return "read_polygons" if one.kind in LINES else "read_horizon"
-
-
-def _no_table(path: Path, columns: object, decimal: str) -> None:
-    if columns is not None or decimal != ".":
-        raise InputError(
-            f"{path}: columns= and decimal= apply to tables of text, but this is RESQML. Leave "
-            "them out."
-        )
-
-
-def _fault_grid(one: Representation, path: Path, nodes: np.ndarray, crs: str | None) -> xr.Dataset:
-    """A fault given by rows down its dip and columns along its strike."""
-    import xarray as xr
-
-    metre, up = {"units": "m"}, {"units": "m", "positive": "up"}
-    made = xr.Dataset(
-        {
-            "easting": (FAULT_DIMS, nodes[..., 0].copy(), metre),
-            "northing": (FAULT_DIMS, nodes[..., 1].copy(), metre),
-            "elevation": (FAULT_DIMS, nodes[..., 2].copy(), up),
-        }
-    )
-    made.attrs = {"name": one.title, "source": path.name} | ({} if crs is None else {"crs": crs})
-    return made
 
 
 __all__ = [
