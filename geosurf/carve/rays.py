@@ -83,7 +83,7 @@ class Rays:
 
     def _tops(self, set_of: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         """Highest coordinates (n, 3) of some sets."""
-        # few sets have a ray: to number and compare all of them took half of a certificate
+        # few sets have a ray: to number and compare all took 31 % of a certificate (Drogon, torn)
         sets, number = np.unique(wanted, return_inverse=True)
         rows = np.flatnonzero(np.isin(set_of, sets))
         rows = rows[np.argsort(set_of[rows], kind="stable")]

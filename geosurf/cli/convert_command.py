@@ -127,15 +127,15 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
     key, functions = kind_of_file(path)
     source = Source(path, key, _function(path, functions, suffix, options.read_as))
     words = otherwise({"positive": options.positive or "up", "length_unit": options.length_unit})
-    if options.name is not None and key in (*MESH_FORMATS, "resqml"):
-        words["name"] = options.name
     with collected() as notes:
         if key == "netcdf" and options.read_as is None:
             source.function = _of_netcdf(path)
         if key == "resqml" and options.read_as is None:
             source.function = _of_resqml(path, options.name, suffix)
-            if source.function == "read_points":
-                words.pop("name", None)
+        # which one, where a file has several; elsewhere the name of what is written
+        named = source.function == "read_fault" or key in (*MESH_FORMATS, "resqml")
+        if options.name is not None and named and source.function != "read_points":
+            words["name"] = options.name
         module = read if hasattr(read, source.function) else geosurf
         source.obj = getattr(module, source.function)(path, **words)
 
@@ -176,12 +176,9 @@ def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> s
 
 def _of_resqml(path: Path, name: str | None, suffix: str) -> str:
     from geosurf.read.resqml.surfaces import function_of
-    from geosurf.read.resqml.units import holds_units
     from geosurf.write.registry import WRITERS
 
-    if name is None and suffix in WRITERS["Units"] and holds_units(path):
-        return "read_units"
-    return function_of(path, name)
+    return function_of(path, name, suffix in WRITERS["Units"])
 
 
 def _of_netcdf(path: Path) -> str:

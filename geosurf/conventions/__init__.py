@@ -43,6 +43,7 @@ from geosurf.conventions.text import (
     number_text,
     place,
     shared_name,
+    toml_key,
     volume_text,
 )
 
@@ -71,5 +72,6 @@ __all__ = [
     "rising_diagonal",
     "shared_name",
     "shift_is_exact",
+    "toml_key",
     "volume_text",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import math
 from collections.abc import Iterable
 from typing import Any
@@ -37,6 +38,19 @@ def counted(n: int, word: str) -> str:
     # "patches", "branches": the only irregular plurals in messages.
     ending = "" if n == 1 else "es" if word.endswith("ch") else "s"
     return f"{n} {word}{ending}"
+
+
+def toml_key(name: str) -> str:
+    """
+    Return a name as a key of TOML, for what users are advised to type.
+
+    Examples
+    --------
+    >>> toml_key("F1"), toml_key("F2 north")
+    ('F1', '"F2 north"')
+    """
+    plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
+    return name if plain else json.dumps(name, ensure_ascii=False)
 
 
 def number_text(value: float, digits: int = 3) -> str:

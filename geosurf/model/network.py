@@ -270,18 +270,16 @@ def _words(i: int, row: NetworkRow) -> tuple[str, ...]:
 
 def _trace(fault: TriSurface) -> list[np.ndarray]:
     """Where a fault is at its middle elevation: a line for each of its triangles there, (2, 2)."""
-    corners = fault.vertices[fault.triangles]
-    height = corners[:, :, 2] - 0.5 * (fault.vertices[:, 2].min() + fault.vertices[:, 2].max())
-    parts = []
-    for points, above in zip(corners, height, strict=True):
-        ends = [
-            points[a] + above[a] / (above[a] - above[b]) * (points[b] - points[a])
-            for a, b in ((0, 1), (1, 2), (2, 0))
-            if (above[a] < 0.0) != (above[b] < 0.0)
-        ]
-        if len(ends) == 2:
-            parts.append(np.array(ends)[:, :2])
-    return parts
+    middle = 0.5 * (fault.vertices[:, 2].min() + fault.vertices[:, 2].max())
+    below = (fault.vertices[:, 2] < middle)[fault.triangles]
+    a = fault.vertices[fault.triangles[below.any(axis=1) & ~below.all(axis=1)]]
+    b = np.roll(a, -1, axis=1)
+    # two of the three edges of each triangle pass the elevation
+    above, after = a[:, :, 2] - middle, b[:, :, 2] - middle
+    passed = (above < 0.0) != (after < 0.0)
+    share = above[passed] / (above[passed] - after[passed])
+    ends = a[passed] + share[:, None] * (b[passed] - a[passed])
+    return [*ends.reshape(-1, 2, 3)[:, :, :2]]
 
 
 def _rule_of(row: NetworkRow) -> tuple[str, str, bool]:

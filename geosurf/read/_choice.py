@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -39,9 +40,9 @@ def chosen(
     --------
     >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, "F2", "faults")
     ('F2', [3])
-    >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, None, "faults")
+    >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, None, "faults")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    geosurf.errors.InputError: f.dat: the file has 2 faults: F1, F2. Choose one, as in name='F1'.
+    geosurf.errors.InputError: f.dat: the file has 2 faults: F1, F2. Choose one, as in name='F1' ...
     """
     names = list(groups)
     listed = ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
@@ -57,5 +58,5 @@ def chosen(
     guess = "" if name is None else did_you_mean(name, names)
     raise InputError(
         f"{path}: the file has {len(names)} {what}: {listed}{asked}.{guess} Choose one, as in "
-        f"name={names[0]!r}."
+        f"name={names[0]!r} (on the command line: --name {shlex.quote(names[0])})."
     )

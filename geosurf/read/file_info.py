@@ -178,11 +178,9 @@ def kind_of_file(path: Path) -> tuple[str, str]:
 def _resqml_function(path: Path) -> str:
     """What reads the objects of a package; damaged ones are left to their reader."""
     from geosurf.read.resqml.surfaces import functions_of
-    from geosurf.read.resqml.units import holds_units
 
     try:
-        sealed = ["geosurf.read_units"] if holds_units(path) else []
-        return " or ".join([*functions_of(path), *sealed])
+        return " or ".join(functions_of(path))
     except GeosurfError:
         return "read_horizon"
 

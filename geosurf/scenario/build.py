@@ -128,8 +128,8 @@ def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
         verdict = "accepted" if one.accepted else "dropped"
         words = f"{verdict}: {proposal_words(one.row)}; {one.reason}"
         on_step("network", f"{fault_words(one.row)}{at}", words)
-    sealed: Scene = trial.scene
-    return sealed
+    found: Scene = trial.scene
+    return found
 
 
 def _shared(scenario: Scenario) -> dict[str, Any]:

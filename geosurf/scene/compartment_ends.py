@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, find_cells
-from geosurf.conventions import area_text, counted, place
+from geosurf.conventions import area_text, counted, place, toml_key
 from geosurf.errors import GeometryError, GeosurfWarning
 from geosurf.faults.virtual.edges import areas_of, edge_keys, edges_of, pieces_between, rows_of
 from geosurf.faults.virtual.walls import Wall
@@ -101,8 +101,8 @@ def warning_of_walls(parts: Sequence[VirtualWall], compartments: Compartments) -
         f"Compartments end at {counted(len(chosen), 'virtual wall')}, each by the shortest join, "
         f"not by data; the longest: {longest}.",
         f"Name its target: compartments={{{longest.fault!r}: {{{longest.side!r}: 'boundary'}}}}; "
-        f'in a scenario, {longest.fault} = {{{longest.side} = "boundary"}} in [compartments]. '
-        "scene.virtual_walls lists all.",
+        f'in a scenario, {toml_key(longest.fault)} = {{{longest.side} = "boundary"}} in '
+        "[compartments]. scene.virtual_walls lists all.",
         longest.place,
     )
 

@@ -111,3 +111,18 @@ def test_one_sentence_for_each_mistake(convert, tmp_path, case):
     assert sentence in err
     assert err.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_one_of_several_faults_is_chosen_by_name(convert):
+    """Sticks of two faults in one file would become one fault."""
+    rows = [f"INLINE-   1 2 {x} {y} 5 {name} {k}" for name, x, k in
+            (("F1", 0, 1), ("F1", 1, 2), ("F2", 5, 1), ("F2", 7, 2)) for y in (0, 9)]  # fmt: skip
+    Path("two.dat").write_text("\n".join(rows) + "\n")
+    code, _, error = convert("two.dat", "a.csv", "--positive", "down")
+    assert code == 2
+    assert "has 2 faults: F1, F2. Choose one" in error
+    assert "--name F1" in error
+    assert not Path("a.csv").exists()
+    assert convert("two.dat", "a.csv", "--positive", "down", "--name", "F2")[0] == 0
+    (table,) = (np.genfromtxt("a.csv", delimiter=",", names=True),)
+    assert sorted(set(table["X"])) == [5.0, 7.0]

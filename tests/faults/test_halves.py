@@ -124,9 +124,10 @@ def test_a_scenario_splits_a_fault(tmp_path):
         read_scenario(path)
 
 
+@pytest.mark.parametrize("picked_apart", [False, True])
 @pytest.mark.parametrize("turn", [0.0, -35.0, 35.0])
-def test_halves_offset_each_its_own_side(turn: float) -> None:
-    """The older throw, then the younger one: four level blocks, whatever the angle."""
+def test_halves_offset_each_its_own_side(turn: float, picked_apart: bool) -> None:
+    """The older throw, then the younger one: four level blocks, whatever angle and names."""
 
     def plane(name: str, strike: float, dip: float) -> gs.TriSurface:
         along = np.array([np.sin(np.radians(strike)), np.cos(np.radians(strike))])
@@ -144,7 +145,12 @@ def test_halves_offset_each_its_own_side(turn: float) -> None:
     )  # fmt: skip
     given = {"F1": plane("F1", 0.0, 70.0), "F2": plane("F2", 90.0 + turn, 75.0)}
     box = (0.0, 2000.0, 0.0, 2000.0, -1400.0, -600.0)
-    scene = gs.Scene({}, given, box, truncations={"F2": ("F1", "both")})
+    rules = {"F2": ("F1", "both")}
+    if picked_apart:
+        rules = {"east": ("F1", "hanging wall"), "west": ("F1", "footwall")}
+        given |= {name: given["F2"].renamed(name, "fault") for name in rules}
+        del given["F2"]
+    scene = gs.Scene({}, given, box, truncations=rules)
     faults = [scene.whole_surface(name) for name in scene.fault_names]
     throws = {name: 40.0 if name == "F1" else 25.0 for name in scene.fault_names}
     sheet = gs.throw_horizon(grid, faults, throws, name="Top")

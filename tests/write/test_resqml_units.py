@@ -76,7 +76,7 @@ def test_labels_roles_and_the_reference_system_come_back(graben, tmp_path):
     assert {name: roles[name] for name in ("OWC", "F1", "Top", "west")} == {
         "OWC": "contact", "F1": "fault", "Top": "horizon", "west": "wall",
     }  # fmt: skip
-    assert gs.info(path).read_with.endswith("geosurf.read_units")
+    assert gs.info(path).read_with.endswith("read_units")
 
 
 def test_packages_of_other_programs_name_zones_only(graben, tmp_path):

@@ -25,6 +25,7 @@ GRID, MESH = "Grid2dRepresentation", "TriangulatedSetRepresentation"
 POINTS = "PointSetRepresentation"
 LINES = ("PolylineRepresentation", "PolylineSetRepresentation")
 KINDS = (GRID, MESH, POINTS, *LINES)
+FRAMEWORK = "SealedVolumeFrameworkRepresentation"
 ROLES = {"HorizonInterpretation": "horizon", "FaultInterpretation": "fault"}
 
 
@@ -72,6 +73,11 @@ def representations(package: Package) -> list[Representation]:
         )
         for words, uuid, node in found
     ]
+
+
+def holds_units(package: Package) -> bool:
+    """Return whether a package has a sealed model."""
+    return any(kind(node) == FRAMEWORK for node in package.objects.values())
 
 
 def _role(node: Element) -> str:
@@ -218,6 +224,7 @@ def places_of(package: Package, one: Representation, words: Words) -> np.ndarray
 
 
 __all__ = [
+    "FRAMEWORK",
     "GRID",
     "KINDS",
     "LINES",
@@ -226,6 +233,7 @@ __all__ = [
     "Representation",
     "Words",
     "grid_of",
+    "holds_units",
     "lines_of",
     "mesh_of",
     "patches_of",

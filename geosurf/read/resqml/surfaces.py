@@ -27,6 +27,7 @@ from geosurf.read.resqml.representations import (
     Representation,
     Words,
     grid_of,
+    holds_units,
     lines_of,
     mesh_of,
     patches_of,
@@ -205,21 +206,28 @@ def read_resqml_polygons(
 
 
 def surfaces_of(path: Path) -> list[Representation]:
-    """Return the surfaces and lines of a package, in the order of the file."""
+    """Return the surfaces, lines and sets of points of a package, in the order of the file."""
     with open_package(path) as package:
-        return _of_kinds(package, (GRID, MESH, *LINES), "surfaces")
+        return _of_kinds(package, KINDS, "surfaces")
 
 
 def functions_of(path: Path) -> list[str]:
     """Return the functions that read the objects of a package."""
     with open_package(path) as package:
         found = [_function(one) for one in _of_kinds(package, KINDS, "surfaces")]
-        return list(dict.fromkeys(found))
+        sealed = ["read_units"] if holds_units(package) else []
+        return [*dict.fromkeys(found), *sealed]
 
 
-def function_of(path: Path, name: str | None) -> str:
-    """Return the function that reads one object: that of a name, or the only one."""
+def function_of(path: Path, name: str | None, sealed: bool) -> str:
+    """
+    Return the function that reads one object: that of a name, or the only one.
+
+    If `sealed`, a package with a sealed model is read as units where no name is given.
+    """
     with open_package(path) as package:
+        if sealed and name is None and holds_units(package):
+            return "read_units"
         groups = {one.title: [one] for one in _of_kinds(package, KINDS, "surfaces")}
         return _function(chosen(path, groups, name, "objects")[1][0])
 

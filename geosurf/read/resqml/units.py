@@ -17,6 +17,7 @@ from geosurf.read.model3d import welded
 from geosurf.read.resqml.arrays import values_of
 from geosurf.read.resqml.package import Package, every, find, kind, open_package
 from geosurf.read.resqml.representations import (
+    FRAMEWORK,
     MESH,
     Representation,
     Words,
@@ -25,7 +26,6 @@ from geosurf.read.resqml.representations import (
 )
 from geosurf.read.sealed_model import SealedModel, labels_of
 
-FRAMEWORK = "SealedVolumeFrameworkRepresentation"
 # a surface with what geosurf wrote about it, and the number of its first part by index of patch
 Listed = tuple[TriSurface, str, str, dict[int, int]]
 
@@ -72,12 +72,6 @@ def resqml_model(path: Path, positive: str | None, length_unit: str | None) -> S
         box[0] if box and isinstance(box[0], list) else (),
         "patch",
     )
-
-
-def holds_units(path: Path) -> bool:
-    """Whether a package has a sealed volume framework."""
-    with open_package(path) as package:
-        return any(kind(node) == FRAMEWORK for node in package.objects.values())
 
 
 def _framework(package: Package) -> Element:
@@ -186,4 +180,4 @@ def _labels_of_zones(zones: list[str]) -> list[dict[str, Any]]:
     return labels
 
 
-__all__ = ["holds_units", "resqml_model"]
+__all__ = ["resqml_model"]

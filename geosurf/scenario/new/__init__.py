@@ -2,7 +2,10 @@
 
 ================  =============================================================
 found.py          what one file holds, and what is made of it
-recognise.py      one file -> what it holds
+recognise.py      one file -> what it holds: which of the next two decides
+surfaces.py       grids, meshes and packages of surfaces
+tables.py         points, sticks, polygons and well tops in text
+reading.py        what a file states itself
 shape.py          dip of points and triangles, mean elevations of cells
 judge.py          direction, unit, order, names, and files that stay out
 network.py        faults that end at others

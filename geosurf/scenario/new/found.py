@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -95,6 +96,18 @@ class Question:
     line: int
     text: str
     stops: bool = False
+
+
+def name_from(path: Path) -> str:
+    """A name from a file name: without suffix and leading number.
+
+    Examples
+    --------
+    >>> name_from(Path("01_topreek.gri")), name_from(Path("7.gri"))
+    ('topreek', '7')
+    """
+    name = re.sub(r"^\d+[\s_.-]+", "", path.stem).strip()
+    return " ".join((name or path.stem).split())
 
 
 __all__ = ["NO_POINTS", "OUT", "Found", "Question"]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from geosurf.conventions import toml_key
 from geosurf.scenario.new.compartments import Divider
 from geosurf.scenario.new.found import OUT, Found, Question
 from geosurf.scenario.new.judge import Ready, nearest_horizon
@@ -158,7 +158,7 @@ def _compartments(page: Page, dividers: Sequence[Divider]) -> None:
         f"block. {'Do they' if many else 'Does it'} separate regions? Virtual walls without throw "
         f"continue {'them' if many else 'it'}.",
         "[compartments]",
-        *(f'{_key(one.fault)} = "nearest"  # {_comment(one.reason)}' for one in dividers),
+        *(f'{toml_key(one.fault)} = "nearest"  # {_comment(one.reason)}' for one in dividers),
     )
 
 
@@ -252,11 +252,6 @@ def quoted(text: str) -> str:
         for c in text
     )
     return f'"{body}"'
-
-
-def _key(name: str) -> str:
-    """A name as a key of a table."""
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else quoted(name)
 
 
 def _comment(text: str) -> str:

@@ -115,22 +115,14 @@ class Movement:
                 # far side lies in, by the directions of both across strike
                 away = self.slips[main].section.axes[1] * (1.0 - 2.0 * own)
                 beyond = float(away @ slip.section.axes[1] > 0)
-                # there the other half of an older fault moves rock: this one leaves it
-                if self._has_twin(k, main, own, branches):
+                # a fault that ends there on the other side moves rock there, such as the other
+                # half of an older fault: this one leaves it
+                if any(other.get(main) == 1.0 - own for other in branches.mains):
                     beyond = 1.0 - slip.share
                 here = walls[main] if own > 0.5 else 1.0 - walls[main]
                 wall = wall * here + beyond * (1.0 - here)
             out[k] = wall - 1.0 + slip.share
         return out
-
-    def _has_twin(self, k: int, main: int, own: float, branches: Branches) -> bool:
-        """Whether a fault is one half of two that a main fault parts, such as F2 (1) and F2 (2)."""
-        whole = [fault.name.rpartition(" (")[0] for fault in self.faults]
-        return any(
-            whole[k] and whole[other] == whole[k] and mains.get(main) == 1.0 - own
-            for other, mains in enumerate(branches.mains)
-            if other != k
-        )
 
     def heights(
         self, branches: Branches, node: np.ndarray, walls: np.ndarray

@@ -106,8 +106,9 @@ def throw_horizon(
     Notes
     -----
     A fault that ends on another one acts on that side of it only, so that throws add up on the
-    main fault beyond the contact. Where faults cross, each is taken where it is today on
-    both sides of the other: exact for planes. See docs/guides/tearing.md.
+    main fault beyond the contact. Where faults end on it from both sides, such as the halves of an
+    older fault, each moves rock on its own side. Where faults cross, each is taken where it is
+    today on both sides of the other: exact for planes. See docs/guides/tearing.md.
 
     Examples
     --------
