@@ -87,10 +87,7 @@ def resqml_of_surfaces(obj: Any, path: Path, name: str | None, crs: str | None) 
         Loss("other", f"Arrays are in {h5_name}: move both files together."),
         Loss("topology", "Surfaces are separate: for the sealed model, write scene.units."),
     ]
-    if first is not None and epsg_of(first) is None:
-        lost.append(Loss("crs", f"RESQML stores {label(first)} as an unknown system with a name."))
-    pattern = re.compile(f"{re.escape(path.name)}|{re.escape(h5_name)}")
-    return files, lost, pattern
+    return files, lost + lost_of_crs(first), pattern_of(path.name, h5_name)
 
 
 def _surfaces(obj: Any, name: str | None, path: Path) -> list[tuple[str, Any]]:
@@ -190,8 +187,24 @@ def _identifiers(
         for key, array in held.items():
             digest.update(f"{key}{array.shape}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
-    seed = digest.hexdigest()
+    return identifiers(digest.hexdigest())
+
+
+def identifiers(seed: str) -> Iterator[str]:
+    """Return endless UUIDs that follow from a text."""
     return (str(uuid.uuid5(uuid.NAMESPACE_OID, f"geosurf {seed} {k}")) for k in itertools.count())
+
+
+def lost_of_crs(crs: str | None) -> list[Loss]:
+    """Return what RESQML does not hold of a reference system."""
+    if crs is None or epsg_of(crs) is not None:
+        return []
+    return [Loss("crs", f"RESQML stores {label(crs)} as an unknown system with a name.")]
+
+
+def pattern_of(*names: str) -> re.Pattern[str]:
+    """Return the pattern of the files of a package."""
+    return re.compile("|".join(map(re.escape, names)))
 
 
 def interpretation(title: str, role: str, fresh: Iterator[str]) -> list[Part]:

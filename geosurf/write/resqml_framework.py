@@ -8,10 +8,7 @@ lists the lines where patches share their nodes, the volume framework the patche
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
-import re
-import uuid
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePath
 from xml.sax.saxutils import escape
@@ -25,7 +22,14 @@ from geosurf.write._files import FileSet
 from geosurf.write.model3d import unit_labels
 from geosurf.write.model3d_parts import Parts, parts_of
 from geosurf.write.model_lines import Line, lines_of
-from geosurf.write.resqml import hdf5, interpretation, zipped
+from geosurf.write.resqml import (
+    hdf5,
+    identifiers,
+    interpretation,
+    lost_of_crs,
+    pattern_of,
+    zipped,
+)
 from geosurf.write.resqml_xml import (
     Part,
     crs_body,
@@ -78,8 +82,7 @@ def resqml_of_units(units: Units, path: Path, name: str | None, crs: str | None)
         PurePath(path.name): zipped(package(objects, h5_name)),
         PurePath(h5_name): hdf5(arrays, objects[0].uuid),
     }
-    pattern = re.compile(f"{re.escape(path.name)}|{re.escape(h5_name)}")
-    return files, _lost(units, parts, h5_name, crs), pattern
+    return files, _lost(units, parts, h5_name, crs), pattern_of(path.name, h5_name)
 
 
 def _lost(units: Units, parts: Parts, h5_name: str, crs: str | None) -> list[Loss]:
@@ -95,9 +98,7 @@ def _lost(units: Units, parts: Parts, h5_name: str, crs: str | None) -> list[Los
     if gone:
         words = f"Surfaces that bound no unit are left out: {', '.join(gone)}."
         lost.append(Loss("data", words))
-    if crs is not None and epsg_of(crs) is None:
-        lost.append(Loss("crs", f"RESQML stores {label(crs)} as an unknown system with a name."))
-    return lost
+    return lost + lost_of_crs(crs)
 
 
 def _identifiers(units: Units, parts: Parts, title: str, crs: str | None) -> Iterator[str]:
@@ -108,8 +109,7 @@ def _identifiers(units: Units, parts: Parts, title: str, crs: str | None) -> Ite
     for array in (parts.vertices, parts.triangles, parts.surface, parts.sides):
         digest.update(f"{array.shape}".encode())
         digest.update(np.ascontiguousarray(array).tobytes())
-    seed = digest.hexdigest()
-    return (str(uuid.uuid5(uuid.NAMESPACE_OID, f"geosurf {seed} {k}")) for k in itertools.count())
+    return identifiers(digest.hexdigest())
 
 
 def _tag(name: str, value: object) -> str:

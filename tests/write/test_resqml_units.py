@@ -16,8 +16,8 @@ from geosurf.errors import FormatError, OutputError
 from geosurf.write.model3d_parts import parts_of
 from geosurf.write.model_lines import lines_of
 from geosurf.write.resqml_framework import shells_of
-from tests.strategies import BOX, faulted_worlds, grid, sheet
-from tests.write.test_model3d import assert_equal, carve
+from tests.strategies import faulted_worlds
+from tests.write.sealed import assert_equal, carve, slit
 
 pytest.importorskip("h5py")
 
@@ -29,13 +29,9 @@ def graben():
     return gs.Scene(*given, contacts={"OWC": -2100.0}, crs="EPSG:32631").units
 
 
-@pytest.fixture(scope="module")
-def slit():
-    """A fault that ends inside all units, and one that touches nothing but that fault."""
-    level = [grid(f"H{k}", np.full((7, 7), -2.0 * k), corner=(-1, -1)) for k in range(2)]
-    f1 = sheet("F1", [(2, -1, -5), (2, 2, -5), (2, 2, 9), (2, -1, 9)])
-    f2 = sheet("F2", [(1, 1, 1), (3, 1, 1), (3, 1, 2), (1, 1, 2)])
-    return carve([*level, f1, f2, *gs.build_walls(BOX)])
+@pytest.fixture(scope="module", name="slit")
+def a_slit():
+    return slit()
 
 
 def written(units, folder, name="m"):
