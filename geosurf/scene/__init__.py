@@ -1,7 +1,8 @@
 """What users build and ask: horizons, faults and a box in; every result when it is requested.
 
 ===================  =====================================================================
-scene.py             `Scene`: its inputs, its results and its measures, by name
+scene.py             `Scene`: its inputs and its results, by name
+measured.py          its measures: thickness, places, wells, sections, separations
 inputs.py            `SceneInputs`: what it is made of, frozen and checked once
 graph.py             `Graph`: what depends on what, from surfaces to units, on one page
 surfaces.py          files, grids and meshes -> the surfaces of the graph
@@ -13,7 +14,7 @@ curves.py            the curves of one pair, and those of all pairs
 reference_systems.py  well tops and area in the system of the surfaces
 wells.py             well tops, and their misfits
 contact_volumes.py   volumes at level contacts, from the model without them
-measures.py          thickness, throw, juxtaposition, sections ..., as functions of the graph
+measures.py          the same as functions of the graph
 memory.py            results by what went into them; steps and warnings
 store.py             the results that scenes share, within a budget
 pictures.py          the pictures of a scene
