@@ -1,6 +1,6 @@
 """What users measure of a scene: maps, places, wells, sections and separations.
 
-Each method asks a function of `measures` and says what it returns.
+Each method is a function of `measures`, with the scene's graph.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class HasGraph(Protocol):
 
 
 class SceneMeasures:
-    """The measures of a `Scene`: each computes only what it is asked for."""
+    """The measures of a `Scene`: each computes only what it needs."""
 
     def thickness(
         self: HasGraph,
