@@ -20,6 +20,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     from geosurf.ensemble.tables import quantile_csv, quantile_text
     from geosurf.files.atomic import write_whole
     from geosurf.scenario import read_scenario
+    from geosurf.scenario.plan import input_files
 
     out, start = Path(options.out), time.perf_counter()
     try:
@@ -38,7 +39,13 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     )
     for by in ("unit", "zone", "contact"):
         write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
-    page = report_ensemble(result, out, title=scenario.heading)
+    page = report_ensemble(
+        result,
+        out,
+        title=scenario.heading,
+        inputs=input_files(scenario),
+        relative_to=scenario.path.parent,
+    )
     seconds, count = time.perf_counter() - start, result.sizes["realization"]
     data = {
         "scenario": scenario.path,

@@ -5,6 +5,7 @@ run.py             `run_ensemble`: all of it
 plan.py            one ensemble, prepared: what a worker needs for realisation k
 models.py          what realisations are made of: a scene, a function
 change.py          what one realisation changes of a model
+described.py       what is uncertain, in words with units
 draws.py           where its numbers come from; streams.py: one stream for each
 depths.py          uncertain horizons: shifts, and errors correlated in the map
 contact_levels.py  uncertain fluid contacts

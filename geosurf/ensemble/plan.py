@@ -14,6 +14,7 @@ from geosurf import __version__
 from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Prepared, Uncertainty
+from geosurf.ensemble.described import words_of_uncertainty
 from geosurf.ensemble.draws import Draws
 from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
@@ -68,6 +69,11 @@ class Plan:
     def units(self) -> list[str]:
         """Unit of each of them."""
         return [one.unit for one in self.uncertain]
+
+    @property
+    def distributions(self) -> list[str]:
+        """Distribution of each of them, in words."""
+        return [words_of_uncertainty(one) for one in self.uncertain]
 
     @cached_property
     def identity(self) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import counted
 from geosurf.conventions.running import running
@@ -25,6 +25,7 @@ from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
 from geosurf.render.compose import save_png
 from geosurf.report import page
+from geosurf.report.input_tables import described_files, file_table
 from geosurf.report.page import Section
 from geosurf.report.run_tables import version_table
 from geosurf.report.table import NOTHING, Table, number
@@ -47,6 +48,8 @@ def report_ensemble(
     *,
     title: str = "Ensemble",
     made: str = "",
+    inputs: Mapping[str, Any] | None = None,
+    relative_to: str | os.PathLike[str] | None = None,
 ) -> Path:
     """
     Write ``index.html``: quantiles, convergence, parameters, maps and failures of an ensemble.
@@ -65,6 +68,10 @@ def report_ensemble(
     made : str
         A date or a name to print below the title. By default the page has no date, so the same
         results give the same page.
+    inputs : mapping of str to path-like, optional
+        Files that the model was made of: the page lists their paths, sizes and hashes.
+    relative_to : path-like, optional
+        Folder that printed paths start from. Default: the current folder.
 
     Returns
     -------
@@ -103,7 +110,9 @@ def report_ensemble(
         page.paragraph(facts),
         page.paragraph("P90 is the volume that 90 % of the realisations exceed.", "faint"),
     ]
-    html = page.fill_page(str(title), "\n".join(header), list(_sections(result, folder)))
+    sections = [*_sections(result, folder), _inputs(result, inputs or {}, relative_to)]
+    sections.append(Section("Versions", page.html_table(version_table())))
+    html = page.fill_page(str(title), "\n".join(header), sections)
     target = folder / "index.html"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -148,7 +157,25 @@ def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
     yield Section("Uncertain numbers", page.html_table(parameter_table(result)))
     failures = failure_table(result)
     yield Section("Failed realisations", page.html_table(failures) if failures.rows else "")
-    yield Section("Versions", page.html_table(version_table()))
+
+
+def _inputs(
+    result: xarray.Dataset, inputs: Mapping[str, Any], relative_to: str | os.PathLike[str] | None
+) -> Section:
+    """What the ensemble was made of: files and distributions."""
+    parts = []
+    if "parameter_distribution" in result.coords and result.sizes["parameter"]:
+        parts.append(page.html_table(distribution_table(result)))
+    if inputs:
+        parts.append(page.html_table(file_table(described_files(inputs, relative_to), "")))
+    return Section("Inputs", "\n".join(parts))
+
+
+def distribution_table(result: xarray.Dataset) -> Table:
+    """The distribution of each parameter, in words with units."""
+    names, words = (result[k].values.tolist() for k in ("parameter", "parameter_distribution"))
+    rows = tuple((str(name), str(word)) for name, word in zip(names, words, strict=True))
+    return Table(("parameter", "distribution"), rows, n_label=2)
 
 
 def _juxtaposition(result: xarray.Dataset, pictures: Path) -> Section:

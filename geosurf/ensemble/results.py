@@ -64,6 +64,9 @@ def open_ensemble(store: str | os.PathLike[str]) -> xarray.Dataset:
                 else result.assign({name: (result[name].dims, values)})
             )
     result = result.set_coords(["zone", "block", "contact", "parameter_unit"])
+    # Stores that were begun earlier have no distributions in words.
+    if "parameter_distribution" in result:
+        result = result.set_coords("parameter_distribution")
     if "juxtaposed_area" in result:
         result = result.set_coords(["fault", "hanging_zone", "foot_zone"])
     # Realisations that have not run have no volume; 0 would mean an absent unit.

@@ -134,7 +134,8 @@ class EnsembleStore:
         for name in UnitKey._fields:
             self.array("unit" if name == "name" else name, str, ("unit",), (UNITS,))
         for name, values in (
-            ("parameter", self.plan.parameters), ("parameter_unit", self.plan.units)
+            ("parameter", self.plan.parameters), ("parameter_unit", self.plan.units),
+            ("parameter_distribution", self.plan.distributions),
         ):  # fmt: skip
             made = self.array(name, str, ("parameter",), (max(1, n_parameter),))
             if values:

@@ -55,8 +55,19 @@ def input_files(
     -------
     tuple of InputFile
     """
-    if inputs is None:
-        inputs = scene.input_files
+    return described_files(scene.input_files if inputs is None else inputs, relative_to)
+
+
+def described_files(
+    inputs: Mapping[str, Any], relative_to: str | os.PathLike[str] | None
+) -> tuple[InputFile, ...]:
+    """Return files by name, hashed; see `input_files`.
+
+    Examples
+    --------
+    >>> described_files({"Top": "missing.gri"}, None)[0].size is None
+    True
+    """
     expect(inputs, Mapping, "inputs takes a mapping", HOW)
     start = Path.cwd() if relative_to is None else path_of(relative_to, "relative_to")
     files = {str(name): path_of(path, f"input {name!r}") for name, path in inputs.items()}
@@ -99,4 +110,4 @@ def file_table(files: Iterable[InputFile], crs: str) -> Table:
     return Table(head, rows, n_label=4)
 
 
-__all__ = ["InputFile", "file_table", "input_files"]
+__all__ = ["InputFile", "described_files", "file_table", "input_files"]

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import geosurf as gs
-from geosurf.ensemble import ContactLevel, DepthShift, Normal, Uniform, quantiles, report_ensemble
+from geosurf.ensemble import (
+    ContactLevel,
+    DepthShift,
+    Discrete,
+    Normal,
+    Triangular,
+    Uniform,
+    quantiles,
+    report_ensemble,
+)
+from geosurf.ensemble.described import words_of_distribution
 from geosurf.errors import InputError, OutputError
 from geosurf.report.table import number
 
@@ -34,6 +46,30 @@ def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
     n_picture = 1 + 2 + result.sizes["layer"] + 1  # the last: its only fault
     assert len(re.findall("<img ", page)) == len([*(tmp_path / "pictures").iterdir()]) == n_picture
     assert "Failed realisations" not in page
+
+
+def test_the_page_lists_distributions_and_files(result, tmp_path):
+    (tmp_path / "top.txt").write_text("1 2 3")
+    files = {"Top": tmp_path / "top.txt", "gone": tmp_path / "gone.txt"}
+    page = report_ensemble(result, tmp_path, inputs=files, relative_to=tmp_path)
+    text = page.read_text(encoding="utf-8")
+    for words in result.parameter_distribution.values.tolist():
+        assert words in text
+    assert "uniform: \N{MINUS SIGN}9 to 9 m" in text
+    digest = hashlib.sha256(b"1 2 3").hexdigest()[:16]
+    assert all(words in text for words in ("top.txt", digest, "gone.txt", "not found"))
+    with pytest.raises(InputError, match="mapping"):
+        report_ensemble(result, tmp_path, inputs=["top.txt"])
+
+
+def test_every_distribution_has_words_with_its_unit():
+    assert words_of_distribution(5.0, "m") == "certain: 5 m"
+    assert words_of_distribution(Triangular(0.0, 1.5, 4.0), "1") == (
+        "triangular: 0 to 4, most likely 1.5"
+    )
+    assert words_of_distribution(Discrete(range(7)), "m") == "one of 0, 1, 2, 3, 4 m and 2 more"
+    assert words_of_distribution([[0.0, 5.0]], "m") == "certain: list"
+    assert words_of_distribution(stats.norm(3.0, 1.0), "m") == "scipy.stats.norm: median 3 m"
 
 
 def test_juxtaposed_areas_cover_the_fault_in_each_realisation(result):
