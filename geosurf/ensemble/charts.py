@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 MILLION = 1e6
 LOW, HIGH = palette.rgb("#3b6a96"), palette.rgb("#c8102e")
+FROM_ZERO = 0.5  # of the largest volume: an axis of volumes above this does not start at 0
 MOST_BARS = 12  # parameters of a tornado
 SHARES = ("#ffffff", "#dbe3b0", "#84bcab", "#3b6a96")  # none to all of the realisations
 SPREAD = ("#ffffff", "#f3d9a4", "#dd8d4f", "#8a3b2f")
@@ -37,7 +38,12 @@ def quantile_chart(result: xarray.Dataset, names: Sequence[str], by: str) -> Fig
     base = found["base"].values / MILLION
     axes.plot(base, rows, "D", ms=5, mfc="none", color=HIGH, label="base case")
     axes.set_yticks(rows, [_plain(name) for name in names])
-    axes.set_xlim(left=min(0.0, float(low.min(initial=0.0))))
+    # From 0, unless all bars would be slivers at the other end.
+    if low.size and low.min() <= FROM_ZERO * high.max():
+        axes.set_xlim(left=min(0.0, float(low.min())))
+    else:  # bars would end on the frame
+        axes.use_sticky_edges = False
+        axes.autoscale_view()
     axes.set_xlabel("volume [million m³]")
     axes.grid(axis="x", color=palette.FRAME, alpha=0.35)
     figure.legend(loc="outside upper center", ncols=4, frameon=False)
@@ -94,8 +100,10 @@ def _tornado(axes: Axes, result: xarray.Dataset, name: str, by: str) -> None:
 
 def map_chart(result: xarray.Dataset, layer: str) -> Figure:
     """Return maps of a layer: probability, mean and standard deviation of its thickness."""
-    figure = _figure(13.0, 4.4)
     one = result.sel(layer=layer)
+    east, north = (float(np.ptp(one[key].values)) for key in ("easting", "northing"))
+    # As high as the maps are, with their colour bars below them.
+    figure = _figure(13.0, 1.6 + 3.9 * min(max(north / east, 0.3), 2.0))
     parts = (
         (one.probability, "probability of presence", SHARES, (0.0, 1.0)),
         (one.thickness_mean, "mean thickness [m]", palette.THICKNESS, (0.0, None)),
@@ -109,7 +117,7 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
         mesh = axes.pcolormesh(
             one.easting, one.northing, z, cmap=colours_of(codes), vmin=low, vmax=top
         )
-        bar = figure.colorbar(mesh, ax=axes, shrink=0.85, label=words)
+        bar = figure.colorbar(mesh, ax=axes, label=words, location="bottom", aspect=30, shrink=0.9)
         bar.outline.set_visible(False)
         axes.set_aspect("equal")
         axes.set_xlabel("easting [m]")

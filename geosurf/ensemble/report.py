@@ -136,7 +136,7 @@ def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
         for by, words in GROUPS
     )  # fmt: skip
     drawn = page.figure("P90 to P10 by zone and contact.", chart)
-    yield Section("Volumes [million m³]", f'<div class="pictures">{drawn}</div>\n{tables}')
+    yield Section("Volumes [million m³]", f"{drawn}\n{tables}")
 
     details, parts = [], names[:MOST_DETAILS]
     for k, name in enumerate(parts):
@@ -145,18 +145,28 @@ def _sections(result: xarray.Dataset, folder: Path) -> Iterator[Section]:
     yield Section("The largest volumes in detail", "\n".join(details))
 
     if "probability" in result:
-        maps = []
-        for k, layer in enumerate(result.layer.values.tolist()):
-            path = save_png(png_of(map_chart(result, layer)), pictures / f"map_{k}.png")
-            words = f"{layer}: probability, mean and standard deviation of thickness."
-            maps.append(page.figure(words, path))
-        # one below the other: each is three maps wide
-        yield Section("Maps", "\n".join(maps))
+        yield _maps(result, pictures)
     if "juxtaposed_area" in result:
         yield _juxtaposition(result, pictures)
     yield Section("Uncertain numbers", page.html_table(parameter_table(result)))
     failures = failure_table(result)
     yield Section("Failed realisations", page.html_table(failures) if failures.rows else "")
+
+
+def _maps(result: xarray.Dataset, pictures: Path) -> Section:
+    """Maps of each layer; a layer that no realisation has is named only."""
+    maps, absent = [], []
+    for k, layer in enumerate(result.layer.values.tolist()):
+        if not (result.probability.sel(layer=layer) > 0).any():
+            absent.append(str(layer))
+            continue
+        path = save_png(png_of(map_chart(result, layer)), pictures / f"map_{k}.png")
+        words = f"{layer}: probability, mean and standard deviation of thickness."
+        maps.append(page.figure(words, path))
+    if absent:
+        maps.append(page.paragraph(f"In no realisation: {', '.join(absent)}."))
+    # one below the other: each is three maps wide
+    return Section("Maps", "\n".join(maps))
 
 
 def _inputs(

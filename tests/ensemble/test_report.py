@@ -62,6 +62,14 @@ def test_the_page_lists_distributions_and_files(result, tmp_path):
         report_ensemble(result, tmp_path, inputs=["top.txt"])
 
 
+def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path):
+    twin = result.copy(deep=True)
+    twin.probability[1] = 0.0
+    page = report_ensemble(twin, tmp_path).read_text(encoding="utf-8")
+    assert f"In no realisation: {twin.layer.values[1]}." in page
+    assert len([*(tmp_path / "pictures").glob("map_*.png")]) == twin.sizes["layer"] - 1
+
+
 def test_every_distribution_has_words_with_its_unit():
     assert words_of_distribution(5.0, "m") == "certain: 5 m"
     assert words_of_distribution(Triangular(0.0, 1.5, 4.0), "1") == (
