@@ -213,3 +213,22 @@ def test_small_dask_arrays_are_read_as_before(path, monkeypatch):
     scene = gs.Scene(opened(path), faults())
     assert scene.thickness("Top/Base").size > 0
     assert not list(path.parent.glob("*.geosurf-bounds"))
+
+
+def test_law_netcdf_stores_give_the_bytes_of_grids_in_memory(path, passes, tmp_path):
+    pytest.importorskip("h5netcdf")
+    file = tmp_path / "big.nc"
+    xr.open_zarr(path, consolidated=False).compute().to_netcdf(file, engine="h5netcdf")
+
+    def lazy() -> gs.Scene:
+        data = xr.open_dataset(file, engine="h5netcdf", chunks={"northing": 7, "easting": 11})
+        return gs.Scene({"Top": data.top, "Base": data.base}, faults())
+
+    loaded = gs.Scene({k: v.compute() for k, v in opened(path).items()}, faults())
+    for _ in range(2):  # the second one finds the bounds beside the file
+        scene = lazy()
+        assert scene.units.table.identical(loaded.units.table)
+        assert scene.curves.local.tobytes() == loaded.curves.local.tobytes()
+    assert passes == ["Top", "Base"]
+    names = [f"big.nc.{name}.geosurf-bounds" for name in ("Base", "Top")]
+    assert sorted(one.name for one in tmp_path.glob("*.geosurf-bounds")) == names
