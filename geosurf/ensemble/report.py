@@ -110,7 +110,10 @@ def report_ensemble(
         page.paragraph(facts),
         page.paragraph("P90 is the volume that 90 % of the realisations exceed.", "faint"),
     ]
-    sections = [*_sections(result, folder), _inputs(result, inputs or {}, relative_to)]
+    sections = [
+        *_sections(result, folder),
+        _inputs(result, {} if inputs is None else inputs, relative_to),
+    ]
     sections.append(Section("Versions", page.html_table(version_table())))
     html = page.fill_page(str(title), "\n".join(header), sections)
     target = folder / "index.html"
@@ -173,11 +176,11 @@ def _inputs(
     result: xarray.Dataset, inputs: Mapping[str, Any], relative_to: str | os.PathLike[str] | None
 ) -> Section:
     """What the ensemble was made of: files and distributions."""
-    parts = []
+    parts, files = [], described_files(inputs, relative_to)
     if "parameter_distribution" in result.coords and result.sizes["parameter"]:
         parts.append(page.html_table(distribution_table(result)))
-    if inputs:
-        parts.append(page.html_table(file_table(described_files(inputs, relative_to), "")))
+    if files:
+        parts.append(page.html_table(file_table(files, "")))
     return Section("Inputs", "\n".join(parts))
 
 

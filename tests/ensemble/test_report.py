@@ -58,8 +58,11 @@ def test_the_page_lists_distributions_and_files(result, tmp_path):
     assert "uniform: \N{MINUS SIGN}9 to 9 m" in text
     digest = hashlib.sha256(b"1 2 3").hexdigest()[:16]
     assert all(words in text for words in ("top.txt", digest, "gone.txt", "not found"))
-    with pytest.raises(InputError, match="mapping"):
-        report_ensemble(result, tmp_path, inputs=["top.txt"])
+    for wrong in (["top.txt"], []):
+        with pytest.raises(InputError, match="mapping"):
+            report_ensemble(result, tmp_path, inputs=wrong)
+    with pytest.raises(InputError, match="not a path"):
+        report_ensemble(result, tmp_path, relative_to=5)
 
 
 def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path):
