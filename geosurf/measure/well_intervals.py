@@ -89,6 +89,107 @@ def well_intervals(
     return xr.Dataset(data, {"end": ["entry", "exit"]}, crs)
 
 
+def intervals_of_wells(
+    units: Units, wells: Mapping[str, Any], locator: Locator, boundaries: Boundaries
+) -> xarray.Dataset:
+    """
+    Return the units that each of many wells goes through, in one table.
+
+    Parameters
+    ----------
+    units : Units
+    wells : mapping of str to path
+        See `wells_of`.
+    locator : Locator
+        Of these units.
+    boundaries : Boundaries
+        Of these units.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `well_intervals` returns it, and ``well`` over ``interval``.
+
+    Raises
+    ------
+    InputError
+        For a path that cannot be used; the message names the well.
+    """
+    import xarray as xr
+
+    found = []
+    for name, path in wells.items():
+        try:
+            one = well_intervals(units, path, None, locator, boundaries)
+        except InputError as error:
+            raise InputError(f"well {name!r}: {error}") from error
+        label = np.full(one.sizes["interval"], name, dtype=object)
+        found.append(one.assign(well=("interval", label, {"long_name": "well"})))
+    table = xr.concat(found, "interval", combine_attrs="override")
+    return table[["well", *(key for key in table.data_vars if key != "well")]]
+
+
+def wells_of(path: Any) -> dict[str, Any] | None:
+    """
+    Return many wells by their names; None for the path of one well.
+
+    Parameters
+    ----------
+    path : mapping of str to path, or table
+        Many wells: a mapping whose values are paths, or a table with a column ``well``.
+
+    Raises
+    ------
+    InputError
+        If there is no well, a name is not text, or the column ``well`` does not fit the table.
+
+    Examples
+    --------
+    >>> wells_of([[0, 0, 5], [0, 0, -5]]) is None
+    True
+    >>> list(wells_of({"W-1": [[0, 0, 5], [0, 0, -5]]}))
+    ['W-1']
+    """
+    table = hasattr(path, "columns") or hasattr(path, "data_vars")
+    if not (table or isinstance(path, Mapping)):
+        return None
+    if "well" in path and "easting" in path:
+        return _wells_of_table(path)
+    if table or any(name in path for name in NAMES):
+        return None
+    if not path or not all(isinstance(name, str) and name for name in path):
+        raise InputError(
+            "wells have no names. Give a mapping such as {'W-1': path}, or a table with the "
+            "columns well, easting, northing and elevation."
+        )
+    return dict(path)
+
+
+def _wells_of_table(table: Any) -> dict[str, Any]:
+    """Rows of each well of a table, in the order of the wells' first rows."""
+    column = np.ravel(np.asarray(getattr(table["well"], "values", table["well"]), dtype=object))
+    unnamed = [k for k, name in enumerate(column) if not (isinstance(name, str) and name)]
+    if unnamed or not len(column):
+        where = f"row {unnamed[0] + 1} has none" if unnamed else "the table has no rows"
+        raise InputError(f"the column 'well' must name the well of each row: {where}.")
+    names = dict.fromkeys(column.tolist())
+    rows = {name: np.flatnonzero(column == name) for name in names}
+    if hasattr(table, "data_vars"):
+        dims = table["well"].dims
+        if len(dims) != 1:
+            raise InputError(f"the column 'well' lies along {dims}; it must have one dimension.")
+        return {name: table.isel({dims[0]: at}) for name, at in rows.items()}
+    keys = [key for key in (*NAMES, "md") if key in table]
+    columns = {key: np.ravel(np.asarray(getattr(table[key], "values", table[key]))) for key in keys}
+    for key, values in columns.items():
+        if len(values) != len(column):
+            raise InputError(
+                f"the columns of the table have different lengths: well has {len(column)} rows, "
+                f"{key} has {len(values)}."
+            )
+    return {name: {key: columns[key][at] for key in keys} for name, at in rows.items()}
+
+
 def _path(path: Any, md: Any, box: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) of a path, without repeats, and their measured depths."""
     places = places_of(path, None, box)
@@ -167,4 +268,4 @@ def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return rows
 
 
-__all__ = ["well_intervals"]
+__all__ = ["intervals_of_wells", "well_intervals", "wells_of"]

@@ -118,27 +118,31 @@ class SceneMeasures:
         return measures.sample(self._graph, where, cell, codes, distance)
 
     def well_intervals(self: HasGraph, path: Any, *, md: Any = None) -> xarray.Dataset:
-        """Return the units that a well goes through, with entry and exit points.
+        """Return the units that wells go through, with entry and exit points.
 
         Parameters
         ----------
         path : array_like, table or xarray object
             Points along the well, in order: easting, northing and elevation [m], as for `sample`. A
-            column ``md`` of a table is the measured depth.
+            column ``md`` of a table is the measured depth. Many wells: a mapping such as ``{"W-1":
+            path}``, or a table with a column ``well``.
         md : array_like of float, shape (n,), optional
-            Measured depth of each point [m]. Default: that column, else the length of the path.
+            Measured depth of each point of one well [m]. Default: that column, else the length of
+            the path.
 
         Returns
         -------
         xarray.Dataset
             Along ``interval``: ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid
             contacts, empty outside the model; ``md``, ``easting``, ``northing`` and ``elevation``
-            at both ends of each.
+            at both ends of each. Of many wells also ``well``. ``gs.write(table, "wells.csv")``
+            writes one row for each interval.
 
         Raises
         ------
         InputError
-            For a path of fewer than two different points, or a measured depth that falls.
+            For a path of fewer than two different points, a measured depth that falls, wells
+            without names, or `md` with many wells.
 
         Examples
         --------
@@ -150,6 +154,12 @@ class SceneMeasures:
         ['above Top', 'Top/Base', 'below Base']
         >>> well.elevation.sel(end="entry").round(1).values.tolist()
         [-1750.0, -2067.7, -2165.6]
+        >>> wells = {
+        ...     "W-1": [[900, 1500, -1750], [900, 1500, -1760]],
+        ...     "W-2": [[1000, 1500, -1750], [1400, 1500, -2200]],
+        ... }
+        >>> scene.well_intervals(wells).well.values.tolist()
+        ['W-1', 'W-2', 'W-2', 'W-2']
         """
         return measures.well_intervals(self._graph, path, md)
 

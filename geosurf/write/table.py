@@ -78,7 +78,12 @@ def columns_of_units(units: Units) -> Columns:
 
 
 def columns_of_table(table: xr.Dataset) -> Columns:
-    """Columns of a Dataset whose variables all lie along one dimension."""
+    """Columns of a Dataset whose variables all lie along one dimension.
+
+    Values at ``end`` (entry and exit of an interval in a well) are one column for each end.
+    """
+    if "end" in table.dims and "end" in table.coords:
+        table = _with_ends_as_columns(table)
     dims = {dim for variable in table.data_vars.values() for dim in variable.dims}
     if len(dims) != 1:
         raise OutputError(
@@ -87,6 +92,18 @@ def columns_of_table(table: xr.Dataset) -> Columns:
         )
     keys = [key for key, variable in table.variables.items() if set(variable.dims) == dims]
     return {_head(table, str(key)): table[key].values.tolist() for key in keys}
+
+
+def _with_ends_as_columns(table: xr.Dataset) -> xr.Dataset:
+    """Return a Dataset with ``md_entry`` and ``md_exit`` for ``md`` at both ends."""
+    found = {}
+    for key, variable in table.data_vars.items():
+        if "end" in variable.dims:
+            ends = {f"{key}_{end}": variable.sel(end=end) for end in table["end"].values.tolist()}
+            found |= {name: one.drop_vars("end") for name, one in ends.items()}
+        else:
+            found[str(key)] = variable
+    return table.drop_dims("end").assign(found)[list(found)]
 
 
 def csv_of_columns(columns: Columns) -> tuple[bytes, list[Loss]]:

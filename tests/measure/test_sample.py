@@ -6,6 +6,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from hypothesis import given, settings
@@ -339,9 +340,55 @@ class TestWells:
         assert found.md.values[0].tolist() == pytest.approx([100.0, 200.0])
         assert found.elevation.values[0, 1] == high
 
+    def test_many_are_one_table(self, scene, tmp_path):
+        """A mapping, a table and one call for each well agree; csv has one row per interval."""
+        w, e, s, n, low, high = scene.box
+        rng = np.random.default_rng(3)
+        size = np.array([e - w, n - s, high - low])
+        wells = {name: np.array([w, s, low]) + rng.random((3, 3)) * size for name in ("B", "A")}
+        found = scene.well_intervals(wells)
+        for name, path in wells.items():
+            one = scene.well_intervals(path)
+            same = found.isel(interval=np.flatnonzero(found.well.values == name))
+            assert same.drop_vars("well").identical(one)
+
+        # rows of two wells that alternate belong to their wells
+        table = {"well": ["B", "A"] * 3}
+        for k, key in enumerate(("easting", "northing", "elevation")):
+            table[key] = np.stack([wells["B"][:, k], wells["A"][:, k]], axis=1).ravel()
+        for form in (table, pd.DataFrame(table), pd.DataFrame(table).to_xarray()):
+            assert scene.well_intervals(form).identical(found)
+        gs.write(found, tmp_path / "wells.csv")
+        rows = pd.read_csv(tmp_path / "wells.csv")
+        assert rows.well.tolist() == found.well.values.tolist()
+        assert rows.md_exit_m.tolist() == found.md.sel(end="exit").values.tolist()
+
+    def test_a_path_reversed_has_the_same_units(self, scene):
+        """From the bottom up: the same units in the opposite order, and the same lengths."""
+        w, e, s, n, low, high = scene.box
+        path = np.array([[w, s, high], [e, n, low]]) * 0.8 + 0.2 * np.array([w, n, low])
+        down, up = scene.well_intervals(path), scene.well_intervals(path[::-1])
+        assert up.unit.values[::-1].tolist() == down.unit.values.tolist()
+        lengths = [np.diff(one.md.values, axis=1).ravel() for one in (down, up)]
+        assert np.allclose(lengths[0], lengths[1][::-1], rtol=0, atol=1e-6)
+
     @pytest.mark.parametrize(
         ("path", "md", "words"),
         [
+            ({}, None, "wells have no names"),
+            ({5: [[0, 0, 0], [0, 0, 1]]}, None, "wells have no names"),
+            ({"W": [[0, 0, 0]]}, None, "well 'W': the path of a well needs"),
+            ({"W": [[0, 0, 0], [0, 0, 1]]}, [0, 1], "md= is for one well"),
+            (
+                {"well": ["W", None], "easting": [0, 0], "northing": [0, 0], "elevation": [0, 1]},
+                None,
+                "row 2 has none",
+            ),
+            (
+                {"well": ["W", "W"], "easting": [0], "northing": [0, 0], "elevation": [0, 1]},
+                None,
+                "different lengths",
+            ),
             ([[0, 0, 0]], None, "at least two different points"),
             ([[0, 0, 0], [0, 0, 0]], None, "at least two different points"),
             ([[0, 0, 0], [0, 0, 1]], [1, 0], "md does not rise from point 0 to 1"),
