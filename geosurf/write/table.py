@@ -96,7 +96,7 @@ def columns_of_table(table: xr.Dataset) -> Columns:
 
 def _with_ends_as_columns(table: xr.Dataset) -> xr.Dataset:
     """Return a Dataset with ``md_entry`` and ``md_exit`` for ``md`` at both ends."""
-    found = {}
+    found: dict[str, xr.DataArray] = {}
     for key, variable in table.data_vars.items():
         if "end" in variable.dims:
             ends = {f"{key}_{end}": variable.sel(end=end) for end in table["end"].values.tolist()}
