@@ -257,9 +257,10 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         raise OpenUnitError(
             f"cannot determine whether {place(where)} lies above or below {what} {name!r}: "
             f"the {what} is not in that block, and the blocks around it lie on both sides. "
-            f"Extend the {what} into the block, or shrink the box. Where two faults cross closer "
-            f"to the {what} than their throws, the block between them has no room for it: reduce "
-            "the throws, or move a fault.",
+            f"Extend the {what} into the block, or keep the box on one side of it. Where two "
+            f"faults cross closer to the {what} than their throws together, the block between "
+            "them has no room for it: reduce the throws, or move a fault until they cross farther "
+            "away.",
             place=where,
             surfaces=(name,),
         )

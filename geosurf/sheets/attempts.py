@@ -7,8 +7,9 @@ other trims may do without. What none of them closes is refused, with a remedy t
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -23,10 +24,11 @@ from geosurf.sheets.mesh.close import Closed, Filling, close, close_at_any_cost
 from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults, remedy_of_overlap
 from geosurf.sheets.mesh.tear_ends import lost_throw
 from geosurf.sheets.report.describe import fault_cuts
-from geosurf.sheets.report.propose_trim import shows_smear, trims_of
+from geosurf.sheets.report.propose_trim import shows_smear, trims_alike, trims_of
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 FORCED = 1  # other trims with which a sheet is closed at a loss, if it closes without them
+MOST_CUTS = 150  # of the meshes of one horizon, after which no other trims are tried at a loss
 SINGLE = 3  # open faults that are left out one by one for a remedy, before all of them are
 EARLY = 1  # links by which a tear may end early before third differences are tried
 WIDER = 0.5  # cells: measured trims count where they are wider than those given by this much
@@ -67,6 +69,36 @@ class Torn:
         return max(self.closed.built.repairs.shortened.values(), default=0)
 
 
+@dataclass(eq=False)
+class Search:
+    """Sheets of one horizon as they are tried.
+
+    Attributes
+    ----------
+    close : callable
+        Gives the sheet of some faults with some trims, without any loss; it may stay open.
+    n_cut : int
+        How often meshes were cut so far.
+    """
+
+    close: Callable[..., Torn]
+    n_cut: int = 0
+
+    def torn(self, faults: Sequence[TriSurface], used: Trims, **options: Any) -> Torn:
+        """The sheet of some faults with some trims, without any loss; it may stay open."""
+        return self._counted(self.close(faults, used, **options))
+
+    def forced(self, one: Torn) -> Torn:
+        """The same sheet, closed at a loss where it is open; it may stay open."""
+        if not one.bad or one.closed.built.is_hopeless:
+            return one
+        return self._counted(Torn.of(close_at_any_cost(one.closed)))
+
+    def _counted(self, one: Torn) -> Torn:
+        self.n_cut += one.closed.n_cut
+        return one
+
+
 def torn_sheet(
     picks: Picks | Scattered,
     faults: Sequence[TriSurface],
@@ -81,10 +113,9 @@ def torn_sheet(
     GeometryError
         If none of them does. The message has the faults, the place, and a remedy that works.
     """
-    torn = partial(_torn, picks, noise=noise, filling=filling, given=trims)
-    first = best = _first(torn, faults, trims)
-    if first.bad and not first.closed.built.is_hopeless:
-        best = Torn.of(close_at_any_cost(first.closed))
+    search = Search(partial(_torn, picks, noise=noise, filling=filling, given=trims))
+    first = _first(search, faults, trims)
+    best = search.forced(first)
     if best.loss == 0.0:
         return best
 
@@ -92,7 +123,7 @@ def torn_sheet(
     others: list[Torn] = []
     for used in _other_trims(trims, first.bad or best.bad, picks, faults):
         try:
-            other = torn(faults, used)
+            other = search.torn(faults, used)
         except GeometryError:  # a block has no data beyond them
             continue
         best = min(best, other, key=lambda one: one.loss)
@@ -100,31 +131,32 @@ def torn_sheet(
             return best
         if other.bad and not other.closed.built.is_hopeless:
             others.append(other)
-    fewest_holes = sorted(others, key=lambda one: len(one.closed.built.cut.holes))
-    for tried, other in enumerate(fewest_holes):
-        # one more may lose less; all others are tried only for a sheet that would be refused
-        if tried >= FORCED and not best.bad:
-            break
-        forced = Torn.of(close_at_any_cost(other.closed))
-        best = min(best, forced, key=lambda one: one.loss)
+    others.sort(key=lambda one: len(one.closed.built.cut.holes))
+    for other in others[:FORCED]:
+        best = min(best, search.forced(other), key=lambda one: one.loss)
+
+    # for a sheet that would be refused: trims that the data show, then all others
     if best.bad:
-        best = _as_data_show(best, trims, picks, faults, torn)
+        best = _as_data_show(best, trims, picks, faults, search)
+    for other in others[FORCED:]:
+        if best.bad and search.n_cut < MOST_CUTS:
+            best = min(best, search.forced(other), key=lambda one: one.loss)
     if best.bad:
-        _refuse(best, faults, lambda rest, used: torn(rest, used, given=used))
+        _refuse(best, faults, search)
     return best
 
 
-def _first(torn: Callable[..., Torn], faults: Sequence[TriSurface], trims: Trims) -> Torn:
+def _first(search: Search, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     """The sheet with the trims as given; it may stay open.
 
     Exact data go on with the change of their curvature (fourth differences). That is kept only if
     it closes, and if no tear has to end earlier than with third differences.
     """
-    found = torn(faults, trims, highest=4)
+    found = search.torn(faults, trims, highest=4)
     is_fourth = found.closed.rebuilt.solver.noise.order == 4
     if not is_fourth or (found.loss == 0.0 and found.most_early <= EARLY):
         return found
-    plain = torn(faults, trims)
+    plain = search.torn(faults, trims)
     is_better = plain.loss == 0.0 and plain.most_early < found.most_early
     return plain if found.loss > 0.0 or is_better else found
 
@@ -143,7 +175,7 @@ def _torn(
     found = Torn.of(close(picks, faults, used, noise, filling, given, highest=highest))
     if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
         again = close(picks, faults, used, noise, filling, given, found.bad, highest)
-        found = Torn.of(again)
+        found = Torn.of(replace(again, n_cut=again.n_cut + found.closed.n_cut))
     return found
 
 
@@ -165,13 +197,8 @@ def _other_trims(
         yield trims.changed(bad, change)
 
 
-def _refuse(
-    torn: Torn, faults: Sequence[TriSurface], tear: Callable[[Sequence[TriSurface], Trims], Torn]
-) -> None:
-    """Refuse a sheet that stays open: where, by how much, and which fault to leave out.
-
-    `tear` gives the sheet of other faults.
-    """
+def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search) -> None:
+    """Refuse a sheet that stays open: where, by how much, and which fault to leave out."""
     closed, bad = torn.closed, sorted(torn.bad)
     built, picks, names = closed.built, closed.picks, [faults[k].name for k in bad]
     if built.cut.holes:
@@ -186,7 +213,7 @@ def _refuse(
         stations = torn.cuts[names[0]].stations
         at = stations[len(stations) // 2]
         what = f"a wall does not reach the fault near {place(at)}"
-    remedy = remedy_of_overlap(picks, built) or _what_works(bad, faults, closed, tear)
+    remedy = remedy_of_overlap(picks, built) or _what_works(bad, faults, closed, search)
     raise GeometryError(
         f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {what}. Longer "
         f"faults and other trims than {closed.given_trims.widest:g} cells of "
@@ -201,30 +228,31 @@ def _as_data_show(
     trims: Trims,
     picks: Picks | Scattered,
     faults: Sequence[TriSurface],
-    tear: Callable[[Sequence[TriSurface], Trims], Torn],
+    search: Search,
 ) -> Torn:
     """The sheet with the trims that the data show at all faults, if it closes; else as it was.
 
     They may be narrower than those given: a wide trim takes the data away between faults that meet
-    at acute angles.
+    at acute angles. Faults with little throw do not show how far the gridder smeared: all get the
+    trim of those that do.
     """
-    shown = trims_of("auto", picks, faults)
-    if shown == trims:
-        return open_sheet
-    try:
-        other = tear(faults, shown)
-    except GeometryError:  # a block has no data beyond them
-        return open_sheet
-    if other.bad and not other.closed.built.is_hopeless:
-        other = Torn.of(close_at_any_cost(other.closed))
-    return open_sheet if other.bad else other
+    for shown in (trims_of("auto", picks, faults), trims_alike(picks, faults)):
+        if shown is None or shown == trims:
+            continue
+        try:
+            other = search.forced(search.torn(faults, shown))
+        except GeometryError:  # a block has no data beyond them
+            continue
+        if not other.bad:
+            return other
+    return open_sheet
 
 
 def _what_works(
     bad: Sequence[int],
     faults: Sequence[TriSurface],
     closed: Closed,
-    tear: Callable[[Sequence[TriSurface], Trims], Torn],
+    search: Search,
 ) -> str:
     """Which faults to leave out so that the others close, as it was tried.
 
@@ -236,7 +264,7 @@ def _what_works(
     def still_open(gone: Collection[int]) -> set[int]:
         """Faults at which the sheet is open without some others."""
         rest = [k for k in range(len(faults)) if k not in gone]
-        return _open_at(rest, faults, trims, tear)
+        return _open_at(rest, faults, trims, search)
 
     single = next((k for k in bad[:SINGLE] if len(bad) > 1 and not still_open({k})), None)
     without = set(bad) if single is None else {single}
@@ -254,15 +282,14 @@ def _open_at(
     rest: Sequence[int],
     faults: Sequence[TriSurface],
     trims: Sequence[float],
-    tear: Callable[[Sequence[TriSurface], Trims], Torn],
+    search: Search,
 ) -> set[int]:
     """Faults, of the `rest` that tears a sheet, at which it stays open; all if it has no sheet."""
     if not rest:
         return set()
+    used = Trims(tuple(trims[k] for k in rest))
     try:
-        other = tear([faults[k] for k in rest], Trims(tuple(trims[k] for k in rest)))
-        if other.bad and not other.closed.built.is_hopeless:
-            other = Torn.of(close_at_any_cost(other.closed))
+        other = search.forced(search.torn([faults[k] for k in rest], used, given=used))
     except GeosurfError:
         return set(rest)
     return {rest[k] for k in other.bad}

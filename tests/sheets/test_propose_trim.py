@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.mesh.finish import fault_surfaces
+from geosurf.sheets.report.propose_trim import trims_alike
 
 
 @pytest.mark.parametrize("kind", ["normal", "Y"])
@@ -15,6 +18,15 @@ def test_the_smear_of_a_grid_is_found(kind, smear, trim):
     proposal = gs.propose_trim(world.horizons["Top"], world.faults)
     assert (proposal.smear, proposal.trim) == (smear, trim)
     assert f"proposed trim: {trim:g} cells (data are smeared over {smear} cells)" in str(proposal)
+
+
+@pytest.mark.parametrize(("smear", "trims"), [(1, None), (2, (3.5, 3.5))])
+def test_all_faults_get_the_trim_of_those_that_show_smear(smear, trims):
+    """A sheet that stays open is tried with it: data at a small throw do not show their smear."""
+    world = gs.synthetic.torn("Y", 81, smear=smear)
+    picks = picks_of(world.horizons["Top"], "Top", None, None)
+    alike = trims_alike(picks, fault_surfaces(world.faults))
+    assert (alike and alike.of_fault) == trims
 
 
 def test_smear_that_cannot_be_told_is_not_guessed():

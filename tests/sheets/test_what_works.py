@@ -22,16 +22,17 @@ def remedy(bad, open_at, monkeypatch):
     monkeypatch.setattr(attempts.Torn, "of", staticmethod(lambda closed: closed.owner))
     tried = []
 
-    def tear(some, trims):
+    def torn(some, trims, given):
         names = [fault.name for fault in some]
         assert len(trims.of_fault) == len(names)
+        assert given == trims
         tried.append(names)
         built = SimpleNamespace(is_hopeless=False)
-        torn = SimpleNamespace(bad={names.index(name) for name in open_at(names)})
-        torn.closed = SimpleNamespace(built=built, owner=torn)
-        return torn
+        sheet = SimpleNamespace(bad={names.index(name) for name in open_at(names)})
+        sheet.closed = SimpleNamespace(built=built, owner=sheet, n_cut=1)
+        return sheet
 
-    return attempts._what_works(bad, faults, closed, tear), tried
+    return attempts._what_works(bad, faults, closed, attempts.Search(torn)), tried
 
 
 def test_one_fault_is_enough(monkeypatch):

@@ -8,7 +8,7 @@ is cut again.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,8 @@ class Built:
         Outermost ghosts, as vertices of `torn`.
     repairs : Repairs
         What closed the sheet, or was tried last.
+    n_cut : int
+        How often the mesh was cut until then.
     """
 
     state: Heights
@@ -67,6 +69,7 @@ class Built:
     cuts: Cuts
     outer: np.ndarray
     repairs: Repairs
+    n_cut: int = 1
 
     @property
     def is_open(self) -> bool:
@@ -153,12 +156,12 @@ def build(
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     fewest, since = len(triangles.present), 0
     before: list[Sequence[Hole]] = []
-    for _ in range(ROUNDS):
+    for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
             state = _die_at_tips(state, repairs, rising, solve_again)
-        built = _attempt(setting, state, repairs)
+        built = replace(_attempt(setting, state, repairs), n_cut=n_before + 1)
         if not built.is_open:
             break
 

@@ -80,6 +80,8 @@ class Closed:
         Blocks at faults without data that were filled.
     pinched : ndarray of int64, shape (n,)
         Nodes of blocks without data that have heights of another horizon.
+    n_cut : int
+        How often the mesh was cut in the last step: without a loss, or at any cost.
     """
 
     picks: Picks | Scattered
@@ -91,6 +93,7 @@ class Closed:
     given_trims: Trims
     filled: list[dict]
     pinched: np.ndarray
+    n_cut: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +129,7 @@ def close(
     surfaces = given
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
     more = _lengthened(given, short, found, picks.frame.cell)
+    n_cut = 0
     while True:
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
@@ -145,6 +149,7 @@ def close(
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
         asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell)
         built = _built(filled_picks, rebuilt, surfaces, needs_more=asked)
+        n_cut += built.n_cut
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
         # Closed, or no fault can be extended any further.
@@ -152,7 +157,7 @@ def close(
             break
     return Closed(
         filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims, filled,
-        pinched,
+        pinched, n_cut,
     )  # fmt: skip
 
 
@@ -162,7 +167,7 @@ def close_at_any_cost(closed: Closed) -> Closed:
     built = _built(
         closed.picks, closed.rebuilt, closed.faults, at_any_cost=True, start=closed.built.repairs
     )
-    return replace(closed, built=built)
+    return replace(closed, built=built, n_cut=built.n_cut)
 
 
 def _narrower(trims: Trims, state: Heights) -> Trims | None:

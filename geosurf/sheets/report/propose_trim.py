@@ -127,6 +127,19 @@ def trims_of(
     )
 
 
+def trims_alike(picks: Picks, faults: Sequence[TriSurface]) -> Trims | None:
+    """One trim for all faults: the median of those that show more smear than a cell; or None.
+
+    One gridder smears all faults alike, but a fault with little throw does not show it.
+    """
+    if not (shows_smear(picks) and faults):
+        return None
+    seen = _seen(picks, faults)
+    proposed = _by_fault(seen, faults, usual=LEAST).values()
+    smeared = [trim for trim in proposed if trim > USUAL]
+    return Trims((float(np.median(smeared)),) * len(faults)) if smeared else None
+
+
 def shows_smear(picks: Picks) -> bool:
     """Whether data can show how far they are smeared: grids can, points of both walls cannot."""
     return picks.on_nodes and picks.several is None
