@@ -8,6 +8,7 @@ carry_on.py        ghosts of picked sheets: by the energy, and by picks beyond t
 overlap_points.py  ghosts of overlapping sheets from scattered points
 rings.py           further rings of ghosts, where a sheet does not reach its fault yet
 repairs.py         what to change where a sheet leaks: end tears earlier, or add a ring
+last_links.py      nodes at the ends of tears that end early, on their own sides of the fault
 cut.py             the exact cut of a torn mesh by its faults
 islands.py         parts of the mesh that can be cut separately
 leaks.py           edges at which a cut sheet ends anywhere except on its faults

@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfError
 from geosurf.model import TriSurface
+from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
 from geosurf.sheets.heights.grid_solver import GridSolver
@@ -30,6 +31,7 @@ from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.mesh.build import Built, NeedsMore, build
 from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
 from geosurf.sheets.mesh.holes import Hole
+from geosurf.sheets.mesh.last_links import with_last_links
 from geosurf.sheets.mesh.overlap_points import ghosts_by_points
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs
 from geosurf.sheets.mesh.too_short import VERTICAL, Short, extended, too_short
@@ -303,7 +305,12 @@ def _built(
         assert isinstance(solver, GridSolver)
         known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
     carry_on = carry_on_by(picks.frame, weight, known, order)
-    again = rebuilt.torn_between
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+
+    def again(state: Heights, limits: np.ndarray, untorn: Sequence[Part]) -> Heights:
+        """Heights in which throw dies where tears end early."""
+        return with_last_links(rebuilt.torn_between(state, limits, untorn), limits, meshes, rising)
+
     return build(
         picks, rebuilt.state, surfaces, rising, carry_on, again, at_any_cost, start, needs_more
     )  # fmt: skip
