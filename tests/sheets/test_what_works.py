@@ -73,3 +73,21 @@ def test_what_is_named_was_tried(name, monkeypatch):
     )
     without = [one for one in NAMES if f"'{one}'" not in words]
     assert without == tried[-1] or (not without and name == "F4")
+
+
+@pytest.mark.parametrize(("n_cut", "forced"), [(1, 6), (17, 3), (200, 2)])
+def test_cuts_for_a_sheet_that_stays_open_are_limited(n_cut, forced, monkeypatch):
+    """Two of six sheets are closed at a loss whatever it takes, others up to a limit."""
+    built = SimpleNamespace(is_hopeless=False, cut=SimpleNamespace(holes=[]))
+    open_sheet = SimpleNamespace(bad={0}, loss=float("inf"))
+    open_sheet.closed = SimpleNamespace(built=built, n_cut=n_cut)
+    tried = []
+    monkeypatch.setattr(attempts, "close_at_any_cost", tried.append)
+    monkeypatch.setattr(attempts.Torn, "of", staticmethod(lambda closed: open_sheet))
+    monkeypatch.setattr(attempts, "_torn", lambda *args, **options: open_sheet)
+    monkeypatch.setattr(attempts, "_first", lambda search, *rest: search.torn(*rest))
+    monkeypatch.setattr(attempts, "_other_trims", lambda *args: range(5))
+    monkeypatch.setattr(attempts, "_as_data_show", lambda best, *rest: best)
+    monkeypatch.setattr(attempts, "_refuse", lambda *args: None)
+    attempts.torn_sheet(None, [], Trims((2.0,)), None, None)
+    assert len(tried) == forced
