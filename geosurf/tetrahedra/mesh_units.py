@@ -35,14 +35,14 @@ def mesh_units(units: Units, size: float | None = None) -> TetMesh:
     size : float, optional
         Target length of edges [m]: longer edges of faces are halved, TetGen aims at the volume of
         the regular tetrahedron with such edges, and improves shapes. A few tetrahedra next to faces
-        stay larger. It may take very long with several 100 000 faces. By default only points that
-        the mesh needs are added.
+        stay larger. By default only points that the mesh needs are added.
 
     Returns
     -------
     TetMesh
-        Its `faces` are the triangles of the model or parts of them: TetGen splits a few that it
-        cannot recover otherwise. The shape of no unit changes.
+        Its `faces` are the triangles of the model, and with `size` parts of them. Flat parts, such
+        as walls and level contacts, are triangulated anew: shapes of units change by the rounding
+        of their corners only. TetGen splits a few faces that it cannot recover otherwise.
 
     Raises
     ------
@@ -53,7 +53,8 @@ def mesh_units(units: Units, size: float | None = None) -> TetMesh:
         If `size` is not a positive length, or asks for more than 100 million tetrahedra; if the
         units have no patches.
     GeometryError
-        If rounding moved two vertices to one place, or TetGen refuses the model.
+        If rounding moved two vertices to one place, or TetGen refuses the model or does not end:
+        after 5 minutes and 5 ms for each face and each tetrahedron of the asked size.
     InvariantError
         If the mesh is not one of the units.
 
@@ -79,10 +80,9 @@ def mesh_units(units: Units, size: float | None = None) -> TetMesh:
     largest = None if size is None else _largest(size, units)
     require_extra()
 
-    boundary = boundary_of(units)
-    if size is not None:
-        boundary = refined(boundary, float(size))
-    x, tetrahedra, parts, parents = fill(boundary, largest)
+    boundary = refined(boundary_of(units), math.inf if size is None else float(size))
+    expected = units.volume / largest if largest else 0.0
+    x, tetrahedra, parts, parents = fill(boundary, largest, expected)
     boundary = with_parts(boundary, x, parts, parents)
     region = regions_of(tetrahedra, boundary.faces, boundary.sides, len(x))
     mesh = TetMesh(

@@ -1,14 +1,21 @@
-"""TetGen (Si 2015), the optional extra ``tet``: the one place that imports it.
+"""TetGen (Si 2015), the optional extra ``tet``: its options, its process, and what it refuses.
 
 Switches: ``nobisect`` leaves the faces of the model as they are; TetGen splits those few that it
 cannot recover otherwise. ``epsilon`` is as small as doubles allow, and vertices are not merged: the
 model is exact, and a tolerance would close its thin units. ``steinerleft=-1``: without it TetGen
-stops in silence after 100 000 new points.
+stops in silence after 100 000 new points. ``minratio`` bounds the shapes that it tries to improve:
+next to thin faces, which stay whole, no point can help, and smaller ratios do not end.
 """
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
+import tempfile
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +24,9 @@ from geosurf.errors import DependencyError, GeometryError, InvariantError
 from geosurf.tetrahedra.boundary import Boundary
 
 EPSILON = 1e-14
+RATIO = 4.0  # radius of the sphere around a tetrahedron over its shortest edge
+PATIENCE = 300.0, 0.005  # [s], and for each face and each tetrahedron of the asked size
+PROCESS = Path(__file__).with_name("tetgen_process.py")
 LICENCE = (
     "TetGen is licensed under the AGPL 3, or commercially by its author: check that your use is "
     "allowed"
@@ -33,7 +43,7 @@ def require_extra() -> None:
 
 
 def fill(
-    boundary: Boundary, max_volume: float | None
+    boundary: Boundary, max_volume: float | None, expected: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """
     Fill the boundary with tetrahedra.
@@ -43,6 +53,8 @@ def fill(
     boundary : Boundary
     max_volume : float or None
         Of a tetrahedron [m3]; None adds only points that a mesh cannot do without.
+    expected : float
+        Number of tetrahedra of that volume.
 
     Returns
     -------
@@ -58,40 +70,69 @@ def fill(
     Raises
     ------
     GeometryError
-        If TetGen refuses the model.
+        If TetGen refuses the model, or does not end.
     """
-    import tetgen
-
     options: dict[str, Any] = {"quality": False}
     if max_volume is not None:
-        options = {"quality": True, "fixedvolume": True, "maxvolume": max_volume}
-    try:
-        run = tetgen.TetGen(
-            np.array(boundary.x),
-            boundary.faces.astype(np.int32),
-            np.arange(1, len(boundary.faces) + 1, dtype=np.int32),
-        )
-        run.tetrahedralize(
-            facesout=True,
-            nobisect=True,
-            nomergefacet=True,
-            nomergevertex=True,
-            epsilon=EPSILON,
-            steinerleft=-1,
-            **options,
-        )
-    except (RuntimeError, ValueError, MemoryError) as error:
-        raise GeometryError(
-            f"TetGen cannot fill the model of {len(boundary.faces)} faces: {error} "
-            "Check the model with scene.check(), or move its surfaces slightly."
-        ) from error
+        options = {
+            "quality": True, "fixedvolume": True, "maxvolume": max_volume, "minratio": RATIO
+        }  # fmt: skip
+    options |= {
+        "facesout": True, "nobisect": True, "nomergefacet": True, "nomergevertex": True,
+        "epsilon": EPSILON, "steinerleft": -1,
+    }  # fmt: skip
+    patience = PATIENCE[0] + PATIENCE[1] * (len(boundary.faces) + expected)
+    found = _run(boundary, options, patience)
 
-    # copies: TetGen frees its arrays
-    x, cells = np.array(run.node, dtype=np.float64), np.array(run.elem, dtype=np.int64)
+    x, cells = found["node"], found["elem"].astype(np.int64)
     if not len(cells) or not np.array_equal(x[: len(boundary.x)], boundary.x):
         raise InvariantError("TetGen moved vertices of the model; please report this with it.")
 
     # 0 marks faces inside of units
-    marks = np.array(run.triface_markers, dtype=np.int64)
+    marks = found["markers"].astype(np.int64)
     on = np.flatnonzero(marks > 0)
-    return x, cells, np.array(run.trifaces, dtype=np.int64)[on], marks[on] - 1
+    return x, cells, found["trifaces"].astype(np.int64)[on], marks[on] - 1
+
+
+def _run(boundary: Boundary, options: dict[str, Any], patience: float) -> dict[str, np.ndarray]:
+    """Run TetGen in a temporary folder, and return its arrays."""
+    what = f"TetGen cannot fill the model of {len(boundary.faces)} faces"
+    remedy = "Check the model with scene.check(), or move its surfaces slightly."
+    with tempfile.TemporaryDirectory(prefix="geosurf-tetgen-") as folder:
+        np.savez(
+            Path(folder, "boundary.npz"),
+            x=boundary.x,
+            faces=boundary.faces.astype(np.int32),
+            options=json.dumps(options),
+        )
+        # the process finds what this one finds, but for the folder of its own file
+        code = "import runpy, sys; runpy.run_path(sys.argv[1], run_name='__main__')"
+        try:
+            done = subprocess.run(
+                [sys.executable, "-c", code, str(PROCESS)],
+                cwd=folder,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))},
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=patience,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise GeometryError(
+                f"{what}: it did not end within {patience / 60:.0f} minutes. Give a larger size, "
+                "or none; or build the model from coarser surfaces."
+            ) from None
+        except OSError as error:
+            raise DependencyError(f"TetGen cannot be started in a process: {error}.") from error
+
+        refused, made = Path(folder, "error.txt"), Path(folder, "mesh.npz")
+        if refused.exists():
+            reason = refused.read_text(encoding="utf-8").strip().rstrip(".")
+            raise GeometryError(f"{what}: {reason}. {remedy}")
+        if done.returncode or not made.exists():
+            last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
+            raise GeometryError(f"{what}: its process ended ({done.returncode}): {last}. {remedy}")
+        with np.load(made) as arrays:
+            return {name: arrays[name] for name in arrays.files}
