@@ -198,7 +198,8 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _sine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Sines of the angles from a to b; 0 where one has no length."""
-    return _cross(a, b) / _lengths(a, b)
+    found: np.ndarray = _cross(a, b) / _lengths(a, b)
+    return found
 
 
 def _cosine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -209,8 +210,9 @@ def _cosine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _lengths(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Products of the lengths of vectors; 1 where one has none."""
-    found: np.ndarray = np.hypot(*a.T) * np.hypot(*b.T)
-    return np.where(found > 0.0, found, 1.0)
+    found = np.hypot(*a.T) * np.hypot(*b.T)
+    ones: np.ndarray = np.where(found > 0.0, found, 1.0)
+    return ones
 
 
 __all__ = ["FlatParts", "flat_parts", "flipped", "pairs_of", "spaced"]

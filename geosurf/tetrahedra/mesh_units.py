@@ -41,7 +41,7 @@ def mesh_units(units: Units, size: float | None = None) -> TetMesh:
     -------
     TetMesh
         Its `faces` are the triangles of the model, and with `size` parts of them. Flat parts, such
-        as walls and level contacts, are triangulated anew: shapes of units change by the rounding
+        as walls and level contacts, are triangulated again: shapes of units change by the rounding
         of their corners only. TetGen splits a few faces that it cannot recover otherwise.
 
     Raises

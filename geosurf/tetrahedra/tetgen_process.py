@@ -5,7 +5,7 @@ cannot be interrupted, and does not end on some models. The folder of a process 
 process can be stopped.
 
 Arguments: none. ``boundary.npz`` in the current folder holds ``x``, ``faces`` and the options as
-JSON; the process writes ``mesh.npz``, or ``error.txt`` with what TetGen said.
+JSON; the process writes ``mesh.npz``, or ``error.txt`` with the message of TetGen.
 """
 
 from __future__ import annotations
