@@ -36,6 +36,7 @@ _HOME = {
     "read_points": "geosurf.read",
     "read_polygons": "geosurf.read",
     "read_tops": "geosurf.read",
+    "read_wells": "geosurf.read",
     "info": "geosurf.read.file_info",
     "FileInfo": "geosurf.read.file_info",
     "read_units": "geosurf.read.model3d_units",
@@ -159,6 +160,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         read_points as read_points,
         read_polygons as read_polygons,
         read_tops as read_tops,
+        read_wells as read_wells,
     )
     from geosurf.read.file_info import (
         FileInfo as FileInfo,

@@ -20,6 +20,7 @@ FUNCTIONS = {
     "points": "read_points",
     "polygons": "read_polygons",
     "tops": "read_tops",
+    "wells": "read_wells",
 }
 SPLIT = re.compile(rb"[,;\t]")
 

@@ -26,6 +26,7 @@ from geosurf.read.registry import (
     reader_of,
 )
 from geosurf.read.tops import read_tops
+from geosurf.read.wells import read_wells
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -47,6 +48,7 @@ __all__ = [
     "read_polygons",
     "read_tops",
     "read_tsurf",
+    "read_wells",
 ]
 
 
@@ -322,7 +324,8 @@ def read_points(
     Returns
     -------
     xarray.Dataset
-        ``easting``, ``northing``, ``elevation`` over ``point`` [m], positive up.
+        ``easting``, ``northing``, ``elevation`` over ``point`` [m], positive up; ``well`` and
+        ``md`` where a header names them. Paths of wells: `read_wells`.
 
     Raises
     ------

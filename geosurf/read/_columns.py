@@ -22,6 +22,7 @@ USUAL = {
 }
 END_MARK = 999.0  # three of these on a line end a polyline
 Columns = tuple[str, ...] | tuple[int, ...] | None
+OF_LINES = ("line number", "line name")  # what the further columns of lines mean
 
 
 @dataclass
@@ -35,7 +36,8 @@ class Table:
     lines : ndarray of int64, shape (n,)
         Line of each, counted from 1.
     labels, names : list of str or None
-        Words of two more columns: the number of the line, and the name of its fault.
+        Words of two more columns: the number of the line, and the name of its fault; of points
+        what the caller asked for.
     """
 
     points: np.ndarray
@@ -59,10 +61,15 @@ class Draft:
     spellings: tuple[Sequence[str], ...] = ()  # of more columns, lower case
     more: list[int | None] = field(default_factory=list)  # their places
     words: list[list[str]] = field(default_factory=list)  # their words, one list for each column
+    titles: tuple[str, ...] = OF_LINES  # what they mean
 
     def take_more(self, row: list[str], line: int) -> None:
         """Add the words of the further columns of one row."""
+        ends = self.titles is not OF_LINES and len(row) >= 3 and _are_end_mark(row)
         for words, place in zip(self.words, self.more, strict=True):
+            if place is not None and ends:
+                words.append("")  # what ends points belongs to no well
+                continue
             if place is not None and place >= len(row):
                 raise FormatError(
                     f"{self.path}, line {line}: found {len(row)} values, expected at least "
@@ -131,7 +138,7 @@ class Draft:
         for k, (place, words) in enumerate(zip(self.more, self.words, strict=True)):
             if place is not None:
                 more[k] = words
-                noted(("line number", "line name")[k], f"column {place + 1}")
+                noted(self.titles[k], f"column {place + 1}")
         return Table(np.concatenate(self.points), np.concatenate(self.lines), more[0], more[1])
 
 
@@ -245,7 +252,7 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
 
 def _of_line(draft: Draft, words: list[str]) -> str:
     """For lines: which further columns a caller can give, and the words of this one."""
-    if not draft.spellings:
+    if not draft.spellings or draft.titles is not OF_LINES:
         return ""
     shown = ", ".join(f"{k + 1} {word!r}" for k, word in enumerate(words[:12]))
     return (

@@ -78,6 +78,11 @@ CHARISMA = (
     r"(?:[ \t]+-?[\d.]\S*){3}(?:[ \t]+\S[^\n]*?)?[ \t]+\d+[ \t]*\r?\n"
 )
 
+# version, kind, name with two or three numbers behind it, number of logs
+RMS_WELL = (
+    r"\d+\.\d+[ \t]*\r?\n[^\n]*\n[ \t]*\S[^\n]*?(?:[ \t]+[-+]?\d[\d.eE+-]*){2,3}[ \t]*\r?\n"
+    r"[ \t]*\d+[ \t]*\r?\n[ \t]*(?:[A-Za-z]|[-+]?\d\S*[ \t]+[-+]?\d\S*[ \t]+[-+]?\d)"
+)
 SGRID = _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+SGrid\b")
 
 # name of the format -> test of the first bytes; names of formats as in `geosurf.read`
@@ -111,6 +116,8 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "las": _text(r"(?:#[^\n]*\n\s*)*~V"),
     "geotiff": lambda head: head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
     "petrel_tops": _text(r"#\s*Petrel well tops\b"),
+    "petrel_well": _text(r"#\s*WELL TRACE\b"),
+    "rms_well": _text(RMS_WELL),
     "resqml": _is_resqml,
 }
 # what else is recognised, to name it in errors: geosurf does not read these

@@ -20,6 +20,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._columns import (
+    OF_LINES,
     Draft,
     Table,
     checked_columns,
@@ -35,7 +36,11 @@ ROWS = 50_000  # of csv that are taken apart at a time
 
 
 def read_table(
-    path: Path, columns: Any = None, decimal: Any = ".", more: tuple[Sequence[str], ...] = ()
+    path: Path,
+    columns: Any = None,
+    decimal: Any = ".",
+    more: tuple[Sequence[str], ...] = (),
+    titles: tuple[str, ...] = OF_LINES,
 ) -> Table:
     """
     Return the points of a text or csv file, and words of further columns that it has.
@@ -50,6 +55,8 @@ def read_table(
     decimal : {".", ","}
     more : tuple of sequence of str
         Usual names of up to two further columns, lower case; the first that is there counts.
+    titles : tuple of str
+        What these mean. Those of lines may also be the fourth and fifth of `columns`.
 
     Returns
     -------
@@ -59,8 +66,9 @@ def read_table(
     ------
     FormatError, InputError
     """
-    most = 3 + len(more)
-    draft = Draft(path, checked_columns(columns, most), checked_decimal(decimal), spellings=more)
+    most = 3 + (len(more) if titles is OF_LINES else 0)
+    given = checked_columns(columns, most)
+    draft = Draft(path, given, checked_decimal(decimal), spellings=more, titles=titles)
     draft.find_more(None)
 
     text = read_text(path)

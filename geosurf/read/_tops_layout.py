@@ -22,6 +22,7 @@ WORD = re.compile(r'"([^"]*)"|\'([^\']*)\'(?=\s|$)|(\S+)')
 ATTRIBUTE = re.compile(r"(?i)(float|string|discrete|int|integer)\s+(\S.*)")
 UNIT = re.compile(r"(?i)#\s*unit in depth:\s*(\S*)")
 TYPED = re.compile(r"(?i)(?:float|double|int|integer|string|bool|date\w*|discrete)\s*[,\s]\s*(.+)")
+BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]\s*")
 COMMENTS = ("#", "!", "--")
 SEPARATORS = (",", ";", "\t")
 
@@ -82,6 +83,24 @@ def layout_of(path: Path, decimal: str, *, typed: bool = False) -> Layout:
         found = _table(path, numbered, decimal)
     _check_widths(path, found, typed)
     return found
+
+
+def plain_name(word: str) -> str:
+    """Return a name of a column in lower case, letters and digits only, without its unit.
+
+    Examples
+    --------
+    >>> plain_name("Z_TVDSS [ft]")
+    'ztvdss'
+    """
+    match = BRACKETS.fullmatch(word)
+    return re.sub(r"[^a-z0-9]", "", (match[1] if match else word).lower())
+
+
+def unit_in_name(word: str) -> str | None:
+    """Return the unit in brackets behind the name of a column, in lower case; None without."""
+    match = BRACKETS.fullmatch(word)
+    return (match[2].lower() or None) if match else None
 
 
 def _without_type(word: str) -> str:
@@ -172,4 +191,4 @@ def _check_widths(path: Path, found: Layout, ends: bool = False) -> None:
             )
 
 
-__all__ = ["Layout", "layout_of"]
+__all__ = ["COMMENTS", "Layout", "layout_of", "plain_name", "unit_in_name"]

@@ -15,10 +15,11 @@ from geosurf.model.expected import path_of
 from geosurf.read._common import otherwise
 from geosurf.read._detect import detect, head_of
 from geosurf.read._guard import opened
-from geosurf.read._noted import collected
+from geosurf.read._noted import collected, noted
 from geosurf.read.grids.ijxyz import looks_like_ijxyz
 from geosurf.read.las import holds_tops
-from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, TITLES
+from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, OF_ONE_FUNCTION, TITLES
+from geosurf.read.wells import heads_of, holds_heads, holds_wells
 
 END_MARK = re.compile(rb"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", re.M)
 NUMBERS = re.compile(rb"^\s*(?:[^\n]*[\s,;:])?(?:[+-]?\d[\d.eE+-]*[\s,;]+){2}[+-]?\d", re.M)
@@ -155,7 +156,7 @@ def kind_of_file(path: Path) -> tuple[str, str]:
     if key in ("geojson", "shapefile"):
         return key, "read_points" if _holds_points(path, key) else "read_polygons or read_fault"
     other = {
-        "petrel_tops": "read_tops",
+        **OF_ONE_FUNCTION,
         "pline": "read_polygons or read_fault",
         "vset": "read_points",
         "charisma": "read_fault",
@@ -168,6 +169,10 @@ def kind_of_file(path: Path) -> tuple[str, str]:
     first = head.lstrip().split(b"\n", 1)[0]
     if b"\0" in head or not NUMBERS.search(head):
         return "unknown", ""
+    if holds_heads(head):
+        return "well_heads", ""
+    if holds_wells(head):
+        return "wells", "read_wells"
     if WELL.search(first):
         return "tops", "read_tops"
     if suffix == ".pol" or LABEL.search(first) or (END_MARK.search(head) and suffix != ".poi"):
@@ -218,6 +223,9 @@ def _points(path: Path, key: str, function: str) -> np.ndarray:
     elif key in GRID_FORMATS or key in MESH_FORMATS:
         form = key if key == "ijxyz" else None  # other suffixes keep their own words
         data = read.read_horizon(path, format=form, **ASSUMED)
+    elif key == "well_heads":
+        noted("used as", "heads= of read_wells")
+        return np.array(list(heads_of(path, ".").values()))
     elif function:
         reader = getattr(read, function.split()[0])
         form = key if key in ("geojson", "shapefile") else None

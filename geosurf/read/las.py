@@ -102,9 +102,16 @@ def read_las_points(
     >>> read_las_points(file, positive="down").elevation.values
     array([ 20., -80.])
     """
-    found = _well_path(path, _sections(path), positive, length_unit, columns)
+    found = path_of_las(path, positive, length_unit, columns)
     md = {"md": ("point", found.md, {"units": "m"})}
     return points_dataset(found.points, path.name, others=md, well=found.well)
+
+
+def path_of_las(
+    path: Path, positive: str | None, length_unit: str | None, columns: Any
+) -> WellPath:
+    """Return the path of the well; the arguments are those of `read_las_points`."""
+    return _well_path(path, _sections(path), positive, length_unit, columns)
 
 
 def tops_of_las(

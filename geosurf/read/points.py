@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._columns import END_MARK
-from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._columns import END_MARK, Table
+from geosurf.read._common import agreed_scale, agreed_sign, number
 from geosurf.read._placed import points_dataset
 from geosurf.read._table import read_table
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
+
+# further columns that are kept: they part the paths of several wells
+WELL = ("well", "wellname", "well_name", "wellbore", "uwi", "borehole")
+MEASURED = ("md", "mdepth")
 
 
 def read_xyz(
@@ -49,7 +53,8 @@ def read_xyz(
     -------
     xarray.Dataset
         ``easting``, ``northing``, ``elevation`` over ``point`` [m], positive up.
-        Several points may share a position.
+        Several points may share a position. Columns of wells and measured depths become ``well``
+        and ``md``.
 
     Raises
     ------
@@ -68,15 +73,34 @@ def read_xyz(
     array([-1500., -1600.])
     """
     what = f"{path.name}: points"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
-    points = _without_end(path, columns, decimal)
+    unit = agreed_scale(None, length_unit, "m", what)
+    scale = agreed_sign(None, positive, what) * unit
+    table = read_table(path, columns, decimal, (WELL, MEASURED), ("well", "md"))
+    points = _without_end(path, table)
     x, y, z = points.T
-    return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name)
+    others: dict[str, Any] = {}
+    if table.labels is not None:
+        others["well"] = ("point", np.array(table.labels[: len(points)], dtype=object))
+    if table.names is not None:
+        depths = _measured(path, table, len(points), decimal)
+        others["md"] = ("point", unit * depths, {"units": "m"})
+    return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name, others=others)
 
 
-def _without_end(path: Path, columns: object, decimal: str) -> np.ndarray:
+def _measured(path: Path, table: Table, count: int, decimal: str) -> np.ndarray:
+    """Measured depths along wells, NaN where the file has none."""
+    words = [word.replace(decimal, ".", 1) for word in (table.names or [])[:count]]
+    empty = ("", "nan", "undef")
+    return np.array(
+        [
+            np.nan if word.lower() in empty else number(word, path, int(line), "measured depth")
+            for word, line in zip(words, table.lines, strict=False)
+        ]
+    )
+
+
+def _without_end(path: Path, table: Table) -> np.ndarray:
     """Points (n, 3); 999 999 999 on the last lines of a text ends them, as RMS writes it."""
-    table = read_table(path, columns, decimal)
     points = table.points
     if path.suffix.lower() == ".csv":
         return points

@@ -117,6 +117,16 @@ TITLES = {
     "xyz": "points",
     "petrel_tops": "well tops",
     "tops": "well tops",
+    "petrel_well": "well trace of Petrel",
+    "rms_well": "well of RMS",
+    "wells": "paths of wells",
+    "well_heads": "heads of wells",
+}
+# recognised by content, and read by functions without a choice of formats
+OF_ONE_FUNCTION = {
+    "petrel_tops": "read_tops",
+    "petrel_well": "read_wells",
+    "rms_well": "read_wells",
 }
 
 
@@ -193,6 +203,8 @@ def _by_content(
         return found
     # recognised, but another function reads it, or none does
     readers = [name for name, known in known_formats().items() if found in known]
+    if found in OF_ONE_FUNCTION:
+        readers = [OF_ONE_FUNCTION[found]]
     if found == "model3d":
         raise FormatError(
             f"{path}: this is a GOCAD Model3d, a sealed model of many surfaces. Read it with "

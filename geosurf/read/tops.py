@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -16,7 +15,7 @@ from geosurf.model.expected import listed, path_of
 from geosurf.read._columns import checked_decimal
 from geosurf.read._common import COMMA, agreed_scale, agreed_sign, is_number, number, otherwise
 from geosurf.read._detect import detect
-from geosurf.read._tops_layout import Layout, layout_of
+from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
 from geosurf.read.las import tops_of_las
 from geosurf.warning import warn
 
@@ -38,7 +37,6 @@ MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or 
 # what programs write for an undefined value
 UNDEFINED = (-999.0, -999.25, -9999.0, -99999.0, 1e20, 1e30, 9999900.0)
 UNDEFINED_WORDS = ("", "undef", "undefined", "null", "nan", "none", "-")
-BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]\s*")
 MOST_NAMED = 6  # tops in one warning
 Places = dict[str, int]
 
@@ -147,7 +145,7 @@ def _places(path: Path, layout: Layout, columns: tuple | None) -> Places:
         given = [word.strip().lower() for word in columns]
         spelled = {key: (word,) for key, word in zip(USUAL, given, strict=True)}
     else:
-        words = [_plain(word) for word in layout.header]
+        words = [plain_name(word) for word in layout.header]
 
         # "name" is the well only where no better column is there
         spelled = {**USUAL}
@@ -181,12 +179,6 @@ def _numbered(path: Path, layout: Layout, columns: tuple | None) -> Places:
     return {key: int(k) - 1 for key, k in zip(USUAL, columns, strict=True)}
 
 
-def _plain(word: str) -> str:
-    """A name of a column in lower case, letters and digits only, without its unit."""
-    match = BRACKETS.fullmatch(word)
-    return re.sub(r"[^a-z0-9]", "", (match[1] if match else word).lower())
-
-
 def _why_not(
     path: Path, layout: Layout, key: str, n: int, spellings: tuple[str, ...], words: list[str]
 ) -> str:
@@ -208,8 +200,8 @@ def _why_not(
 def _declared_unit(layout: Layout, place: int) -> str | None:
     """Unit of z that the file declares: in a comment of Petrel, or in brackets after the name."""
     # the unit next to the name of the column goes before that of the whole file
-    match = BRACKETS.fullmatch(layout.header[place]) if layout.header else None
-    return (match[2].lower() or None) if match else layout.length_unit
+    own = unit_in_name(layout.header[place]) if layout.header else None
+    return own or layout.length_unit
 
 
 # ------------------------------------------------------------------------- rows

@@ -36,7 +36,8 @@ class PictureOverlay:
     Parameters
     ----------
     wells : mapping of str to array_like of float, shape (n, 3)
-        Path of each well, from the top down [m]; also results of `read_points`.
+        Path of each well, from the top down [m]; also results of `read_points`. Or a table with
+        a column ``well``, as `read_wells` returns it.
     polygons : mapping of str to array_like of float, shape (n, 2) or (n, 3)
         Closed lines, or a list of them, by name, such as results of `read_polygons` and
         `Scene.fault_polygons` [m]. One whose elevations are all 0 has no elevation.
@@ -62,6 +63,8 @@ class PictureOverlay:
     points: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        # a table of many wells, as `read_wells` returns it
+        object.__setattr__(self, "wells", _wells_of_table(self.wells))
         # all coordinates as tuples of arrays, so that pictures need not look at them
         for what, widths in (("wells", (3,)), ("polygons", (2, 3)), ("points", (3,))):
             object.__setattr__(self, what, _checked(what, getattr(self, what), widths))
@@ -96,6 +99,17 @@ def overlay_of(overlay: Any) -> PictureOverlay:
             "Pass gs.PictureOverlay(wells={'W1': points})."
         )
     return overlay
+
+
+def _wells_of_table(table: Any) -> Any:
+    """Paths by the names of the wells of a table; anything else as it is."""
+    is_table = hasattr(table, "data_vars") or hasattr(table, "columns")
+    if not (is_table and all(name in table for name in (*_COLUMNS, "well"))):
+        return table
+    names = [str(name) for name in np.asarray(table["well"]).tolist()]
+    points = np.column_stack([np.asarray(table[key], dtype=np.float64) for key in _COLUMNS])
+    column = np.array(names, dtype=object)
+    return {name: points[column == name] for name in dict.fromkeys(names)}
 
 
 def _checked(what: str, given: Any, widths: tuple[int, ...]) -> Parts:

@@ -25,6 +25,7 @@ from geosurf.scenario.plan import input_files
 from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
+from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.write import write
@@ -151,6 +152,7 @@ def run(
     log = StepLog(progress)
     pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
+    wells = wells_of_scenario(scenario)
     choice = choice_of_pictures(scenario) if pictures else None
     cache = None if cache_dir is None else ResultCache(cache_dir)
 
@@ -162,7 +164,8 @@ def run(
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
         log.begin("write")
         _write_files(scene, scenario, folder)
-        log.step("write", ", ".join(scenario.output.formats), "")
+        listed = ", ".join([*scenario.output.formats, *write_wells(scene, wells, folder)])
+        log.step("write", listed, "")
 
         grid, stepped = None, list[str]()
         if scenario.grid is not None:

@@ -34,6 +34,7 @@ from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchS
 from geosurf.scenario.picture_keys import PictureSettings
 from geosurf.scenario.sliver_keys import SliversInput
 from geosurf.scenario.tear_keys import TearSettings, ThrowInput
+from geosurf.scenario.well_keys import WellsInput
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +213,7 @@ class Scenario:
     contacts : tuple of ContactInput
         From the top down.
     tops : TopsInput or None
+    wells : WellsInput or None
     slivers : SliversInput
     grid : GridInput or None
     aoi : AreaOfInterest or None
@@ -288,6 +290,7 @@ class Scenario:
         "From the top down.", values.tables(ContactInput), default=()
     )
     tops: TopsInput | None = key("Well tops.", values.table(TopsInput), default=None)
+    wells: WellsInput | None = key("Paths of wells.", values.table(WellsInput), default=None)
     slivers: SliversInput = key(
         "Units that are too small to count.", values.table(SliversInput), default=SliversInput()
     )
@@ -340,4 +343,5 @@ __all__ = [
     "TopsInput",
     "TruncationInput",
     "UncertainInput",
+    "WellsInput",
 ]

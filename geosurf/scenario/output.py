@@ -25,7 +25,7 @@ FOLDERS = ("units", "pictures", "report")
 FILES = (
     *("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc"),
     *("units.ml", "surfaces.epc", "surfaces.h5"),
-    *("certificate.txt", "grid.grdecl", "grid.inc"),
+    *("certificate.txt", "wells.csv", "grid.grdecl", "grid.inc"),
 )
 # what runs write, as patterns of paths relative to the output folder
 OURS = Names(
@@ -37,6 +37,7 @@ OURS = Names(
             r"units/\d{3,}_[^/]*\.vtp",
             r"curves\.(vtp|pl)",
             r"volumes\.(csv|nc)",
+            r"wells\.csv",
             r"certificate\.txt",
             r"grid\.(grdecl|inc)",
             r"failure\.png",

@@ -109,8 +109,8 @@ class PictureSettings:
         "Scale of that view: 2 shows the middle of the model twice as large.", zoom, default=1.0
     )
     wells: Mapping[str, Path] | None = key(
-        "Paths of wells, from the top down: files of points, by the name of the well. Drawn on "
-        "views, maps and sections.",
+        "Paths of wells, from the top down, by the name of the well: files as for `[wells]`, or of "
+        "points. Drawn on views, maps and sections.",
         files,
         default=None,
     )

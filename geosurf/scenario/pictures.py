@@ -7,6 +7,7 @@ from typing import Any
 from geosurf.read import read_points, read_polygons
 from geosurf.render.overlay import PictureOverlay
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.wells import drawn_wells
 
 
 def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:
@@ -45,7 +46,7 @@ def overlay_of_files(scenario: Scenario) -> PictureOverlay:
     known: dict[str, Any] = {"positive": scenario.positive, "length_unit": scenario.length_unit}
     pictures = scenario.pictures
     return PictureOverlay(
-        wells={name: read_points(file, **known) for name, file in (pictures.wells or {}).items()},
+        wells=drawn_wells(scenario),
         polygons={
             name: read_polygons(file, **known) for name, file in (pictures.polygons or {}).items()
         },

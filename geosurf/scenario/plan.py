@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.scenario.keys import FORMATS, Scenario
+from geosurf.scenario.wells import FILE
 
 
 def input_files(scenario: Scenario) -> dict[str, Path]:
@@ -16,6 +17,9 @@ def input_files(scenario: Scenario) -> dict[str, Path]:
     named = dict([*((one.name, one.file) for one in entries), *others])
     for entry in scenario.faults:
         named |= entry.files
+    if scenario.wells is not None:
+        named |= {f"wells: {file.name}": file for file in scenario.wells.files}
+        named["heads of wells"] = scenario.wells.heads
     drawn = (scenario.pictures.wells, scenario.pictures.polygons, scenario.pictures.points)
     for files in drawn:
         named |= {f"picture: {name}": file for name, file in (files or {}).items()}
@@ -29,6 +33,8 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
         files.append("units/*.vtp")
     if "surfaces.epc" in files:
         files.append("surfaces.h5")
+    if scenario.wells is not None:
+        files.append(FILE)
     if scenario.grid is not None:
         files += ["grid.grdecl", "grid.inc"]
     files.append("certificate.txt")

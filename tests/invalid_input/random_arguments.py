@@ -103,7 +103,7 @@ def files_of(scene: gs.Scene, world: Any) -> dict[str, str]:
     found = {
         "read_horizon": "top.nc", "read_fault": "f1.ts", "read_points": "points.xyz",
         "read_polygons": "lines.pol", "run_scenario": "s.toml", "read_tops": "tops.csv",
-        "info": "points.xyz", "read_units": "model.ml",
+        "info": "points.xyz", "read_wells": "wells.csv", "read_units": "model.ml",
     }  # fmt: skip
     gs.write(world.horizons["Top"], "top.nc")
     gs.write(scene.surface("F1"), "f1.ts")
@@ -111,6 +111,7 @@ def files_of(scene: gs.Scene, world: Any) -> dict[str, str]:
     Path("points.xyz").write_text("0 0 -1\n1 0 -2\n0 1 -2\n")
     Path("lines.pol").write_text("0 0 0\n1 0 0\n1 1 0\n999 999 999\n")
     Path("tops.csv").write_text("Well,X,Y,Z,Top\nW1,1000,1000,-2100,Top\n")
+    Path("wells.csv").write_text("Well,X,Y,Z\nW1,1000,1000,-2100\nW1,1000,1000,-2300\n")
     Path("s.toml").write_text('[[horizons]]\nname = "Top"\nfile = "top.nc"\n')
     return {name: str(Path(file).resolve()) for name, file in found.items()}
 
@@ -161,7 +162,7 @@ def right_arguments(name: str, function: Any) -> dict[str, Any]:
             words[key] = "new.png"
         elif parameter.default is parameter.empty or key == "size":
             words[key] = getattr(g, SPECIAL.get(name, {}).get(key, key))
-    if name in ("read_points", "read_polygons", "read_tops"):
+    if name in ("read_points", "read_polygons", "read_tops", "read_wells"):
         words["positive"] = "up"
     if name == "run_scenario":
         words["pictures"] = False

@@ -21,6 +21,7 @@ SHOWING = {
     "read_points": (lambda g, v: gs.read_points(v), lambda g: wrong.paths(".")),
     "read_polygons": (lambda g, v: gs.read_polygons(v), lambda g: wrong.paths(".")),
     "read_tops": (lambda g, v: gs.read_tops(v, positive="up"), lambda g: wrong.paths(".")),
+    "read_wells": (lambda g, v: gs.read_wells(v, positive="up"), lambda g: wrong.paths(".")),
     "read_fault.format": (
         lambda g, v: gs.read_fault("F1.ts", format=v), lambda g: wrong.words(),
     ),

@@ -68,7 +68,7 @@ def test_the_command_prints_text_and_json(tmp_path, capsys):
         ("a.tif", "II*\0", "geotiff", "rasterio"),
         ("a.json", '{"type": "Feature"', "geojson", "JSON is incomplete"),
         ("a.xyz", "1 2 -9999\n3 4 5\n", "xyz", "may be degrees"),
-        ("a.csv", "X,Y,Z,Well\n1,2,3,A\n", "tops", ""),
+        ("a.csv", "X,Y,Z,Well\n1,2,3,A\n", "wells", "in one place"),
     ],
 )
 def test_doubts_say_which_word_is_missing(tmp_path, name, text, format_, doubt):

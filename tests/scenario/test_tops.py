@@ -36,6 +36,12 @@ sections_m = []
 formats = ["csv"]
 """
 
+WELLS = """
+[wells]
+files = ["s.csv"]
+heads = "heads.csv"
+"""
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -76,7 +82,9 @@ def test_horizons_are_tied_torn_or_not(folder, more):
 
 
 def test_the_command_line_lists_misfits_and_what_is_not_used(folder, tmp_path, capsys):
-    path = scenario(folder, "tie = true", "[tear]")
+    path = scenario(folder, "tie = true", "[tear]" + WELLS)
+    (folder / "s.csv").write_text("Well,MD,Inc,Azi\nW5,0,0,0\nW5,2500,0,0\n")
+    (folder / "heads.csv").write_text("Well,X,Y,KB\nW5,300,400,25\n")
     assert main(["run", str(path), "-o", str(tmp_path / "out"), "--no-pictures"]) == 0
     said = capsys.readouterr()
     assert said.err.count("'Top' in well 'W4' (line 5) has undefined z") == 1
@@ -85,6 +93,8 @@ def test_the_command_line_lists_misfits_and_what_is_not_used(folder, tmp_path, c
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
     assert "Well tops and the model" in page
     assert "tied to well tops: 2 of 2 tops" in page
+    rows = (tmp_path / "out" / "wells.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[0] for row in rows[1:]] == ["W5"] * (len(rows) - 1)
 
 
 def test_combinations_that_cannot_be(folder):

@@ -1,0 +1,256 @@
+"""`read_wells`: rows of a file of well paths -> easting, northing, elevation, measured depth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import counted, elevation_sign, metres_per_unit
+from geosurf.errors import FormatError, InputError
+from geosurf.model.expected import path_of
+from geosurf.read._columns import checked_decimal
+from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._detect import detect
+from geosurf.read._noted import noted
+from geosurf.read._placed import points_dataset
+from geosurf.read._tops_layout import plain_name, unit_in_name
+from geosurf.read.las import path_of_las
+from geosurf.read.wells.columns import (
+    PLACES,
+    SURVEY,
+    check_kind,
+    checked_columns,
+    column_of,
+    places_of,
+    rows_of_wells,
+    three_names,
+)
+from geosurf.read.wells.curvature import along_arcs
+from geosurf.read.wells.heads import heads_of
+from geosurf.read.wells.layouts import Trace, trace_of
+from geosurf.read.wells.stations import checked_stations
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+    from geosurf.read.wells.heads import Heads
+
+Path3 = tuple[np.ndarray, np.ndarray | None]  # points (n, 3) and measured depths (n,)
+
+
+def read_wells(
+    path: str | PathLike[str],
+    *,
+    heads: Mapping[str, Any] | str | PathLike[str] | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    columns: Mapping[str, str | int] | None = None,
+    decimal: str = ".",
+) -> xr.Dataset:
+    r"""
+    Read the paths of wells.
+
+    Parameters
+    ----------
+    path : path-like
+        A well trace of Petrel (``.dev``), a well of RMS (``.rmswell``), wells of ResInsight, LAS
+        with curves of positions, or a table with a header; the content determines which. A table
+        has ``Well`` (else all rows are one well) and ``X``, ``Y``, ``Z`` or ``TVDSS``, perhaps with
+        ``MD``, or ``MD``, ``Inc``, ``Azi`` with `heads`.
+    heads : mapping or path-like, optional
+        Where each well has measured depth 0: easting, northing and elevation [m], such as
+        ``{"W-1": (461000, 5932000, 25)}``, or a table with ``Well``, ``X``, ``Y``, ``KB``. Only
+        for files without positions.
+    positive : {"up", "down"}, optional
+        Whether z is elevation or depth, if the file does not state it. Without effect where
+        places follow from measured depths and directions.
+    length_unit : str, optional
+        Unit of z and of measured depths, if the file does not state it. Default ``"m"``.
+    columns : mapping of str to str or int, optional
+        Names, or numbers from 1, of the columns ``well``, ``x``, ``y``, ``z``, ``md``,
+        ``inclination`` and ``azimuth`` where they differ from the usual ones: ``{"md": "DEPT"}``.
+    decimal : {".", ","}, optional
+        Decimal sign of the file.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``well``, ``easting``, ``northing``, ``elevation`` and, if the file has them, ``md`` over
+        ``point`` [m], positive up; wells in the order of the file. `Scene.well_intervals` and
+        `PictureOverlay` take it as it is. Places from directions are on arcs of circles (minimum
+        curvature), with points added so that straight lines are within 1 cm of the arcs. Azimuths
+        count from grid north, in degrees.
+
+    Raises
+    ------
+    FormatError
+        If a column is missing, a value is no number, or measured depths do not rise.
+    InputError
+        If the file cannot be opened, `positive` is missing, or a well has no head.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "survey.csv"
+    >>> _ = file.write_text("Well,MD,Inc,Azi\nW-1,0,0,0\nW-1,1000,0,0\nW-1,2570.8,90,90\n")
+    >>> wells = read_wells(file, heads={"W-1": (500, 900, 25)})
+    >>> wells.isel(point=-1).easting.round(2).item(), wells.isel(point=-1).elevation.round(2).item()
+    (1500.0, -1975.0)
+    """
+    path = path_of(path, "read_wells")
+    if positive is not None:
+        elevation_sign(positive, f"{path.name}: wells")
+    sign = checked_decimal(decimal)
+    given = checked_columns(columns)
+    known = heads_of(heads, sign)
+    if detect(path) == "las":
+        found = path_of_las(path, positive, length_unit, three_names(given))
+        return _dataset(path, {found.well: (found.points, found.md)}, None)
+
+    trace = trace_of(path, sign, any(isinstance(word, int) for word in given.values()))
+    places = places_of(path, trace, given)
+    check_kind(path, trace, places)
+    values = {
+        key: column_of(path, trace, k, key, sign) for key, k in places.items() if key != "well"
+    }
+    rows = rows_of_wells(path, trace, places)
+    if all(key in places for key in PLACES):
+        _to_metres(path, trace, places, values, positive, length_unit)
+        noted("wells", f"{len(rows)}, by positions ({trace.kind})")
+        return _dataset(path, _by_positions(path, trace, rows, values), trace.crs)
+    unit = _unit(trace, places["md"])
+    values["md"] *= agreed_scale(unit, length_unit, "m", f"{path.name}: measured depths")
+    noted("wells", f"{len(rows)}, by minimum curvature from md, inclination, azimuth")
+    return _dataset(path, _by_directions(path, trace, rows, values, known), trace.crs)
+
+
+# ----------------------------------------------------------------------- places
+def _unit(trace: Trace, place: int) -> str | None:
+    """Unit of a column of depths: in its name, else of the file."""
+    own = unit_in_name(trace.header[place]) if trace.header else None
+    return own or (trace.units or {}).get("z")
+
+
+def _to_metres(
+    path: Path,
+    trace: Trace,
+    places: dict[str, int],
+    values: dict[str, np.ndarray],
+    positive: str | None,
+    length_unit: str | None,
+) -> None:
+    """Turn positions and measured depths into metres, z into elevation."""
+    what = f"{path.name}: wells"
+    stated = trace.positive or _sign_of_petrel(path, trace, values["z"])
+    scale = agreed_scale(_unit(trace, places["z"]), length_unit, "m", what)
+    values["z"] = values["z"] * (scale * agreed_sign(stated, positive, what)) + 0.0
+    for key in ("x", "y"):
+        unit = unit_in_name(trace.header[places[key]]) if trace.header else None
+        values[key] *= metres_per_unit(unit or (trace.units or {}).get("xy") or "m", what)
+    if "md" in places:
+        values["md"] *= agreed_scale(_unit(trace, places["md"]), length_unit, "m", what)
+
+
+def _sign_of_petrel(path: Path, trace: Trace, z: np.ndarray) -> str | None:
+    """Direction of z of a well trace: that in which z runs against, or with, its column TVD."""
+    words = [plain_name(word) for word in trace.header]
+    if trace.kind != "well trace of Petrel":
+        return None
+    if "tvd" not in words:
+        return "up"  # Petrel writes elevations
+    tvd = column_of(path, trace, words.index("tvd"), "TVD", ".")
+    spread = {"up": np.ptp(z + tvd), "down": np.ptp(z - tvd)}
+    best = min(spread, key=lambda key: float(spread[key]))
+    if spread[best] > 0.01 * max(float(np.ptp(tvd)), 1.0):
+        raise FormatError(
+            f"{path}: Z and TVD do not differ by one number along the well, as elevation and "
+            f"vertical depth do: they drift by {spread[best]:g}. Export the well trace again."
+        )
+    return best if np.ptp(tvd) > 0.0 else "up"
+
+
+def _by_positions(
+    path: Path, trace: Trace, rows: dict[str, np.ndarray], values: dict[str, np.ndarray]
+) -> dict[str, Path3]:
+    """Paths whose places the file states."""
+    points = np.column_stack([values[key] for key in PLACES])
+    found: dict[str, Path3] = {}
+    for name, at in rows.items():
+        md = values["md"][at] if "md" in values else None
+        if md is not None:
+            _check_rise(path, trace, name, at, md)
+        if not (np.ptp(points[at], axis=0) > 0.0).any():
+            raise FormatError(
+                f"{path}: well {name!r} has {counted(len(at), 'point')} in one place; a path "
+                "needs two different ones. Complete it, or leave the well out."
+            )
+        found[name] = (points[at], md)
+    return found
+
+
+def _by_directions(
+    path: Path,
+    trace: Trace,
+    rows: dict[str, np.ndarray],
+    values: dict[str, np.ndarray],
+    heads: Heads,
+) -> dict[str, Path3]:
+    """Paths from measured depths and directions, by minimum curvature."""
+    units, stated = trace.units or {}, trace.head or {}
+    if heads and (extra := [name for name in heads if name not in rows]) and len(rows) > 1:
+        noted("heads", f"not used: {', '.join(extra)}")
+    found: dict[str, Path3] = {}
+    for name, at in rows.items():
+        head = heads.get(name)
+        if head is None and len(stated) == 3:
+            plane = metres_per_unit(units.get("xy", "m"), f"{path.name}: well head")
+            up = metres_per_unit(units.get("z", "m"), f"{path.name}: well datum")
+            head = (stated["x"] * plane, stated["y"] * plane, stated["z"] * up)
+        if head is None:
+            raise InputError(
+                f"{path}: well {name!r} has measured depths and directions, but no place to begin "
+                f"at. Give it, as in heads={{{name!r}: (easting, northing, elevation of the drill "
+                "floor)}, in metres."
+            )
+        md, inc, azi = (values[key][at] for key in SURVEY)
+        _check_rise(path, trace, name, at, md)
+        lines = [trace.rows[int(k)][0] for k in at]
+        md, inc, azi = checked_stations(path, name, lines, md, inc, azi)
+        if len(md) < 2:
+            raise FormatError(
+                f"{path}: well {name!r} has one station at the well head only. Export it again."
+            )
+        places, depths = along_arcs(md, inc, azi)
+        found[name] = (places + np.array(head), depths)
+    return found
+
+
+def _check_rise(path: Path, trace: Trace, name: str, at: np.ndarray, md: np.ndarray) -> None:
+    """Refuse measured depths that fall along a well."""
+    falls = np.flatnonzero(np.diff(md) < 0.0)
+    if len(falls):
+        line = trace.rows[int(at[falls[0] + 1])][0]
+        raise FormatError(
+            f"{path}, line {line}: the measured depth of well {name!r} falls from "
+            f"{md[falls[0]]:g} m to {md[falls[0] + 1]:g} m. Sort its rows; a side track needs a "
+            "name of its own."
+        )
+
+
+def _dataset(path: Path, wells: dict[str, Path3], crs: str | None) -> xr.Dataset:
+    """All wells in one table."""
+    points = np.concatenate([places for places, _ in wells.values()])
+    names = np.concatenate([np.full(len(p), name, dtype=object) for name, (p, _) in wells.items()])
+    others: dict[str, Any] = {"well": ("point", names)}
+    depths = [md for _, md in wells.values() if md is not None]
+    if depths:
+        others["md"] = ("point", np.concatenate(depths), {"units": "m"})
+    found = points_dataset(points, path.name, crs, others)
+    return found[["well", *(key for key in found.data_vars if key != "well")]]
+
+
+__all__ = ["read_wells"]
