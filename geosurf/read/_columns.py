@@ -37,7 +37,7 @@ class Table:
         Line of each, counted from 1.
     labels, names : list of str or None
         Words of two more columns: the number of the line, and the name of its fault; of points
-        what the caller asked for.
+        those that the caller wants.
     """
 
     points: np.ndarray

@@ -32,7 +32,7 @@ def heads_of(heads: Any, decimal: str) -> Heads:
     Raises
     ------
     InputError, FormatError
-        If it is neither, or a value is no number.
+        If it is neither, or a value is not a number.
 
     Examples
     --------

@@ -88,7 +88,7 @@ def read_wells(
     Raises
     ------
     FormatError
-        If a column is missing, a value is no number, or measured depths do not rise.
+        If a column is missing, a value is not a number, or measured depths do not rise.
     InputError
         If the file cannot be opened, `positive` is missing, or a well has no head.
 
