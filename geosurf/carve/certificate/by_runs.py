@@ -16,6 +16,7 @@ from geosurf.carve.certificate.checks import (
     areas_agree,
     crosses_not,
     is_graph,
+    limits_of,
     on_parents,
     oriented,
     shared_in_words,
@@ -23,6 +24,7 @@ from geosurf.carve.certificate.checks import (
 )
 from geosurf.carve.certificate.facts import Facts, sides_of
 from geosurf.carve.certificate.lines import Half, in_two_threads, lines_of_units
+from geosurf.carve.certificate.near_runs import candidates
 from geosurf.carve.volume import exact_volume
 from geosurf.model import Check, Patches, Units
 from geosurf.model.pieces import Pieces
@@ -116,12 +118,13 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
 
     # new triangles stay near their input triangle, so runs that share no corner with it are apart:
     # a corner is at most 2 L / h times as far from it as from its sides (length L, height h)
-    span = 4.0 * float(np.ptp(x, axis=0).sum())
+    low, high = limits_of(x)
+    span = 4.0 * float((high - low).sum())
     if near_parents.value * span >= facts.heights**2:
         return None
 
     # all that is listed, and of runs what is near other surfaces
-    more, surface = facts.candidates()
+    more, surface = candidates(facts)
     t = np.arange(len(x), len(x) + 3 * len(more)).reshape(-1, 3)
     x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([elements.triangles, t])
     surface = np.concatenate([elements.surface_of_triangle[elements.element], surface])

@@ -10,15 +10,12 @@ follow from the lattice. `Facts.of` returns None for a model that this does not 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
 from geosurf.arrangement.threads import map_threads
-from geosurf.arrangement.tree import Tree, apart, candidate_pairs, separated_by_tops, tree_of_list
 from geosurf.carve.certificate.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
 from geosurf.carve.certificate.partition import Matched, rows_on
 from geosurf.carve.outside import box_of
@@ -31,6 +28,7 @@ from geosurf.kernels.lattices.run_checks import (
     mark_nodes,
     sums_of_runs,
 )
+from geosurf.kernels.meshes.parent_checks import copies_of_parents
 from geosurf.kernels.meshes.shell_edges import count_shared
 from geosurf.kernels.meshes.shells import number_triangles, sums_of_triangles
 from geosurf.model import Lattice, Patches, Units
@@ -220,10 +218,7 @@ class Facts:
             mine = np.flatnonzero(pieces.surface == i)
             nodes = source.corners_of_keys(pieces.key[mine]).ravel()
             parent[mine] = (source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3)
-        corners = pieces.x[pieces.triangles]
-        copied = np.zeros(len(corners), dtype=bool)
-        for turn in range(3):
-            copied |= (corners == np.roll(parent, turn, axis=1)).all(axis=(1, 2))
+        copied = copies_of_parents(pieces.x, pieces.triangles, parent.reshape(-1, 9))
         new = np.flatnonzero(~copied)
         return new, parent[new]
 
@@ -245,72 +240,6 @@ class Facts:
                 rim += float(one.sums[:, 5].sum())
             found.append((area, before, rim))
         return found
-
-    def candidates(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corners (n, 3, 3) and surfaces of the triangles in runs that are not listed, and whose
-        boxes meet those of triangles of other surfaces.
-        """
-        trees = [_tree_of_lattice(one, self.patches.origin) for one in self.lattices]
-        hit: list[list[np.ndarray]] = [[] for _ in self.lattices]
-
-        def between(i: int, j: int) -> np.ndarray:
-            """Pairs of triangles in runs of two lattices whose boxes meet."""
-            one, two = self.lattices[i], self.lattices[j]
-            sources = self.patches.sources[one.surface], self.patches.sources[two.surface]
-            both = (trees[i], trees[j])
-            if of_one_map(*sources):
-                pairs = pairs_of_one_map((one.lattice, two.lattice), both)[0]
-            else:
-                pairs = candidate_pairs(*both)[0]
-            p, q = pairs.T
-            return pairs[(one.label[p] >= 0) & (two.label[q] >= 0)]
-
-        near = _near(trees, [one.surface for one in self.lattices], len(trees))
-        for (i, j), pairs in zip(near, map_threads(between, near), strict=True):
-            hit[i].append(pairs[:, 0])
-            hit[j].append(pairs[:, 1])
-
-        # triangles that are listed one by one in the model, surface by surface
-        pieces: Pieces = self.patches.pieces
-        lists, surfaces = [], []
-        for i in np.unique(pieces.surface).tolist():
-            lists.append(tree_of_list(pieces.x, pieces.triangles[pieces.surface == i]))
-            surfaces.append(i)
-        of = [*(one.surface for one in self.lattices), *surfaces]
-        near = [pair for pair in _near([*trees, *lists], of, len(trees)) if pair[1] >= len(trees)]
-        searches = [(trees[i], lists[j - len(trees)]) for i, j in near]
-        for (i, _), found in zip(near, map_threads(candidate_pairs, searches), strict=True):
-            hit[i].append(found[0][:, 0])
-        corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
-        for one, found in zip(self.lattices, hit, strict=True):
-            some = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found]))
-            some = some[one.label[some] >= 0]
-            some = some[~np.isin(some, one.listed)]
-            corners.append(one.corners(some, self.patches.origin))
-            of_corners.append(np.full(len(some), one.surface))
-        return np.concatenate(corners), np.concatenate(of_corners)
-
-
-def _near(trees: Sequence[Tree], surface: list[int], n_first: int) -> list[tuple[int, int]]:
-    """Pairs of trees of different surfaces, the first below `n_first`, whose boxes meet."""
-    far = apart(list(trees))
-    pairs = [
-        (i, j) for i in range(n_first) for j in range(i + 1, len(trees))
-        if surface[i] != surface[j] and not far[i, j]
-    ]  # fmt: skip
-    if not pairs:
-        return []
-    beyond = separated_by_tops(list(trees), np.array(pairs))
-    return [pair for pair, is_far in zip(pairs, beyond.tolist(), strict=True) if not is_far]
-
-
-def _tree_of_lattice(one: LatticeRuns, origin: np.ndarray) -> Tree:
-    """The boxes of a lattice in the local frame: rounding keeps the order of numbers."""
-    x, y, z = (part - origin[k] for k, part in enumerate(one.lattice.coordinates))
-    survey = one.lattice.survey
-    nodes = survey.nodes - np.concatenate([origin, origin])
-    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
-    return Tree((x, y, z), one.lattice.places, *none, nodes, survey.levels)
 
 
 def _bounds(patches: Patches) -> np.ndarray:

@@ -20,39 +20,54 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, corner_of, key_at, load
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, corner_of, load
 from geosurf.kernels.search.tree import N_COL, N_ROW, RISING, TURNED
 
 VERTICES, EDGES, OPEN = 0, 1, 2
 
 
+@scalar
+def _bad_numbers(values, a, axis, row, first, last):
+    """How many coordinates of the nodes of some columns of a row are infinite or not a number."""
+    n_bad = 0
+    for col in range(first, last + 1):
+        value = load(values, a, axis, row, col)
+        n_bad += 0 if value - value == 0.0 else 1
+    return n_bad
+
+
 @entry("d1 d1 d1 l1 l2 -> l1 l")
 def label_runs(p, q, r, a, runs):
-    """The label of each triangle, and the number of places that runs must not have.
+    """The label of each triangle, and the number of things that runs must not have.
 
-    These are places outside of the lattice, in two runs, or without three nodes.
+    These are places outside of the lattice, places in two runs, and numbers that are not finite.
     """
     n_row, n_col = max(a[N_ROW] - 1, 0), max(a[N_COL] - 1, 0)
     label = np.full(2 * n_row * n_col, -1, dtype=np.int64)
+    flip = 1 if a[RISING] == 1 else 0
     n_bad = 0
     for i in range(runs.shape[0]):
         row, first, last = runs[i, ROW], runs[i, FIRST], runs[i, LAST]
         if row < 0 or row >= n_row or first < 0 or last >= 2 * n_col or last < first:
             n_bad += 1
             continue
+        start = 2 * row * n_col
         for place in range(first, last + 1):
-            key = key_at(a, row, place)
+            key = start + (place ^ flip)
             if label[key] >= 0:
                 n_bad += 1
             label[key] = i
 
-            # The sum of all coordinates is not a number if one of them is not.
-            total = 0.0
-            for corner in range(3):
-                u, v = corner_of(a, key, corner)
-                total += load(p, a, 0, u, v) + load(q, a, 1, u, v) + load(r, a, 2, u, v)
-            if not total - total == 0.0:
-                n_bad += 1
+        # the nodes of its triangles, row by row: a half cell at an end has one node of one row
+        for k in range(2):
+            left, right = first >> 1, (last >> 1) + 1
+            if first & 1 and k == flip:
+                left += 1
+            if not last & 1 and k == 1 - flip:
+                right -= 1
+            n_bad += _bad_numbers(p, a, 0, row + k, left, right)
+            n_bad += _bad_numbers(q, a, 1, row + k, left, right)
+            n_bad += _bad_numbers(r, a, 2, row + k, left, right)
     return label, n_bad
 
 
@@ -104,6 +119,43 @@ def _two_sum(out, i, k, term):
     out[i, k] = total
 
 
+@scalar
+def _load_side(p, q, r, a, origin, row, col, cell, low, high):
+    """Load the nodes of a column in two rows as corners of a cell, local."""
+    for k in range(2):
+        corner = low if k == 0 else high
+        cell[corner, 0] = load(p, a, 0, row + k, col) - origin[0]
+        cell[corner, 1] = load(q, a, 1, row + k, col) - origin[1]
+        cell[corner, 2] = load(r, a, 2, row + k, col) - origin[2]
+
+
+@scalar
+def _add_sums(c, level, sign, i, out):
+    """Add a triangle to row i of the sums, if that is not below 0; twice its area, and its sides.
+
+    The area of a triangle that lacks a node is not a number.
+    """
+    ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
+    vx, vy, vz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area = np.sqrt(nx * nx + ny * ny + nz * nz)
+    u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
+    around = u + v + abs(ux - vx) + abs(uy - vy) + abs(uz - vz)
+    if i < 0 or not area == area:
+        return area, around
+    height = (c[0, 2] - level) + (c[1, 2] - level) + (c[2, 2] - level)
+    _two_sum(out, i, 0, sign * nz * height)
+    _two_sum(out, i, 2, area)
+    out[i, 4] += u * v
+    out[i, 5] += around
+    out[i, 6] += sign * nz
+    out[i, 7] += 1.0
+    for k in range(3):
+        out[i, 8 + k] = min(out[i, 8 + k], min(c[0, k], min(c[1, k], c[2, k])))
+        out[i, 11 + k] = max(out[i, 11 + k], max(c[0, k], max(c[1, k], c[2, k])))
+    return area, around
+
+
 @entry("d1 d1 d1 l1 l1 d1 d d2 -> d d")
 def sums_of_runs(p, q, r, a, label, origin, level, out):
     """Add to the rows of runs (n_run, 14) the sums over their triangles; the area and the sum of
@@ -115,44 +167,34 @@ def sums_of_runs(p, q, r, a, label, origin, level, out):
     normals look down.
     """
     sign = -1.0 if a[TURNED] != 0 else 1.0
-    c = np.empty((3, 3))
+    n_row, n_col = max(a[N_ROW] - 1, 0), max(a[N_COL] - 1, 0)
+    c, cell = np.empty((3, 3)), np.empty((4, 3))
     rest = np.zeros((1, 2))
     rim = 0.0
-    for key in range(label.shape[0]):
-        for corner in range(3):
-            i, j = corner_of(a, key, corner)
-            c[corner, 0] = load(p, a, 0, i, j) - origin[0]
-            c[corner, 1] = load(q, a, 1, i, j) - origin[1]
-            c[corner, 2] = load(r, a, 2, i, j) - origin[2]
-        ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
-        vx, vy, vz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        area = np.sqrt(nx * nx + ny * ny + nz * nz)
-        if not area == area:
-            continue
-        u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
-        around = u + v + abs(ux - vx) + abs(uy - vy) + abs(uz - vz)
-        i = label[key]
-        if i < 0:
-            _two_sum(rest, 0, 0, area)
-            rim += around
-            continue
-        height = (c[0, 2] - level) + (c[1, 2] - level) + (c[2, 2] - level)
-        _two_sum(out, i, 0, sign * nz * height)
-        _two_sum(out, i, 2, area)
-        out[i, 4] += u * v
-        out[i, 5] += around
-        out[i, 6] += sign * nz
-        out[i, 7] += 1.0
-        for k in range(3):
-            out[i, 8 + k] = min(out[i, 8 + k], min(c[0, k], min(c[1, k], c[2, k])))
-            out[i, 11 + k] = max(out[i, 11 + k], max(c[0, k], max(c[1, k], c[2, k])))
+    for row in range(n_row):
+        _load_side(p, q, r, a, origin, row, 0, cell, 1, 2)
+        for col in range(n_col):
+            # corners 0, 1, 2, 3 around the cell: 0 and 3 are 1 and 2 of the one before
+            for k in range(3):
+                cell[0, k], cell[3, k] = cell[1, k], cell[2, k]
+            _load_side(p, q, r, a, origin, row, col + 1, cell, 1, 2)
+            for half in range(2):
+                i = label[2 * (row * n_col + col) + half]
+                # 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
+                first = 1 if half == 1 and a[RISING] == 0 else 0
+                third = 2 if half == 0 and a[RISING] == 1 else 3
+                for k in range(3):
+                    c[0, k], c[1, k], c[2, k] = cell[first, k], cell[1 + half, k], cell[third, k]
+                area, around = _add_sums(c, level, sign, i, out)
+                if i < 0 and area == area:
+                    _two_sum(rest, 0, 0, area)
+                    rim += around
     return 0.5 * (rest[0, 0] + rest[0, 1]), rim
 
 
 @scalar
-def _add_edge(sides, one, two, counts):
-    """Count an edge between two triangles of a lattice, by their labels, for the units around."""
+def _add_edges(sides, one, two, n, counts):
+    """Count n edges between two triangles of a lattice, by their labels, for the units around."""
     if one < 0 and two < 0:
         return
     if one >= 0 and two >= 0:
@@ -160,9 +202,9 @@ def _add_edge(sides, one, two, counts):
         if front == sides[two, 0] and behind == sides[two, 1]:
             if front != behind:
                 if front >= 0:
-                    counts[front, EDGES] += 1
+                    counts[front, EDGES] += n
                 if behind >= 0:
-                    counts[behind, EDGES] += 1
+                    counts[behind, EDGES] += n
             return
 
     # One triangle runs through the edge one way, the other one the other way. A shell has a
@@ -181,28 +223,32 @@ def _add_edge(sides, one, two, counts):
         if two >= 0 and sides[two, 0] != sides[two, 1]:
             balance -= int(sides[two, 1] == unit) - int(sides[two, 0] == unit)
         if not seen:
-            counts[unit, EDGES] += 1
-            counts[unit, OPEN] += abs(balance)
+            counts[unit, EDGES] += n
+            counts[unit, OPEN] += n * abs(balance)
 
 
 @scalar
-def _add_node(around, sides, stamp, node, counts):
-    """Count a node for each unit that has a triangle around it; 1 if there is one, else 0."""
-    one = around[0]
-    alike = one >= 0
-    for k in range(1, 6):
-        alike = alike and around[k] == one
+def _add_nodes(around, sides, n, counts):
+    """Count n nodes for each unit that has a triangle around them; n if there is one, else 0."""
     used = 0
-    for k in range(1 if alike else 6):
+    for k in range(6):
         of = around[k]
         if of < 0 or sides[of, 0] == sides[of, 1]:
             continue
         for s in range(2):
             unit = sides[of, s]
-            if unit >= 0 and stamp[unit] != node:
-                stamp[unit] = node
-                counts[unit, VERTICES] += 1
-                used = 1
+            if unit < 0:
+                continue
+
+            # each unit once, whichever of the triangles it has
+            seen = False
+            for m in range(k):
+                before = around[m]
+                if before >= 0 and sides[before, 0] != sides[before, 1]:
+                    seen = seen or sides[before, 0] == unit or sides[before, 1] == unit
+            if not seen:
+                counts[unit, VERTICES] += n
+            used = n
     return used
 
 
@@ -249,6 +295,65 @@ def _add_joined(one, two, pairs, n):
     return pairs, n + 1
 
 
+@scalar
+def _add_around_node(a, label, shared, sides, i, j, around, counts, pairs, n_pair):
+    """Count a private node, and the private edges to the next ones; as `count_private` returns."""
+    n_row, n_col = a[N_ROW], a[N_COL]
+    node = i * n_col + j
+    right, left = (1, 0) if a[RISING] == 1 else (0, 1)
+    n_used = 0
+    if not shared[node]:
+        _labels_around(a, label, i, j, around)
+        n_used = _add_nodes(around, sides, 1, counts)
+
+        # The edges to the next node of the row, and to the next row.
+        if j + 1 < n_col and not shared[node + 1]:
+            one, two = _label(a, label, i - 1, j, 1), _label(a, label, i, j, 0)
+            _add_edges(sides, one, two, 1, counts)
+            pairs, n_pair = _add_joined(one, two, pairs, n_pair)
+        if i + 1 < n_row and not shared[node + n_col]:
+            one, two = _label(a, label, i, j, right), _label(a, label, i, j - 1, left)
+            _add_edges(sides, one, two, 1, counts)
+            pairs, n_pair = _add_joined(one, two, pairs, n_pair)
+
+    # The diagonal of the cell that begins here joins corners 0 and 3, or 1 and 2.
+    if i + 1 < n_row and j + 1 < n_col:
+        start = node + (0 if a[RISING] == 1 else 1)
+        stop = node + n_col + (1 if a[RISING] == 1 else 0)
+        if not shared[start] and not shared[stop]:
+            one, two = _label(a, label, i, j, 0), _label(a, label, i, j, 1)
+            _add_edges(sides, one, two, 1, counts)
+            pairs, n_pair = _add_joined(one, two, pairs, n_pair)
+    return n_used, pairs, n_pair
+
+
+@scalar
+def _alike_from(label, shared, n_col, i, j):
+    """How many nodes of a row, from node j on, have one label on each side of the row.
+
+    All that is counted with such a node is private, and lies in the cells above and below that end
+    or begin there. 0 for the first and last row and column.
+    """
+    n = 0
+    above, below = 2 * (i * (n_col - 1) + j), 2 * ((i - 1) * (n_col - 1) + j)
+    one, two = label[above], label[below]
+    node = i * n_col + j
+    if label[above - 2] != one or label[above - 1] != one:
+        return 0
+    if label[below - 2] != two or label[below - 1] != two:
+        return 0
+    while j + n < n_col - 1:
+        at, other = above + 2 * n, below + 2 * n
+        alike = label[at] == one and label[at + 1] == one
+        alike = alike and label[other] == two and label[other + 1] == two
+        if not alike or shared[node + n] or shared[node + n + n_col]:
+            break
+        if shared[node + n + 1] or shared[node + n + n_col + 1]:
+            break
+        n += 1
+    return n
+
+
 @entry("l1 l1 b1 l2 l2 -> l l2")
 def count_private(a, label, shared, sides, counts):
     """Add private nodes and edges to the counts of units; the number of nodes of shells, and pairs
@@ -256,36 +361,30 @@ def count_private(a, label, shared, sides, counts):
     """
     n_row, n_col = a[N_ROW], a[N_COL]
     around = np.empty(6, dtype=np.int64)
-    stamp = np.full(counts.shape[0], -1, dtype=np.int64)
     pairs, n_pair = np.empty((1024, 2), dtype=np.int64), 0
     n_used = 0
-    right, left = (1, 0) if a[RISING] == 1 else (0, 1)
-    low, high = (0, 3) if a[RISING] == 1 else (1, 2)  # corners that the diagonal joins
     for i in range(n_row):
-        for j in range(n_col):
-            node = i * n_col + j
-            if not shared[node]:
-                _labels_around(a, label, i, j, around)
-                n_used += _add_node(around, sides, stamp, node, counts)
-
-                # The edges to the next node of the row, and to the next row.
-                if j + 1 < n_col and not shared[node + 1]:
-                    one, two = _label(a, label, i - 1, j, 1), _label(a, label, i, j, 0)
-                    _add_edge(sides, one, two, counts)
-                    pairs, n_pair = _add_joined(one, two, pairs, n_pair)
-                if i + 1 < n_row and not shared[node + n_col]:
-                    one, two = _label(a, label, i, j, right), _label(a, label, i, j - 1, left)
-                    _add_edge(sides, one, two, counts)
-                    pairs, n_pair = _add_joined(one, two, pairs, n_pair)
-
-            # The diagonal of the cell that begins here.
-            if i + 1 < n_row and j + 1 < n_col:
-                start = node + (0 if low == 0 else 1)
-                stop = node + n_col + (1 if high == 3 else 0)
-                if not shared[start] and not shared[stop]:
-                    one, two = _label(a, label, i, j, 0), _label(a, label, i, j, 1)
-                    _add_edge(sides, one, two, counts)
-                    pairs, n_pair = _add_joined(one, two, pairs, n_pair)
+        j = 0
+        while j < n_col:
+            # Nearly all nodes: a run above the row, and one below it.
+            n = 0
+            if 0 < i < n_row - 1 and 0 < j < n_col - 1:
+                n = _alike_from(label, shared, n_col, i, j)
+            if n == 0:
+                more, pairs, n_pair = _add_around_node(
+                    a, label, shared, sides, i, j, around, counts, pairs, n_pair
+                )
+                n_used += more
+                j += 1
+                continue
+            one = label[2 * (i * (n_col - 1) + j)]
+            two = label[2 * ((i - 1) * (n_col - 1) + j)]
+            around[:3], around[3:] = one, two
+            n_used += _add_nodes(around, sides, n, counts)
+            _add_edges(sides, two, one, n, counts)
+            _add_edges(sides, one, one, 2 * n, counts)
+            pairs, n_pair = _add_joined(two, one, pairs, n_pair)
+            j += n
     return n_used, pairs[:n_pair].copy()
 
 

@@ -49,6 +49,44 @@ def _misses(p, bounds, size, i, j, k):
 
 
 @scalar
+def _steepest(p):
+    """The axis along which a normal is longest."""
+    axis = 0
+    for k in range(1, 3):
+        if abs(p[k]) > abs(p[axis]):
+            axis = k
+    return axis
+
+
+@scalar
+def _passed(p, bounds, size, axis, at, span):
+    """First and last voxel along an axis that a plane may pass, given the two other indices in
+    `at`; a few more, and all of `span` where the plane has no direction.
+    """
+    first, last = span[axis], span[3 + axis]
+    if not abs(p[axis]) > 0.0:
+        return first, last
+    h = 0.5 * size * LARGER
+    s, reach = 0.0, 0.0
+    for k in range(3):
+        # the farthest voxel along the axis bounds the rounding of all of them
+        d = bounds[k] + (at[k] + 0.5) * size - p[6 + k]
+        far = abs(d)
+        if k == axis:
+            far = abs(bounds[k] - p[6 + k]) + (last + 1) * size
+        else:
+            s += p[k] * d
+        reach += abs(p[k]) * h + 4.0 * ROUNDING * p[3 + k] * (far + h)
+
+    # |s + normal * d| <= reach, as an interval of d; then of voxels, one more at each end
+    middle = (-s / p[axis] + p[6 + axis] - bounds[axis]) / size - 0.5
+    half = reach / (abs(p[axis]) * size) + 1.0
+    if not (abs(middle) < 1e9 and half < 1e9):
+        return first, last
+    return max(first, int(np.floor(middle - half))), min(last, int(np.ceil(middle + half)))
+
+
+@scalar
 def _append(pairs, n, a, b):
     """Append a pair, lower row first; the array, twice as long where it was full, and the count."""
     if n == pairs.shape[0]:
@@ -64,7 +102,7 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
     n = 0
     # The last large triangle that each triangle was compared with.
     seen = np.full(t.shape[0], -1, dtype=np.int64)
-    span = np.empty(6, dtype=np.int64)
+    span, cell = np.empty(6, dtype=np.int64), np.zeros(3, dtype=np.int64)
     p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
     for r in range(large.shape[0]):
         a = large[r]
@@ -81,9 +119,15 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
         # The others: only in voxels that the plane passes.
         # The box of a large triangle covers many voxels, its plane passes few of them.
         _cell_range(boxes, a, bounds, size, shape, span)
-        for i in range(span[0], span[3] + 1):
-            for j in range(span[1], span[4] + 1):
-                for k in range(span[2], span[5] + 1):
+        axis = _steepest(p)
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for one in range(span[u], span[3 + u] + 1):
+            for two in range(span[v], span[3 + v] + 1):
+                cell[u], cell[v] = one, two
+                low, high = _passed(p, bounds, size, axis, cell, span)
+                for three in range(low, high + 1):
+                    cell[axis] = three
+                    i, j, k = cell[0], cell[1], cell[2]
                     c = (i * shape[1] + j) * shape[2] + k
                     if offsets[c] == offsets[c + 1] or _misses(p, bounds, size, i, j, k):
                         continue

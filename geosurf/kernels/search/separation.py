@@ -26,7 +26,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import TINY, filtered_side, plane_terms
-from geosurf.kernels.search.tree import append_pair, boxes_apart
+from geosurf.kernels.search.tree import append_pair
 
 # Rounding errors relative to the sum of magnitudes: below 8 units (2**-53) for three products of
 # differences, below 16 for six products of three factors.
@@ -209,6 +209,27 @@ def separated_triangles(x, t, a, b, at):
     return _apart_midway(x, t, a, b) or _separated_by_face(x, t, a, b, -1)
 
 
+@scalar
+def _load_boxes(boxes, filled, low, high, near):
+    """Boxes of the triangles of a voxel, coordinate by coordinate, into rows of `near`."""
+    for s in range(low, high):
+        for k in range(6):
+            near[k, s - low] = boxes[filled[s], k]
+
+
+@scalar
+def _meeting(near, i, n, hits):
+    """Places behind i whose boxes meet that of i; how many. Without branches: few are predicted."""
+    x0, y0, z0, x1, y1, z1 = near[0, i], near[1, i], near[2, i], near[3, i], near[4, i], near[5, i]
+    count = 0
+    for j in range(i + 1, n):
+        hits[count] = j
+        meets = (near[0, j] <= x1) & (x0 <= near[3, j]) & (near[1, j] <= y1) & (y0 <= near[4, j])
+        meets = meets & (near[2, j] <= z1) & (z0 <= near[5, j])
+        count += int(meets)
+    return count
+
+
 @entry("d2 l2 l l1 d2 l1 l1 l1 l2 l2 -> l")
 def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, pairs):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
@@ -217,18 +238,27 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
     other.
     """
     at = np.empty((2, 9), dtype=np.int64)
+    most = 0
+    for voxel in range(offsets.shape[0] - 1):
+        most = max(most, offsets[voxel + 1] - offsets[voxel])
+    near, hits = np.empty((6, most)), np.empty(most + 1, dtype=np.int64)
     n = 0
     for voxel in range(offsets.shape[0] - 1):
+        low, high = offsets[voxel], offsets[voxel + 1]
+        if high - low < 2:
+            continue
+        _load_boxes(boxes, filled, low, high, near)
+
         # A pair belongs to the voxel of the lower corner of the common box.
         k = voxel % shape[2]
         j = voxel // shape[2] % shape[1]
         i = voxel // (shape[1] * shape[2])
-        for s in range(offsets[voxel], offsets[voxel + 1]):
+        for s in range(low, high):
             a = filled[s]
             if a >= n_first:
                 break  # rows are increasing in a voxel
-            for r in range(s + 1, offsets[voxel + 1]):
-                b = filled[r]
+            for hit in range(_meeting(near, s - low, high - low, hits)):
+                b = filled[low + hits[hit]]
                 # Two parts of one single-valued surface are separated in the map.
                 if graph[a] >= 0 and graph[a] == graph[b]:
                     continue
@@ -236,7 +266,6 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
                     max(first[a, 2], first[b, 2]) != k
                     or max(first[a, 1], first[b, 1]) != j
                     or max(first[a, 0], first[b, 0]) != i
-                    or boxes_apart(boxes, a, boxes, b)
                     or separated_triangles(x, t, a, b, at)
                 ):
                     continue
