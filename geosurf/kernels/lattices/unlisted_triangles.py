@@ -1,8 +1,8 @@
 """Which triangles of a lattice are near triangles of another surface?
 
 A certificate lists some triangles of each lattice, and looks for others that it has to list. The
-tree has boxes around the unlisted ones, and no other triangle is read. Answers are marks, not pairs,
-since nearly no unlisted triangle is near another surface.
+tree has boxes around the unlisted ones, and no other triangle is read. Answers are marks instead of
+pairs, since nearly no unlisted triangle is near another surface.
 
 Notation as in `geosurf.kernels.search.tree`, in addition
     free    whether each triangle of a lattice is unlisted, by key
