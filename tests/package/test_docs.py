@@ -111,7 +111,7 @@ def test_the_lines_of_the_readme_run(tmp_path: Path, monkeypatch, capsys) -> Non
     run_blocks(ROOT / "README.md")
     assert (tmp_path / "view.png").is_file()
     assert (tmp_path / "units.vtm").is_file()
-    assert "m3" in capsys.readouterr().out
+    assert "million m³" in capsys.readouterr().out
 
 
 @pytest.mark.filterwarnings("default::geosurf.GeosurfWarning")
