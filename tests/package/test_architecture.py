@@ -68,6 +68,7 @@ def tracked_files() -> list[Path]:
 # ---- tools ---------------------------------------------------------------------------
 
 
+@pytest.mark.timeout(1200)  # types from scratch, on cores that others use
 @pytest.mark.parametrize(
     "command",
     [
