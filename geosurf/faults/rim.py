@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,8 +19,11 @@ from geosurf.errors import SurfaceError
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.kernels.meshes.mesh import edges, pieces, weld
 from geosurf.model import TriSurface
+from geosurf.model.content import Content
 
 FLAT = 0.05  # a plane flatter than this (3 degrees) has no strike of its own: it takes the mean's
+AT_ONCE = 250_000  # entries of the table of cuts that are computed at once
+KEPT = 128  # rims that are remembered: tears ask for those of the same faults again and again
 _ORDER = ("end", "up", "start", "down")  # around the rim, counter-clockwise seen from the front
 
 
@@ -133,7 +137,7 @@ def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
     >>> rim.arcs["up"].tolist(), rim.arcs["start"].tolist()
     ([2, 3], [3, 0])
     """
-    rims = find_rims(surface, axes)
+    rims = _own_rims(Content(surface)) if axes is None else tuple(find_rims(surface, axes))
     if len(rims) > 1:
         raise SurfaceError(
             f"fault {surface.name!r} is in {len(rims)} pieces, one of them at "
@@ -141,6 +145,16 @@ def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
             "piece as a fault of its own: gs.split_fault(fault) returns them by name."
         )
     return rims[0]
+
+
+@lru_cache(maxsize=KEPT)
+def _own_rims(content: Content) -> tuple[Rim, ...]:
+    """The rims of a fault by its own axes."""
+    rims = tuple(find_rims(content.surface))
+    for rim in rims:
+        for array in (rim.loop, *rim.arcs.values()):
+            array.flags.writeable = False
+    return rims
 
 
 def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
@@ -269,23 +283,29 @@ def _best_cuts(gain: np.ndarray) -> list[int]:
     steps = sums[:-1] - sums[1:]  # what moving a cut by one edge is worth: run k instead of k + 1
     best, found = -np.inf, [0, 0, 0, 0]
 
-    # dynamic programming over the three later cuts: O(n) for each start, O(n^2) in all
-    for a in range(n):
-        value = steps[0, a : a + n + 1]
+    # dynamic programming over the three later cuts: O(n) for each start, O(n^2) in all; some
+    # starts at a time, a row for each
+    ahead = np.arange(n + 1)
+    many = max(1, AT_ONCE // (n + 1))
+    for first in range(0, n, many):
+        starts = np.arange(first, min(first + many, n))
+        at = starts[:, None] + ahead
+        value = steps[0, at]
         back = []
         for k in range(3):
-            top = np.maximum.accumulate(value)
+            top = np.maximum.accumulate(value, axis=1)
 
             # the first place where a maximum is reached, so that ties are decided the same way
             # always
-            rise = np.r_[True, top[1:] > top[:-1]]
-            back.append(np.maximum.accumulate(np.where(rise, np.arange(n + 1), 0)))
-            value = top + (steps[k + 1, a : a + n + 1] if k < 2 else sums[3, a : a + n + 1])
-        worth = float(value[n] - sums[0, a])
-
-        # ties up to rounding stay with the earliest start
-        if worth > best + 1e-9 * abs(worth):
-            third = int(back[2][n])
-            second = int(back[1][third])
-            best, found = worth, [a, a + int(back[0][second]), a + second, a + third]
+            rise = np.ones(top.shape, dtype=bool)
+            rise[:, 1:] = top[:, 1:] > top[:, :-1]
+            back.append(np.maximum.accumulate(np.where(rise, ahead, 0), axis=1))
+            value = top + (steps[k + 1, at] if k < 2 else sums[3, at])
+        for row, worth in enumerate((value[:, n] - sums[0, starts]).tolist()):
+            # ties up to rounding stay with the earliest start
+            if worth > best + 1e-9 * abs(worth):
+                third = int(back[2][row, n])
+                second = int(back[1][row, third])
+                a, first_cut = int(starts[row]), int(back[0][row, second])
+                best, found = worth, [a, a + first_cut, a + second, a + third]
     return found

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from hashlib import sha256
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.sheets.moved_rock import across_fault, values_in_table
 from geosurf.model import TriSurface
+from geosurf.model.content import Content
 from geosurf.sheets.faults.fault_distance import Blocks
 
 MOST = (513, 257)  # nodes of the table along strike and down, at most
@@ -133,7 +133,7 @@ def section_of(
         If the fault has no strike, or turns back between the levels, so that it has two places in
         one section.
     """
-    content, place_of = _Content(fault), tuple(corner)
+    content, place_of = Content(fault), tuple(corner)
     seen = _seen_along_strike(content, place_of)
     section, back, z = _section(content, place_of, seen.n_node(step)), seen.turned, seen.elevations
     if levels is not None:
@@ -148,23 +148,6 @@ def section_of(
                 surfaces=(fault.name,),
             )
     return section
-
-
-class _Content:
-    """A fault as a key: equal if its name, vertices and triangles are."""
-
-    def __init__(self, fault: TriSurface) -> None:
-        self.fault = fault
-        digest = sha256(f"{fault.name} {fault.n_vertex} ".encode())
-        digest.update(fault.vertices.data)
-        digest.update(fault.triangles.data)
-        self.key = digest.digest()
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Content) and self.key == other.key
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,9 +192,9 @@ class _AlongStrike:
 
 
 @lru_cache(maxsize=KEPT)
-def _seen_along_strike(content: _Content, corner: tuple[float, float]) -> _AlongStrike:
+def _seen_along_strike(content: Content, corner: tuple[float, float]) -> _AlongStrike:
     """See a fault along its strike."""
-    fault = content.fault
+    fault = content.surface
     points = fault.vertices - np.append(corner, 0.0)
     corners = points[fault.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -246,13 +229,13 @@ def _seen_along_strike(content: _Content, corner: tuple[float, float]) -> _Along
 
 
 @lru_cache(maxsize=KEPT)
-def _section(content: _Content, corner: tuple[float, float], n_s: int) -> Section:
+def _section(content: Content, corner: tuple[float, float], n_s: int) -> Section:
     """The section of a fault, with some nodes along strike.
 
     The next horizon, and the next realisation of an ensemble, have the same faults. Their cells are
     equal but for rounding, and the number of nodes is what the table depends on.
     """
-    fault, seen = content.fault, _seen_along_strike(content, corner)
+    fault, seen = content.surface, _seen_along_strike(content, corner)
 
     # r as a table over s and z, on the triangles that do not turn back; two levels do for a plane
     n_z = MOST[1] if seen.bends else 2

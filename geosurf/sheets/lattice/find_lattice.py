@@ -6,6 +6,10 @@ after a quarter turn, the mean of exp(4i angle).
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from hashlib import sha256
+from threading import Lock
+
 import numpy as np
 
 from geosurf.conventions import place
@@ -14,12 +18,39 @@ from geosurf.sheets.lattice.frame import Frame, fit_steps
 
 OFF = 0.05  # cells from its node from which a point is not on the lattice
 SCATTERED = 0.2  # share of the points off the lattice from which they are scattered
+KEPT, MOST_KEPT = 12, 100_000  # lattices that are remembered, of so many points at most
+
+Found = tuple[Frame, np.ndarray] | None
+
+_known: OrderedDict[bytes, Found] = OrderedDict()
+_lock = Lock()
 
 
-def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
-    """The lattice that points sit on, and the node of each; None if they are scattered."""
+def find_lattice(xy: np.ndarray, what: str) -> Found:
+    """The lattice that points sit on, and the node of each; None if they are scattered.
+
+    It is remembered: a scene asks for the footprint of a horizon and then for its sheet, and each
+    realisation of an ensemble has the same places.
+    """
     if len(xy) < 9:
         raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
+    if len(xy) > MOST_KEPT:
+        return _find_lattice(xy, what)
+    key = sha256(np.ascontiguousarray(xy)).digest()
+    with _lock:
+        if key in _known:
+            _known.move_to_end(key)
+            return _known[key]
+    found = _find_lattice(xy, what)
+    with _lock:
+        _known[key] = found
+        if len(_known) > KEPT:
+            _known.popitem(last=False)
+    return found
+
+
+def _find_lattice(xy: np.ndarray, what: str) -> Found:
+    """The same, found anew."""
     guess = _first_guess(xy, what)
     if guess is None:
         return None
@@ -68,6 +99,7 @@ def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
     full[node] = xy  # nodes with picks keep the coordinates that they came with
     full = full.reshape(n_row, n_col, 2)
     _on_lines(full, node, xy)
+    full.flags.writeable = node.flags.writeable = False
     return Frame((n_row, n_col), corner, step, full[..., 0], full[..., 1]), node
 
 
@@ -96,8 +128,11 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | N
     from scipy.spatial import cKDTree
 
     # points at one place to a millimetre are picks of one node
-    _, first = np.unique(np.rint(xy * 1e3).astype(np.int64), axis=0, return_index=True)
-    places = xy[np.sort(first)]
+    east, north = np.rint(xy * 1e3).astype(np.int64).T
+    order = np.lexsort((north, east))  # stable: the first of equal ones stays in front
+    east, north = east[order], north[order]
+    is_first = np.append(True, (east[1:] != east[:-1]) | (north[1:] != north[:-1]))
+    places = xy[np.sort(order[is_first])]
     if len(places) < 9:
         raise HorizonError(f"{what}: {len(places)} places do not make a lattice. Give more points.")
 

@@ -7,9 +7,9 @@ torn again. What is still open after that can be closed at any cost (`geosurf.sh
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -42,6 +42,7 @@ MOST = 4.0  # and at most
 LEAST_ALONG, MOST_ALONG = 3.0, 6.0  # cells by which a branch is extended along strike
 
 Longer = dict[int, tuple["Extended", TriSurface]]  # by fault: the list entry and the surface
+Make = Callable[[int, tuple[tuple[str, float], ...]], TriSurface]  # of a fault, longer by lengths
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,9 @@ def close(
     given, found = tuple(faults), dict[int, Extended]()
     surfaces = given
     short = {k: Short(frozenset(VERTICAL), given[k].vertices.mean(axis=0)) for k in known_short}
-    more = _lengthened(given, short, found, picks.frame.cell)
+    # once for each fault and length: attempts ask for the same ones again and again
+    make = cache(lambda number, lengths: extended(given[number], dict(lengths)))
+    more = _lengthened(given, short, found, picks.frame.cell, make)
     n_cut = 0
     while True:
         # each round extends faults next to holes, twice as far as before; MOST ends it
@@ -149,7 +152,7 @@ def close(
         refuse_empty_blocks(filled_picks, rebuilt.state, [surface.name for surface in surfaces])
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
-        asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell)
+        asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell, make)
         built = _built(filled_picks, rebuilt, surfaces, needs_more=asked)
         n_cut += built.n_cut
         # so many holes are a matter of the data, not of a fault that is too short
@@ -202,10 +205,11 @@ def _longer(
     ends: Mapping[int, np.ndarray],
     before: Mapping[int, Extended],
     cell: float,
+    make: Make,
     holes: Sequence[Hole],
 ) -> Longer:
     """Faults to extend because of some holes: `surfaces`, as they are now, end next to them."""
-    return _lengthened(given, too_short(holes, surfaces, REACH * cell, ends), before, cell)
+    return _lengthened(given, too_short(holes, surfaces, REACH * cell, ends), before, cell, make)
 
 
 def _lengthened(
@@ -213,6 +217,7 @@ def _lengthened(
     short: Mapping[int, Short],
     before: Mapping[int, Extended],
     cell: float,
+    make: Make,
 ) -> Longer:
     """Faults that are too short, longer than before; none that cannot be."""
     found: Longer = {}
@@ -228,7 +233,7 @@ def _lengthened(
         # from the fault as given, not from its last extension: dip lines are continued once
         lengths |= more
         try:
-            surface = extended(fault, lengths)
+            surface = make(number, tuple(lengths.items()))
         except GeosurfError:  # its dip lines cross there: another remedy has to do
             continue
         place = one.place if old is None else old.place
