@@ -14,24 +14,24 @@ import numpy as np
 
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
-from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_own_height
-from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
+from geosurf.sheets.faults.fault_distance import mesh_blocks
+from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.carry_on import CarryOn
 from geosurf.sheets.mesh.cut import Cut, band_of, cut_band
 from geosurf.sheets.mesh.holes import Hole
+from geosurf.sheets.mesh.known import Known
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs, repaired
-from geosurf.sheets.mesh.rings import grown_at, grown_over, levelled
+from geosurf.sheets.mesh.rings import levelled
 from geosurf.sheets.mesh.tear_ends import End, torn_limits
-from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, tear
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 MANY = 20  # holes
 HOPELESS = 8  # attempts in a row that leave as many
 STUCK = 3  # attempts after which a hole of the same size at the same place is stuck
 SAME_PLACE, SAME_SIZE = 1.0, 0.1  # cells, and share of its length, by which it may differ
-CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 
 SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
 NeedsMore = Callable[[Sequence[Hole]], object]
@@ -90,21 +90,21 @@ class Setting:
     ----------
     picks : Picks
     faults : list of TriSurface
-    meshes : list of (FaultMesh, Blocks)
-        The faults in the frame of the lattice, and blocks to search them by.
     triangles : Triangles
     reach : int
         Cells from a trace within which the mesh is cut.
     carry_on : callable
         Gives the heights of ghosts.
+    known : Known
+        What attempts have found out.
     """
 
     picks: Picks
     faults: list[TriSurface]
-    meshes: list[tuple[FaultMesh, Blocks]]
     triangles: Triangles
     reach: int
     carry_on: CarryOn
+    known: Known
 
 
 def build(
@@ -149,7 +149,8 @@ def build(
     reach = int(np.ceil(max(widest, default=0.0))) + 3
     meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
     blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
-    setting = Setting(picks, list(faults), blocks, triangles, reach, carry_on)
+    known = Known(picks.frame, triangles, blocks, float(reach))
+    setting = Setting(picks, list(faults), triangles, reach, carry_on, known)
 
     # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
@@ -224,9 +225,7 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     cuts = every.take(np.flatnonzero(torn_rows))
 
     # the mesh, with rings of ghosts where they are needed
-    torn = grown_over(tear(cuts, triangles), triangles, state)
-    for links in repairs.rings:
-        torn = grown_at(torn, triangles, links)
+    torn = setting.known.mesh(cuts, state, repairs.rings)
     # Traces whose tears end before their faults: their ghosts do not bend at the tip.
     early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
     ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state, early)
@@ -235,34 +234,11 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     # the exact cut
     band = band_of(torn, triangles, picks.frame, state.values, ghosts, setting.reach)
 
-    def is_own(nodes: np.ndarray, faults: Sequence[int]) -> np.ndarray:
-        """Whether nodes are clearly on their own side of some faults."""
-        return _is_own(setting, state, nodes, faults)
+    def is_own(nodes: np.ndarray) -> np.ndarray:
+        """Whether nodes are clearly on their own side of all faults."""
+        return setting.known.is_own(nodes, state)
 
-    blocks = [blocks for _, blocks in setting.meshes]
+    blocks = [blocks for _, blocks in setting.known.meshes]
     cut = cut_band(band, torn, triangles, setting.faults, picks.frame, blocks, is_own)
     return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs)
 
-
-def _is_own(
-    setting: Setting, state: Heights, nodes: np.ndarray, faults: Sequence[int]
-) -> np.ndarray:
-    """Whether nodes are clearly on their own side of some faults, at their solved heights."""
-    points = np.column_stack([setting.picks.frame.cells_of_node(nodes), state.values[nodes]])
-    out = np.ones(len(nodes), dtype=bool)
-    reach = float(setting.reach)
-    # Sides at the solved height: a fault that dips is elsewhere at another elevation.
-    sides = {k: side_at_own_height(*setting.meshes[k], points, reach) for k in faults}
-    network = state.network
-    for trace, limits, near in zip(network.traces, network.mesh, state.near, strict=True):
-        if trace.fault not in sides:
-            continue
-        far, side = sides[trace.fault]
-
-        # rows of nodes near the trace (-1: far); off the torn part, or where the fault is out of
-        # reach (side 0), a node has no wrong side
-        at = near.look_up(nodes)
-        inside = (at >= 0) & (side != 0)
-        inside &= (near.place[at] > limits[0]) & (near.place[at] < limits[1])
-        out &= ~inside | ((side == near.side[at]) & (far > CLEARLY))
-    return out

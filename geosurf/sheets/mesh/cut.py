@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 
@@ -40,12 +39,7 @@ from geosurf.sheets.mesh.leaks import (
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
 
 
-class IsOwn(Protocol):
-    """Which nodes are clearly on their own side of some faults, at their own height."""
-
-    def __call__(self, nodes: np.ndarray, faults: Sequence[int]) -> np.ndarray:
-        """Mask (n,) of the nodes."""
-        ...
+IsOwn = Callable[[np.ndarray], np.ndarray]  # nodes clearly on their own side of all faults
 
 
 @dataclass(eq=False)
@@ -188,7 +182,7 @@ def cut_band(
     """Cut a band by its faults, exactly, and look for leaks.
 
     `blocks` of each fault hold something wherever it can meet the band. `is_own` gives which nodes
-    are clearly on their own side of some faults, at their own height.
+    are clearly on their own side of all faults, at their own height.
     """
     # points are rounded once, in the frame of all: the same for any islands
     origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
@@ -226,8 +220,7 @@ def _cut_part(
     # a part that is dropped though it has triangles clearly on their own side leaks somewhere:
     # it counts as open, so that the edge through which it runs into ghosts is found
     keep, corner, part = kept_parts(patches)
-    own = partial(is_own, faults=numbers)
-    open_part = keep | _dropped_with_own(band, patches, keep, part, corner, own)
+    open_part = keep | _dropped_with_own(band, patches, keep, part, corner, is_own)
     corner = np.where(corner >= 0, band.vertex[corner], -1)
 
     # leaks: outer edges that are cut and stay in part; dead ends: copies in which a fault ends
@@ -247,7 +240,7 @@ def _cut_part(
     holes: list[Hole] = []
     if leaks or dead_ends:
         edges = distinct(*(keys for keys, _ in sides[1:]))
-        is_source = _clear_triangles(band, own)
+        is_source = _clear_triangles(band, is_own)
         holes = holes_of(patches, edges, corner, is_source, band.outer, frame.cell)
         if not holes:  # an outer edge comes back through the fault between its ends
             pairs = [*(leak[:2] for leak in leaks), *dead_ends]
@@ -260,7 +253,7 @@ def _places(band: Band) -> Callable[[np.ndarray], np.ndarray]:
     return lambda vertex: band.surface.vertices[np.searchsorted(band.vertex, vertex)]
 
 
-def _clear_triangles(band: Band, own: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def _clear_triangles(band: Band, is_own: IsOwn) -> np.ndarray:
     """Triangles of the lattice in a band, bool (n,), with corners clearly on their own side.
 
     At a tip a copy may have real corners only, and yet reach beyond the fault.
@@ -270,7 +263,7 @@ def _clear_triangles(band: Band, own: Callable[[np.ndarray], np.ndarray]) -> np.
     # Each node is asked once; sides cost a search in the fault.
     nodes = distinct(faces[whole])
     clear = np.zeros(band.surface.n_vertex, dtype=bool)
-    clear[nodes] = own(band.vertex[nodes])
+    clear[nodes] = is_own(band.vertex[nodes])
     out = np.zeros(len(faces), dtype=bool)
     out[whole] = all_of(clear[faces[whole]])
     return out
@@ -282,7 +275,7 @@ def _dropped_with_own(
     keep: np.ndarray,
     part: np.ndarray,
     corner: np.ndarray,
-    is_own: Callable[[np.ndarray], np.ndarray],
+    is_own: IsOwn,
 ) -> np.ndarray:
     """Triangles of parts that are dropped though they have real triangles far from the faults.
 
