@@ -241,4 +241,3 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     blocks = [blocks for _, blocks in setting.known.meshes]
     cut = cut_band(band, torn, triangles, setting.faults, picks.frame, blocks, is_own)
     return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs)
-

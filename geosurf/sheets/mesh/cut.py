@@ -38,7 +38,6 @@ from geosurf.sheets.mesh.leaks import (
 )
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
 
-
 IsOwn = Callable[[np.ndarray], np.ndarray]  # nodes clearly on their own side of all faults
 
 
