@@ -28,7 +28,7 @@ test: $(WARM) ## run all tests, with lint, types and the import comb among them
 test-oldest: ## run most tests with the oldest dependencies that are allowed, in .venv-oldest
 	@$(PYTHON) -m venv .venv-oldest
 	@echo "Installing the oldest versions (constraints-oldest.txt) into .venv-oldest ..."
-	@$(OLDEST)/python -m pip install -q -c constraints-oldest.txt -e ".[io]" hypothesis pytest pytest-timeout pytest-xdist
+	@$(OLDEST)/python -m pip install -q -c constraints-oldest.txt -e ".[io,render]" hypothesis pytest pytest-timeout pytest-xdist
 	@$(OLDEST)/python -m pip check
 	@echo "Compiling the kernels with the oldest numba ..."
 	@$(OLDEST)/geosurf warmup

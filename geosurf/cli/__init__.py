@@ -15,6 +15,7 @@ codes.
 `convert_command`     ``convert``
 `info_command`        ``info``
 `install_commands`    ``doctor``, ``warmup``
+`installation`        packages, kernels and extras, checked
 `stress_command`      ``stress``
 `completion`          ``completion``
 `results`             parts of answers that several commands have
@@ -34,6 +35,7 @@ from collections.abc import Sequence
 from geosurf.cli.console import encodable_output, printed_warnings
 from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.exit_codes import ExitCode
+from geosurf.cli.install_commands import doctor_command
 from geosurf.cli.live import peak_megabytes
 from geosurf.cli.parser import build_parser
 from geosurf.cli.without_dask import skip_dask
@@ -62,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     # outermost: the parser's own messages quote arguments in any script
     with encodable_output():
         options = build_parser().parse(argv)
-        if argv is None and options.run is not ensemble_command:
+        if argv is None and options.run not in (ensemble_command, doctor_command):
             skip_dask()
         exit_code = ExitCode(options.debug, lambda: options.kept(options))
         start = time.perf_counter()

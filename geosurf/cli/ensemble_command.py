@@ -16,6 +16,7 @@ EVERY = 30.0  # s between two lines of progress in a log file
 
 def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
+    from geosurf.conventions.packages import missing_sentence
     from geosurf.ensemble import report_ensemble, run_ensemble
     from geosurf.ensemble.tables import quantile_csv, quantile_text
     from geosurf.files.atomic import write_whole
@@ -39,13 +40,16 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     )
     for by in ("unit", "zone", "contact"):
         write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
-    page = report_ensemble(
-        result,
-        out,
-        title=scenario.heading,
-        inputs=input_files(scenario),
-        relative_to=scenario.path.parent,
-    )
+    # clusters have no matplotlib; the report can be written elsewhere, from the store
+    missing, page = missing_sentence("charts need", "matplotlib"), None
+    if not missing:
+        page = report_ensemble(
+            result,
+            out,
+            title=scenario.heading,
+            inputs=input_files(scenario),
+            relative_to=scenario.path.parent,
+        )
     seconds, count = time.perf_counter() - start, result.sizes["realization"]
     data = {
         "scenario": scenario.path,
@@ -60,7 +64,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         data,
         f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
         closing=(
-            f"Open {page}.",
+            f"There is no report: {missing}" if page is None else f"Open {page}.",
             f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",
         ),
     )

@@ -11,18 +11,18 @@ from geosurf.errors import InputError
 
 
 def doctor_command(options: argparse.Namespace) -> Answer:
-    """Check the installation: versions, kernels, display."""
-    from geosurf.render import doctor
+    """Check the installation: versions, kernels, display, extras."""
+    from geosurf.cli.installation import installation
 
-    findings = doctor()
+    parts = installation()
 
-    # one row per part of the installation: name, whether it fits, a sentence with the remedy
-    lines = [
-        f"{'ok     ' if fit else 'MISSING'}  {name:<9} {sentence}"
-        for name, fit, sentence in findings
+    # one row per part of the installation; extras that are absent are no fault
+    lines = [f"{part.state:<7}  {part.name:<9} {part.detail}" for part in parts]
+    data = [
+        {"part": part.name, "ok": part.ok, "extra": part.extra, "detail": part.detail}
+        for part in parts
     ]
-    data = [{"part": name, "ok": fit, "detail": sentence} for name, fit, sentence in findings]
-    code = 0 if all(fit for _, fit, _ in findings) else InputError.exit_code
+    code = 0 if all(part.ok or part.extra for part in parts) else InputError.exit_code
     return Answer(data, "\n".join(lines), code)
 
 

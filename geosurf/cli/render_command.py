@@ -191,6 +191,7 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
 
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; refuse options of views, which would have no effect."""
+    from geosurf.conventions.packages import need_plots
     from geosurf.render import render_section
 
     # None means "not given": argparse has no other way to tell it from a default
@@ -202,7 +203,8 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
                 "only. Leave one of them out."
             )
 
-    # the line is checked before the model is built
+    # checked before the model is built
+    need_plots()
     line = _line_of(options.section)
     size, style = _size_of(scenario, options), _style_of(scenario, options)
     overlay = _overlay_of(scenario, options)

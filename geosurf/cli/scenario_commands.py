@@ -86,10 +86,12 @@ def _closing(outcome: Outcome, options: argparse.Namespace) -> Iterable[str]:
 
 def _planned(scenario: Scenario, options: argparse.Namespace) -> Answer:
     """What a run would read and write."""
+    from geosurf.scenario.pictures import will_draw
     from geosurf.scenario.plan import input_files, output_files
 
+    draws = will_draw(scenario, _draws(options))
     read = {name: path for name, path in input_files(scenario).items() if name != "scenario"}
-    written = output_files(scenario, pictures=_draws(options), report=_reports(options))
+    written = output_files(scenario, pictures=draws, report=_reports(options))
     files = [f"  {name:<20} {path}" for name, path in read.items()]
     text = "\n".join(
         [
@@ -130,8 +132,11 @@ def _only(scenario: Scenario, only: tuple[str, ...] | None) -> Scenario:
     )
 
 
-def _draws(options: argparse.Namespace) -> bool:
-    return not options.no_pictures and (options.only is None or "pictures" in options.only)
+def _draws(options: argparse.Namespace) -> bool | None:
+    """Whether pictures are drawn; None: where they can be."""
+    if options.no_pictures or (options.only is not None and "pictures" not in options.only):
+        return False
+    return None if options.only is None else True
 
 
 def _reports(options: argparse.Namespace) -> bool:
@@ -202,7 +207,7 @@ def report_command(options: argparse.Namespace) -> Answer:
     certificate, path, notes = write_report(
         scenario,
         options.out,
-        pictures=not options.no_pictures,
+        pictures=False if options.no_pictures else None,
         progress=progress,
         cache_dir=options.cache_dir,
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import counted
+from geosurf.conventions.packages import need_plots
 from geosurf.conventions.running import running
 from geosurf.ensemble.charts import (
     detail_chart,
@@ -84,6 +85,8 @@ def report_ensemble(
         If the result is not of an ensemble, or no realisation was built.
     OutputError
         If a file cannot be written.
+    DependencyError
+        If matplotlib, which draws the charts, is not installed.
 
     Examples
     --------
@@ -98,6 +101,7 @@ def report_ensemble(
     ...     report_ensemble(result, folder, title="Two planes").name
     'index.html'
     """
+    need_plots()
     folder = path_of(folder, "report_ensemble")
     expect_ensemble(result, "report_ensemble")
     built, failed = (int((result.status == code).sum()) for code in (1, 2))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from geosurf.conventions.card import Card
+from geosurf.conventions.packages import need
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -103,6 +104,11 @@ def _lock(value: Any) -> None:
             _lock(part)
 
 
+def need_pyvista() -> None:
+    """Raise a DependencyError if there are no meshes of pyvista."""
+    need("Meshes of pyvista need", "pyvista", "vtkmodules")
+
+
 def polydata(
     points: np.ndarray,
     triangles: np.ndarray | None = None,
@@ -112,6 +118,7 @@ def polydata(
     crs: str | None = None,
 ) -> pyvista.PolyData:
     """A pyvista mesh; pyvista is imported here and nowhere else outside render."""
+    need_pyvista()
     import pyvista
 
     # Copies: users of pyvista change points in place.
@@ -140,6 +147,7 @@ def tet_grid(
     points: np.ndarray, tetrahedra: np.ndarray, cell_data: Mapping[str, np.ndarray]
 ) -> pyvista.UnstructuredGrid:
     """Tetrahedra of pyvista."""
+    need_pyvista()
     import pyvista
 
     # Copies: users of pyvista change points in place.
@@ -152,6 +160,7 @@ def tet_grid(
 
 def multiblock(blocks: Mapping[str, Any]) -> pyvista.MultiBlock:
     """Named blocks of pyvista."""
+    need_pyvista()
     import pyvista
 
     made = pyvista.MultiBlock()

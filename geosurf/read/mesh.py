@@ -20,6 +20,7 @@ from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
+from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._guard import opened, read_bytes, same_file
@@ -134,6 +135,7 @@ def read_mesh(
 
 def _meshio_read(path: Path) -> Any:
     """Return a meshio mesh; prints, warnings and exits become a FormatError."""
+    need(f"{path}: this format needs", "meshio")
     import meshio
 
     said = io.StringIO()

@@ -14,7 +14,7 @@ virtual_lines.py  virtual walls on maps
 remedies.py       places on maps where a tear needed a remedy
 search.py         `render_search`: how the voxel search finds an intersection line
 place.py          `render_place`: a close-up of the location of an error
-backend.py        `doctor`, and the choice of a graphics driver
+backend.py        the choice of a graphics driver
 probe.py          the test of one graphics driver, in a separate process
 compose.py        content, frame and file of a picture
 layers.py         layers and legend entries of a picture
@@ -44,7 +44,6 @@ the same bytes.
 """
 
 from geosurf.render.allan import render_allan
-from geosurf.render.backend import doctor
 from geosurf.render.grid_section import render_grid_section
 from geosurf.render.isochores import render_thickness
 from geosurf.render.map import render_map
@@ -57,7 +56,6 @@ from geosurf.render.views import VIEWS
 
 __all__ = [
     "VIEWS",
-    "doctor",
     "render_allan",
     "render_grid_section",
     "render_map",

@@ -10,9 +10,7 @@ with their own drivers.
 from __future__ import annotations
 
 import functools
-import importlib.metadata
 import os
-import platform
 import subprocess
 import sys
 import threading
@@ -21,12 +19,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from geosurf.conventions.packages import DRAWING, missing_sentence
 from geosurf.errors import DependencyError
 
 CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 PROBE = Path(__file__).with_name("probe.py")
 PROBE_SECONDS = 60
-PACKAGES = ("numpy", "numba", "vtk", "pyvista")
 INSTALL = (
     "Install EGL with a software driver (Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri; "
     "conda: mesalib) or OSMesa (apt install libosmesa6)"
@@ -165,43 +163,13 @@ def off_screen() -> Iterator[None]:
                 os.environ[CHOICE] = before
 
 
-def doctor() -> list[tuple[str, bool, str]]:
-    """Check the installation, for ``geosurf doctor``.
-
-    Returns
-    -------
-    list of (str, bool, str)
-        Name, whether it works, and one sentence: the version, or how to fix it.
-
-    Examples
-    --------
-    >>> [name for name, ok, sentence in doctor()]
-    ['python', 'numpy', 'numba', 'vtk', 'pyvista', 'kernels', 'pictures']
-    """
-    from geosurf.kernels.compile.jit import RUNNER
-
-    version = platform.python_version()
-    return [
-        ("python", sys.version_info >= (3, 11), f"Python {version} on {platform.system()}."),
-        *(_package(name) for name in PACKAGES),
-        ("kernels", not RUNNER.obstacle(), RUNNER.describe()),
-        _pictures(),
-    ]
-
-
-def _package(name: str) -> tuple[str, bool, str]:
-    try:
-        return name, True, f"{name} {importlib.metadata.version(name)} is installed."
-    except importlib.metadata.PackageNotFoundError:
-        return name, False, f"{name} is not installed. Install it with: pip install {name}"
-
-
-def _pictures() -> tuple[str, bool, str]:
-    if not sys.platform.startswith("linux"):
-        return "pictures", True, f"drawn off-screen by the drivers of {platform.system()}."
-    try:
-        found = find_backend(os.environ.get(CHOICE) or "")
-    except DependencyError as error:
-        return "pictures", False, str(error)
-    how = f"{found.backend.name.upper()}, {found.renderer}"
-    return "pictures", True, f"drawn off-screen through {how}."
+def views_obstacle() -> str:
+    """Return why views in three dimensions cannot be drawn here, and the remedy, or ''."""
+    if sentence := missing_sentence("pictures in three dimensions need", *DRAWING):
+        return sentence
+    if sys.platform.startswith("linux"):
+        try:
+            find_backend(os.environ.get(CHOICE) or "")
+        except DependencyError as error:
+            return str(error)
+    return ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions.packages import need_views
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import expect, path_of
@@ -77,6 +78,7 @@ def draw_picture(
     -------
     Path
     """
+    need_views()
     path = png_path(path)
     layout = furniture.lay_out(check_size(size))
     extent = bounds_of([layer.points for layer in content.layers])
@@ -130,7 +132,10 @@ def check_look(view: Any, size: Any, zoom: Any, title: Any, path: Any) -> None:
     Raises
     ------
     InputError, OutputError
+    DependencyError
+        If matplotlib or pyvista is not installed.
     """
+    need_views()
     angles_of(view)
     check_size(size)
     check_zoom(zoom)

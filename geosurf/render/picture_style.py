@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions.packages import need_plots
 from geosurf.errors import InputError
 from geosurf.model.expected import flag_of
 from geosurf.render import palette
@@ -44,6 +45,8 @@ class PictureStyle:
     ------
     InputError
         For an unknown theme, font, colour or colour map.
+    DependencyError
+        If matplotlib, which knows colours and fonts, is not installed.
 
     Examples
     --------
@@ -95,6 +98,7 @@ class PictureStyle:
             return default
         if self.colour_map in OWN_MAPS:
             return OWN_MAPS[self.colour_map]
+        need_plots()
         import matplotlib
         from matplotlib.colors import to_hex
 
@@ -146,6 +150,7 @@ def colour_of(colour: Any, what: str) -> RGB:
     >>> colour_of("white", "the background")
     (1.0, 1.0, 1.0)
     """
+    need_plots()
     from matplotlib.colors import get_named_colors_mapping, to_rgb
 
     # numbers as text are shades of grey to matplotlib, and hardly ever meant
@@ -165,6 +170,7 @@ def colour_of(colour: Any, what: str) -> RGB:
 
 def _check_font(font: Any) -> None:
     """Refuse a font that is not installed."""
+    need_plots()
     from matplotlib.font_manager import fontManager
 
     known = sorted({entry.name for entry in fontManager.ttflist})
@@ -178,6 +184,7 @@ def _check_font(font: Any) -> None:
 
 def _check_map(name: Any) -> None:
     """Refuse an unknown colour map."""
+    need_plots()
     import matplotlib
 
     known = (*OWN_MAPS, *matplotlib.colormaps)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
@@ -234,7 +235,14 @@ class UserSheet(Sheet):
 
 
 def sheet_for(axes: Axes | None, size: tuple[int, int], style: PictureStyle | None = None) -> Sheet:
-    """Return a sheet of its own of a size [pixels], or one for the axes of a user."""
+    """Return a sheet of its own of a size [pixels], or one for the axes of a user.
+
+    Raises
+    ------
+    DependencyError
+        If matplotlib is not installed.
+    """
+    need_plots()
     style = style_of(style)
     if axes is None:
         return Sheet(lay_out(size), style)
@@ -249,6 +257,7 @@ def check_axes(axes: Any) -> None:
     ------
     InputError
     """
+    need_plots()
     from matplotlib.axes import Axes
 
     expect(axes, Axes, "ax must be axes of matplotlib", "pass ax=figure.subplots()")

@@ -25,6 +25,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from geosurf.conventions.packages import warning_without_pictures
 from geosurf.conventions.running import running
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
@@ -33,6 +34,7 @@ from geosurf.model.expected import expect, number_of, path_of
 from geosurf.model.protocols import ReportedModel, missing_members
 from geosurf.report.input_tables import input_files
 from geosurf.report.sections import build_page
+from geosurf.warning import warn
 
 __all__ = ["report_scene"]
 
@@ -63,7 +65,8 @@ def report_scene(
         Folder of the page. It is created if it does not exist.
     pictures : mapping of str to path-like, optional
         Caption and PNG file of each picture. Default: the pictures that
-        ``scene.render_pictures(folder)`` draws.
+        ``scene.render_pictures(folder)`` draws; where matplotlib is not installed, none, and a
+        `GeosurfWarning` says so.
     title : str
         Heading of the page.
     made : str
@@ -116,6 +119,9 @@ def report_scene(
         expect(certificate, Certificate, "certificate takes a Certificate", "scene.check() is one")
 
     regions = _checked_regions(regions)
+    if pictures is None and (note := warning_without_pictures()) is not None:
+        warn(note)
+        pictures = {}
     if pictures is None:
         pictures = scene.render_pictures(folder)
     how = "give {caption: path of a PNG file}"

@@ -9,10 +9,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from geosurf.conventions.packages import warning_without_pictures
 from geosurf.errors import DependencyError
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
-from geosurf.model.expected import flag_of
 from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
@@ -20,7 +20,7 @@ from geosurf.scenario.failure import pictured
 from geosurf.scenario.grid import draw_grid, in_words, write_grid
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
-from geosurf.scenario.pictures import choice_of_pictures
+from geosurf.scenario.pictures import choice_of_pictures, will_draw
 from geosurf.scenario.plan import input_files
 from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.step_log import Progress, StepLog
@@ -28,6 +28,7 @@ from geosurf.scenario.validate import read_scenario
 from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
+from geosurf.warning import warn
 from geosurf.write import write
 from geosurf.write._files import commit
 
@@ -57,7 +58,7 @@ def run_scenario(
     path: str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
-    pictures: bool = True,
+    pictures: bool | None = None,
     progress: Progress | None = None,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> Scene:
@@ -74,8 +75,9 @@ def run_scenario(
         ``pictures/*.png`` and ``report/index.html``. Results of an earlier run
         are replaced as a whole; files under other names stay. A picture that cannot be drawn costs
         no other result: a `GeosurfWarning` names it.
-    pictures : bool
-        False draws none.
+    pictures : bool, optional
+        False draws none. By default pictures are drawn where matplotlib is installed; elsewhere a
+        `GeosurfWarning` says so once.
     progress : callable, optional
         Is called with a line of text after each step.
     cache_dir : path-like, optional
@@ -92,6 +94,9 @@ def run_scenario(
     ------
     ScenarioError
         If the scenario has an unknown key or an impossible value.
+    DependencyError
+        If pictures are wanted, by ``pictures=True`` or by a key of ``[output]``, and what draws
+        them is not installed.
     OutputError
         If the folder cannot be written; found out before anything is computed.
     InputError, GeometryError
@@ -126,7 +131,7 @@ def run(
     scenario: Scenario,
     out: str | os.PathLike[str],
     *,
-    pictures: bool = True,
+    pictures: bool | None = None,
     report: bool = True,
     progress: Progress | None = None,
     cache_dir: str | os.PathLike[str] | None = None,
@@ -137,7 +142,7 @@ def run(
     ----------
     scenario : Scenario
     out : path-like
-    pictures : bool
+    pictures : bool, optional
     report : bool
         False writes no report.
     progress : callable, optional
@@ -150,15 +155,14 @@ def run(
     """
     # arguments and formats are checked before the first file is read
     log = StepLog(progress)
-    pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
     wells = wells_of_scenario(scenario)
-    choice = choice_of_pictures(scenario) if pictures else None
+    choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
     cache = None if cache_dir is None else ResultCache(cache_dir)
 
     # all results appear together at the end, or those of the run before stay
     with new_results(out) as folder:
-        scene = compute(scenario, log, Path(out) if pictures else None, cache)
+        scene = compute(scenario, log, None if choice is None else Path(out), cache)
         log.begin("check")
         certificate = scene.check()
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
@@ -175,8 +179,8 @@ def run(
 
         # pictures may warn, and the certificate lists warnings: it is written after them
         log.begin("draw")
-        drawn = {} if choice is None else _draw(scene, choice, folder, log, cache)
-        if grid is not None and pictures:
+        drawn = _draw(scene, choice, folder, log, cache, asked=pictures)
+        if grid is not None and choice is not None:
             drawn |= draw_grid(grid, folder / "pictures")
         _write_certificate(scene, scenario, certificate, folder)
         notes = [*model_notes(scene), *stepped]
@@ -193,7 +197,7 @@ def write_report(
     scenario: Scenario,
     folder: str | os.PathLike[str],
     *,
-    pictures: bool = True,
+    pictures: bool | None = None,
     progress: Progress | None = None,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> tuple[Certificate, Path, tuple[str, ...]]:
@@ -203,7 +207,7 @@ def write_report(
     ----------
     scenario : Scenario
     folder : path-like
-    pictures : bool
+    pictures : bool, optional
     progress : callable, optional
     cache_dir : path-like, optional
 
@@ -214,15 +218,15 @@ def write_report(
     """
     # refused now rather than after minutes of computation
     require_writable(folder)
-    choice = choice_of_pictures(scenario) if pictures else None
+    choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
     log = StepLog(progress)
     cache = None if cache_dir is None else ResultCache(cache_dir)
-    scene = compute(scenario, log, Path(folder) if pictures else None, cache)
+    scene = compute(scenario, log, None if choice is None else Path(folder), cache)
     certificate = scene.check()
 
     # pictures go into the page: their files are not results
     with tempfile.TemporaryDirectory() as scratch:
-        drawn = {} if choice is None else _draw(scene, choice, Path(scratch), log, cache)
+        drawn = _draw(scene, choice, Path(scratch), log, cache, asked=pictures)
         notes = model_notes(scene)
         log.begin("report")
         path = _write_report(scene, scenario, folder, drawn, certificate)
@@ -309,9 +313,20 @@ def crossings(scene: Scene) -> list[str]:
 
 
 def _draw(
-    scene: Scene, choice: dict[str, Any], folder: Path, log: StepLog, cache: ResultCache | None
+    scene: Scene,
+    choice: dict[str, Any] | None,
+    folder: Path,
+    log: StepLog,
+    cache: ResultCache | None,
+    *,
+    asked: bool | None,
 ) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
+    if choice is None:
+        if asked is None and (note := warning_without_pictures()) is not None:
+            with scene._graph.memory.collecting():
+                warn(note)
+        return {}
     # A picture that fails is a warning, and the run goes on.
     if cache is None:
         return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)

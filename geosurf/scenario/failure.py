@@ -8,9 +8,9 @@ from pathlib import Path
 
 from geosurf.errors import GeometryError
 from geosurf.render import render_place
+from geosurf.render.backend import views_obstacle
 from geosurf.scene import Scene
 from geosurf.scene.attempt import Attempt
-from geosurf.scene.pictures import cannot_draw
 
 FILE = "failure.png"
 
@@ -38,9 +38,9 @@ def pictured(
     try:
         yield
     except GeometryError as error:
-        # some errors have no place, and without a driver nothing can be drawn: the error alone is
-        # raised
-        if folder is not None and error.place is not None and not cannot_draw():
+        # some errors have no place, and without a driver or pyvista nothing can be drawn: then the
+        # error alone is raised
+        if folder is not None and error.place is not None and not views_obstacle():
             about = " and ".join(error.surfaces) or "the walls"
             path, title = folder / FILE, f"What failed: {about}"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from geosurf.errors import InputError
+from geosurf.errors import DependencyError, InputError
 from geosurf.render.colouring import COLOUR_BY
 from geosurf.render.picture_style import THEMES, PictureStyle
 from geosurf.render.views import check_zoom
@@ -63,6 +63,8 @@ def _styled(at: values.KeyPath, word: str, value: Any) -> Any:
     """What a style makes of a value; its sentence becomes that of the scenario."""
     try:
         return getattr(PictureStyle(**{word: value}), word)
+    except DependencyError:  # nothing can be drawn here, and the rest of the scenario can be run
+        return value
     except InputError as error:
         at.refuse(f"{at.keys}: {error}")
 

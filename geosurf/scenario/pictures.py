@@ -4,10 +4,52 @@ from __future__ import annotations
 
 from typing import Any
 
+from geosurf.conventions.packages import DRAWING, is_installed, missing_sentence, need_plots
+from geosurf.errors import DependencyError
+from geosurf.model.expected import flag_of
 from geosurf.read import read_points, read_polygons
 from geosurf.render.overlay import PictureOverlay
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.wells import drawn_wells
+
+
+def will_draw(scenario: Scenario, pictures: bool | None) -> bool:
+    """
+    Return whether a run draws pictures.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    pictures : bool or None
+        None draws where matplotlib is installed.
+
+    Raises
+    ------
+    DependencyError
+        If the caller or the scenario asks for pictures that cannot be drawn here.
+    """
+    if pictures is None:
+        asked, missing = asked_for(scenario), missing_sentence("they need", *DRAWING)
+        if asked and missing:
+            raise DependencyError(
+                f"{scenario.path}: {asked} asks for pictures, and {missing}; or run it with "
+                "--no-pictures (pictures=False)."
+            )
+        return is_installed("matplotlib")
+    if flag_of(pictures, "pictures"):
+        need_plots()
+    return pictures
+
+
+def asked_for(scenario: Scenario) -> str:
+    """Return the first key of a scenario that asks for pictures which are not drawn anyway."""
+    output, usual = scenario.output, OutputSettings()
+    for word in ("views", "search", "sections_m"):
+        value = getattr(output, word)
+        if value and value != getattr(usual, word):
+            return f"output.{word}"
+    return "" if scenario.pictures.camera is None else "pictures.camera"
 
 
 def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:

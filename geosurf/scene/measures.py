@@ -14,7 +14,7 @@ import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
-from geosurf.model.base import multiblock
+from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.expected import flag_of, name_of
 from geosurf.scene.graph import Graph
 from geosurf.scene.reference_systems import refuse_other_systems
@@ -44,6 +44,7 @@ def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
 
 def to_pyvista(graph: Graph) -> pyvista.MultiBlock:
     """Return horizons, faults, curves and units as named blocks; see `Scene.to_pyvista`."""
+    need_pyvista()  # before the model is built
     surfaces = {
         f"{role}s": multiblock({name: graph.patches.surface(name).to_pyvista() for name in names})
         for role, names in (("horizon", graph.inputs.horizons), ("fault", graph.inputs.faults))

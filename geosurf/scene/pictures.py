@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from geosurf.conventions import did_you_mean
+from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeometryError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
 from geosurf.render import (
-    doctor,
     render_allan,
     render_map,
     render_scene,
@@ -33,6 +33,7 @@ from geosurf.render import (
     render_throw,
     render_units,
 )
+from geosurf.render.backend import views_obstacle
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.picture_style import PictureStyle, style_of
@@ -356,6 +357,7 @@ def render_pictures(
     choice: Mapping[str, Any],
 ) -> dict[str, Path]:
     """Choose and draw pictures; see `Scene.render_pictures`."""
+    need_plots()
     # options are the parameters of `pictures_of`: one list, which cannot get out of step
     known = [word for word in inspect.signature(pictures_of).parameters if word != "scene"]
     for key in choice:
@@ -367,11 +369,6 @@ def render_pictures(
     if on_file is not None and not callable(on_file):
         raise InputError(f"on_file is {on_file!r}; give a function of one text, such as print.")
     return draw_pictures(pictures_of(scene, **choice), folder, on_file)
-
-
-def cannot_draw() -> str:
-    """Return why nothing in three dimensions can be drawn here, or ''."""
-    return "".join(sentence for name, fit, sentence in doctor() if name == "pictures" and not fit)
 
 
 def draw_pictures(
@@ -404,7 +401,7 @@ def draw_pictures(
 
     # without a driver one warning stands for all views, and maps are still drawn
     if any(picture.needs_opengl for picture in pictures):
-        reason = cannot_draw()
+        reason = views_obstacle()
         if reason:
             _warn("3-D views", f"Only maps and diagrams were drawn: {reason}")
             pictures = [picture for picture in pictures if not picture.needs_opengl]

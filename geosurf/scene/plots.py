@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
+from geosurf.conventions.packages import need_plots
 from geosurf.model.expected import expect
 from geosurf.model.protocols import PlottedModel
 
@@ -32,6 +33,7 @@ class Look(TypedDict):
 
 def look_of(ax: Any, size: Any, title: Any, style: Any) -> Look:
     """Return what all plots share, or raise an error before anything is computed."""
+    need_plots()
     from geosurf.render.picture_style import style_of
     from geosurf.render.sheet import check_axes
     from geosurf.render.views import check_size

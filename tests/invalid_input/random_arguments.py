@@ -139,7 +139,7 @@ def targets() -> dict[str, Any]:
             thing = getattr(room, name)
             if inspect.isclass(thing) and name not in MADE_BY_USERS:
                 continue
-            if callable(thing) and name not in ("doctor", "VIEWS", "run_ensemble"):
+            if callable(thing) and name not in ("VIEWS", "run_ensemble"):
                 found.setdefault(name, thing)
     nouns = (g.scene, g.surface, g.curves, g.patches, g.units, g.unit, g.sheet, g.network)
     for noun in nouns:

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from geosurf.cli import installation
 from geosurf.errors import DependencyError
 from geosurf.render import backend
 from geosurf.render.backend import CHOICE, EGL, OSMESA, Backend, Finding
@@ -67,7 +68,8 @@ def test_a_machine_without_a_driver_gets_a_sentence_and_no_segfault(tmp_path, br
 def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
     heavy = "{'pyvista', 'vtk', 'vtkmodules', 'matplotlib', 'xarray'}"
     done = run(
-        "import sys, geosurf.render, geosurf.report; geosurf.render.doctor(); "
+        "import sys, geosurf.render, geosurf.report\n"
+        "from geosurf.cli.installation import installation; installation()\n"
         f"print(sorted({heavy} & set(sys.modules)))"
     )
     assert done.stdout.strip() == "[]", done.stderr
@@ -143,19 +145,17 @@ def test_the_choice_ends_with_the_block(monkeypatch, forgetful, before):
 
 
 def test_doctor_names_a_missing_package_and_the_cure(monkeypatch):
-    monkeypatch.setattr(backend, "PACKAGES", ("numpy", "no-such-package"))
-    found = {name: (ok, sentence) for name, ok, sentence in backend.doctor()}
-    assert found["numpy"][0]
-    ok, sentence = found["no-such-package"]
-    assert not ok
-    assert (
-        sentence == "no-such-package is not installed. Install it with: pip install no-such-package"
-    )
+    monkeypatch.setattr(installation, "REQUIRED", ("numpy", "nopackage"))
+    found = {part.name: part for part in installation.installation()}
+    assert found["numpy"].state == "ok"
+    assert found["nopackage"].state == "MISSING"
+    cure = "nopackage is not installed. Install it with: pip install nopackage"
+    assert found["nopackage"].detail == cure
 
 
 def test_doctor_says_why_there_are_no_pictures(monkeypatch, forgetful):
     monkeypatch.setattr(backend, "probe", lambda candidate: Finding(candidate, "", "nothing there"))
     monkeypatch.setattr(sys, "platform", "linux")
-    name, ok, sentence = backend.doctor()[-1]
-    assert (name, ok) == ("pictures", False)
-    assert "apt install libegl1" in sentence
+    (found,) = (part for part in installation.installation() if part.name == "pictures")
+    assert found.state == "MISSING"
+    assert "apt install libegl1" in found.detail

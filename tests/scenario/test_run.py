@@ -135,8 +135,8 @@ def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path)
 
 
 def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, monkeypatch):
-    findings = [("pictures", False, "pictures cannot be drawn without a screen.")]
-    monkeypatch.setattr("geosurf.scene.pictures.doctor", lambda: findings)
+    obstacle = "pictures cannot be drawn without a screen."
+    monkeypatch.setattr("geosurf.scene.pictures.views_obstacle", lambda: obstacle)
     with pytest.warns(GeosurfWarning, match="Only maps"):
         outcome = run(read_scenario(scenario()), tmp_path / "out")
     (note,) = outcome.scene.warnings

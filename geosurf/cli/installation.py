@@ -1,0 +1,114 @@
+"""The installation, checked: packages, kernels, what draws, extras. For ``geosurf doctor``."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import sys
+from typing import NamedTuple
+
+from geosurf.conventions.packages import (
+    DRAWING,
+    EXTRAS,
+    REQUIRED,
+    install_line,
+    is_installed,
+    missing_sentence,
+)
+
+
+class Part(NamedTuple):
+    """A part of the installation.
+
+    Attributes
+    ----------
+    name : str
+    ok : bool
+        Whether it works.
+    detail : str
+        One sentence: the version, or how to fix it.
+    extra : bool
+        Whether geosurf works without it.
+    """
+
+    name: str
+    ok: bool
+    detail: str
+    extra: bool = False
+
+    @property
+    def state(self) -> str:
+        """One word for people."""
+        if self.ok:
+            return "ok"
+        return "absent" if self.extra else "MISSING"
+
+
+def installation() -> list[Part]:
+    """Check the installation.
+
+    Returns
+    -------
+    list of Part
+
+    Examples
+    --------
+    >>> [part.name for part in installation()][:8]
+    ['python', 'numpy', 'numba', 'xarray', 'pandas', 'scipy', 'meshio', 'kernels']
+    >>> [part.name for part in installation() if part.extra]
+    ['render', 'io', 'table', 'crs', 'gis', 'grid', 'ensemble', 'tet']
+    """
+    from geosurf.kernels.compile.jit import RUNNER
+
+    version = platform.python_version()
+    parts = [
+        Part("python", sys.version_info >= (3, 11), f"Python {version} on {platform.system()}."),
+        *map(_required, REQUIRED),
+        Part("kernels", not RUNNER.obstacle(), RUNNER.describe()),
+    ]
+    # a driver is missed only by those who have what draws
+    if not missing_sentence("", *DRAWING):
+        parts.append(_pictures())
+    return [*parts, *(_extra(name, packages) for name, packages in EXTRAS.items())]
+
+
+def _version(package: str) -> str:
+    """Name and version of a package; the modules of VTK have the name of none."""
+    name = package.replace("vtkmodules", "vtk")
+    try:
+        return f"{name} {importlib.metadata.version(name)}"
+    except importlib.metadata.PackageNotFoundError:  # not installed by an installer
+        return name
+
+
+def _required(package: str) -> Part:
+    if is_installed(package):
+        return Part(package, True, f"{_version(package)} is installed.")
+    detail = f"{package} is not installed. Install it with: {install_line(package)}"
+    return Part(package, False, detail)
+
+
+def _extra(name: str, packages: tuple[str, ...]) -> Part:
+    missing = [package for package in packages if not is_installed(package)]
+    if not missing:
+        return Part(name, True, f"{', '.join(map(_version, packages))}.", extra=True)
+    names = ", ".join(missing).replace("vtkmodules", "vtk")
+    detail = f"not installed: {names}. To add: {install_line(missing[0])}"
+    return Part(name, False, detail, extra=True)
+
+
+def _pictures() -> Part:
+    from geosurf.render.backend import CHOICE, find_backend, views_obstacle
+
+    if obstacle := views_obstacle():
+        return Part("pictures", False, obstacle)
+    if not sys.platform.startswith("linux"):
+        how = f"by the drivers of {platform.system()}"
+    else:
+        found = find_backend(os.environ.get(CHOICE) or "")
+        how = f"through {found.backend.name.upper()}, {found.renderer}"
+    return Part("pictures", True, f"drawn off-screen {how}.")
+
+
+__all__ = ["Part", "installation"]
