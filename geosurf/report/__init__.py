@@ -65,8 +65,8 @@ def report_scene(
         Folder of the page. It is created if it does not exist.
     pictures : mapping of str to path-like, optional
         Caption and PNG file of each picture. Default: the pictures that
-        ``scene.render_pictures(folder)`` draws; where matplotlib is not installed, none, and a
-        `GeosurfWarning` says so.
+        ``scene.render_pictures(folder)`` draws; where matplotlib is not installed, none: a
+        `GeosurfWarning` states it.
     title : str
         Heading of the page.
     made : str

@@ -77,7 +77,7 @@ def run_scenario(
         no other result: a `GeosurfWarning` names it.
     pictures : bool, optional
         False draws none. By default pictures are drawn where matplotlib is installed; elsewhere a
-        `GeosurfWarning` says so once.
+        `GeosurfWarning` states it once.
     progress : callable, optional
         Is called with a line of text after each step.
     cache_dir : path-like, optional
