@@ -230,7 +230,7 @@ def test_importing_stages_does_not_load_vtk() -> None:
 def test_every_import_is_declared() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    names = ("crs", "ensemble", "gis", "grid", "io", "notebook", "tet")
+    names = ("crs", "ensemble", "gis", "grid", "io", "notebook", "render", "tet")
     used = (line for name in names for line in extras[name])
     lines = [*project["dependencies"], *used]
     packages = {re.split(r"[^\w-]", line)[0].replace("-", "_") for line in lines}
