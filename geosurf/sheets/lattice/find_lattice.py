@@ -36,7 +36,7 @@ def find_lattice(xy: np.ndarray, what: str) -> Found:
         raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
     if len(xy) > MOST_KEPT:
         return _find_lattice(xy, what)
-    key = sha256(np.ascontiguousarray(xy)).digest()
+    key = sha256(np.ascontiguousarray(xy).data).digest()
     with _lock:
         if key in _known:
             _known.move_to_end(key)
