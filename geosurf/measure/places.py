@@ -17,6 +17,7 @@ from geosurf.conventions import (
     metres_per_unit,
     real_numbers,
 )
+from geosurf.conventions.foreign import points_of_foreign
 from geosurf.errors import InputError
 
 NAMES = ("easting", "northing", "elevation")
@@ -108,8 +109,14 @@ def places_of(where: Any, cell: Any, box: tuple[float, ...]) -> Places:
     """
     if (where is None) == (cell is None):
         raise InputError(f"sample takes either places or cell=. {HOW}.")
+    try:
+        foreign = points_of_foreign(where)
+    except ValueError as error:
+        raise InputError(f"places: {error}. {HOW}.") from error
     if where is None:
         found = _cells(cell, box)
+    elif foreign is not None:
+        found = _of_array(foreign)
     elif hasattr(where, "coords") and hasattr(where, "dims"):
         found = _of_xarray(where)
     elif isinstance(where, Mapping) or hasattr(where, "columns"):

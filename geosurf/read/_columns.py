@@ -9,17 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.column_names import USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
 from geosurf.read._common import is_number, number, numbers
 from geosurf.read._noted import noted
 
-# spellings of the three columns, lower case
-USUAL = {
-    "x": ("x", "x_utme", "easting", "east"),
-    "y": ("y", "y_utmn", "northing", "north"),
-    "z": ("z", "z_tvdss", "tvdss", "elevation", "depth"),
-}
 END_MARK = 999.0  # three of these on a line end a polyline
 Columns = tuple[str, ...] | tuple[int, ...] | None
 OF_LINES = ("line number", "line name")  # what the further columns of lines mean
@@ -252,7 +247,9 @@ def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
 
 def _of_line(draft: Draft, words: list[str]) -> str:
     """For lines: which further columns a caller can give, and the words of this one."""
-    if not draft.spellings or draft.titles is not OF_LINES:
+    if draft.titles is not OF_LINES:
+        return " Fault sticks: read_fault, with columns=(x, y, z, stick, fault)."
+    if not draft.spellings:
         return ""
     shown = ", ".join(f"{k + 1} {word!r}" for k, word in enumerate(words[:12]))
     return (

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions.column_names import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
 from geosurf.read._columns import END_MARK, Table, checked_decimal, named_column
@@ -20,7 +21,7 @@ from geosurf.read._common import agreed_scale, agreed_sign, is_number, number
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset
 from geosurf.read._tops_layout import Layout, layout_of
-from geosurf.read.polylines import LABELS, NAMES, parts_of, polylines_from, sticks_from
+from geosurf.read.polylines import NAMES, parts_of, polylines_from, sticks_from
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

@@ -112,7 +112,7 @@ def read_gltf(
     points = np.concatenate([part[0] for part in parts]) if parts else np.empty((0, 3))
     shifts = np.cumsum([0, *(len(part[0]) for part in parts)])
     triangles = [part[1] + shift for part, shift in zip(parts, shifts[:-1], strict=True)]
-    return surface_from_mesh(
+    surface = surface_from_mesh(
         path,
         name or title or path.stem,
         points,
@@ -121,6 +121,18 @@ def read_gltf(
         positive,
         length_unit,
     )
+    surface.crs = _crs(document)
+    return surface
+
+
+def _crs(document: Document) -> str | None:
+    """The reference system that geosurf writes into the extras of the node of a model."""
+    for node in document.json.get("nodes") or []:
+        extras = node.get("extras") if isinstance(node, dict) else None
+        crs = extras.get("crs") if isinstance(extras, dict) else None
+        if isinstance(crs, str) and crs.strip():
+            return crs.strip()
+    return None
 
 
 # ------------------------------------------------------------------------ container

@@ -8,13 +8,16 @@ closed line repeats its first point. Properties are not used.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
+from geosurf.model.base import in_crs_of
 from geosurf.read._common import read_text
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset, refuse_columns
@@ -68,8 +71,9 @@ def read_vset(
     array([7., 1.])
     """
     refuse_columns(path, "a GOCAD file", columns, decimal)
-    parts = [_points(draft, positive, length_unit) for draft, _ in _objects(path, "vset")]
-    return points_dataset(np.concatenate(parts), path.name)
+    drafts = [draft for draft, _ in _objects(path, "vset")]
+    parts = [_points(draft, positive, length_unit) for draft in drafts]
+    return points_dataset(np.concatenate(parts), path.name, _crs(path, drafts))
 
 
 def read_pline(
@@ -154,7 +158,42 @@ def read_pline_sticks(
         As `read_pline`.
     """
     lines = read_pline(path, positive=positive, length_unit=length_unit)
-    return FaultSticks(name or path.stem, tuple(lines))
+    made = FaultSticks(name or path.stem, tuple(lines))
+    return in_crs_of(made, [_Declared(crs_of_gocad_lines(path))])
+
+
+def crs_of_gocad_lines(path: Path) -> str | None:
+    """Return the reference system that the PLine of a file declare; None without one.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Raises
+    ------
+    FormatError
+        If they declare several.
+    """
+    return _crs(path, [draft for draft, _ in _objects(path, "pline")])
+
+
+@dataclass(frozen=True)
+class _Declared:
+    """What `in_crs_of` looks at."""
+
+    crs: str | None
+
+
+def _crs(path: Path, drafts: list[Draft]) -> str | None:
+    """The system of all objects of a file."""
+    found = list(dict.fromkeys(draft.header.crs for draft in drafts))
+    if len(found) > 1:
+        names = ", ".join("none" if one is None else label(one) for one in found)
+        raise FormatError(
+            f"{path}: its objects are in several coordinate reference systems: {names}. Write one "
+            "file for each."
+        )
+    return found[0]
 
 
 def _objects(path: Path, kind: str) -> Iterator[tuple[Draft, list[tuple[int, int]]]]:

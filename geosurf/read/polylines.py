@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geosurf.conventions.column_names import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
 from geosurf.read._choice import chosen
@@ -23,8 +24,7 @@ from geosurf.read._noted import noted
 from geosurf.read._table import read_table
 from geosurf.read.charisma import read_charisma
 
-# columns with the number of the polyline, and with the name of its fault, lower case
-LABELS = ("poly_id", "stick_id", "stick", "segment_id", "segment")
+# columns with the name of the fault of a polyline, lower case
 NAMES = ("name", "fault", "fault_name", "faultname")
 
 

@@ -13,8 +13,17 @@ from geosurf.conventions import counted, did_you_mean, elevation_sign
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model.expected import listed, path_of
 from geosurf.read._columns import checked_decimal
-from geosurf.read._common import COMMA, agreed_scale, agreed_sign, is_number, number, otherwise
+from geosurf.read._common import (
+    COMMA,
+    Otherwise,
+    agreed_scale,
+    agreed_sign,
+    is_number,
+    number,
+    otherwise,
+)
 from geosurf.read._detect import detect
+from geosurf.read._noted import noted
 from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
 from geosurf.read.las import tops_of_las
 from geosurf.warning import warn
@@ -110,7 +119,11 @@ def read_tops(
     # Petrel writes elevations; nobody else states it
     default = otherwise({"positive": "up"})["positive"] if layout.petrel else None
     unit = _declared_unit(layout, places["z"])
-    scale = agreed_sign(None, positive or default, what)
+    # what a caller assumes gives way to it
+    asked = None if isinstance(positive, Otherwise) and layout.petrel else positive
+    scale = agreed_sign(None, asked or default, what)
+    if layout.petrel and asked is None:
+        noted("sign", "positive up, as Petrel writes well tops")
     scale *= agreed_scale(unit, length_unit, "m", what)
     return _dataset(path, layout, places, scale, sign)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted, length_text, real_numbers
+from geosurf.conventions.foreign import lines_of_foreign, points_of_foreign
 from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.diagram import highest_in_view
@@ -40,7 +41,7 @@ class PictureOverlay:
         a column ``well``, as `read_wells` returns it.
     polygons : mapping of str to array_like of float, shape (n, 2) or (n, 3)
         Closed lines, or a list of them, by name, such as results of `read_polygons` and
-        `Scene.fault_polygons` [m]. One whose elevations are all 0 has no elevation.
+        `Scene.fault_polygons` [m], or lines and polygons of geopandas and shapely. One whose elevations are all 0 has no elevation.
     points : mapping of str to array_like of float, shape (n, 3)
         Data points by name, such as results of `read_points` [m].
 
@@ -130,6 +131,12 @@ def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, 
         whole = np.stack(columns, axis=1)
         ends = np.cumsum(value["count"].values)[:-1] if hasattr(value, "line_of_point") else ()
         return tuple(np.split(whole, ends))
+    try:
+        foreign = (points_of_foreign if widths == (3,) else lines_of_foreign)(value)
+    except ValueError as error:
+        raise InputError(f"{what}: {error}; {how}.") from error
+    if foreign is not None:
+        value = foreign
     listed = value if isinstance(value, list | tuple) else [value]
     single = isinstance(value, np.ndarray) or np.ndim(listed[0] if listed else 0) < 2
     found = []

@@ -265,7 +265,7 @@ class Graph:
     @cached_property
     def fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
-        return fluids_of(self.inputs, self.memory, self.box)
+        return fluids_of(self.inputs, self.memory, self.box, self.read.crs)
 
     # ---- surfaces -> curves --------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.expected import flag_of, name_of
 from geosurf.scene.graph import Graph
-from geosurf.scene.reference_systems import refuse_other_systems
+from geosurf.scene.reference_systems import check_system_of_places, refuse_other_systems
 from geosurf.scene.wells import opened_tops, warnings_of_names
 from geosurf.triangulate.coarsen import volume_error
 
@@ -133,6 +133,8 @@ def sample(graph: Graph, where: Any, cell: Any, codes: bool, distance: bool) -> 
     """Return zone, block, contact interval and unit at some places; see `Scene.sample`."""
     from geosurf.measure import sample_units
 
+    if where is not None:
+        check_system_of_places(lambda: crs(graph), where, "places")
     boundaries = _boundaries(graph) if flag_of(distance, "distance") else None
     return sample_units(
         graph.units, where, cell=cell, codes=codes, locator=_locator(graph), boundaries=boundaries
@@ -148,7 +150,10 @@ def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
     if wells is not None:
         if md is not None:
             raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
+        for name, one in wells.items():
+            check_system_of_places(lambda: crs(graph), one, name)
         return intervals_of_wells(graph.units, wells, _locator(graph), _boundaries(graph))
+    check_system_of_places(lambda: crs(graph), path, "path")
     return intervals(graph.units, path, md, _locator(graph), _boundaries(graph))
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions.crs import crs_of, refuse_other_crs
+from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
+from geosurf.conventions.foreign import crs_of_foreign
 from geosurf.model.tops import Tops
 
 FEATURES = ("geojson", "shapefile")
@@ -48,25 +49,57 @@ def refuse_other_systems(
     return found
 
 
+def check_system_of_places(scene: Callable[[], str | None], places: Any, name: str) -> None:
+    """Refuse places in another reference system than the scene; warn of one that may be another.
+
+    Parameters
+    ----------
+    scene : callable
+        Returns that of the scene, or None.
+    places : table, xarray object or object of another package
+        As for `Scene.sample`.
+    name : str
+        What they are, for messages.
+
+    Raises
+    ------
+    InputError
+        If one of them is provably another one.
+    """
+    own = _declared(places)
+    known = None if own is None else scene()
+    if own is not None and known is not None:
+        refuse_other_crs(name, own, {"scene": known})
+        warn_of_unclear_crs({"scene": known, name: own})
+
+
 def crs_of_outline(aoi: Any) -> str | None:
     """Return the reference system that an area of interest declares; files of features have one."""
     if isinstance(aoi, str | Path):
         return _of_file(Path(aoi))
-    return crs_of(aoi)
+    return _declared(aoi)
+
+
+def _declared(value: Any) -> str | None:
+    """The system of an object; a geometry of shapely has none."""
+    return crs_of_foreign(value) if hasattr(value, "geom_type") else crs_of(value)
 
 
 def _of_file(path: Path) -> str | None:
-    """The system of a file of features; other outlines have none."""
+    """The system of a file of features or of GOCAD lines; other outlines have none."""
     if not path.is_file():
         return None
     from geosurf.read._detect import detect
     from geosurf.read.features import geojson, shapefile
+    from geosurf.read.gocad_lines import crs_of_gocad_lines
 
     key = detect(path)
+    if key == "pline":
+        return crs_of_gocad_lines(path)
     if key not in FEATURES:
         return None
     found: str | None = (geojson if key == "geojson" else shapefile).features(path).crs
     return found
 
 
-__all__ = ["crs_of_outline", "refuse_other_systems"]
+__all__ = ["check_system_of_places", "crs_of_outline", "refuse_other_systems"]

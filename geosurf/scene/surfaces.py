@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -198,13 +198,32 @@ def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, 
 
 
 def fluids_of(
-    inputs: SceneInputs, memory: Memory, box: Box
+    inputs: SceneInputs, memory: Memory, box: Box, known: Mapping[str, str]
 ) -> tuple[list[TriSurface], list[FluidContact]]:
-    """Return surfaces of fluid contacts, and the zones and blocks in which they count."""
+    """Return surfaces of fluid contacts, and the zones and blocks in which they count.
+
+    `known` has the reference systems of the other surfaces; contacts in another one are refused.
+    """
+    systems = dict(known) if inputs.crs is None else {"crs": inputs.crs, **known}
     with memory.collecting():
-        surfaces, contacts = build_contacts(opened_contacts(inputs.contacts, inputs.options), box)
+        opened = opened_contacts(inputs.contacts, inputs.options)
+        for name, value in opened.items():
+            for surface in _surfaces_in(value):
+                refuse_other_crs(name, surface.crs, systems)
+        surfaces, contacts = build_contacts(opened, box)
     check_zones(contacts, names_of_zones(tuple(inputs.horizons)))  # before anything is cut
     return surfaces, contacts
+
+
+def _surfaces_in(value: Any) -> Iterator[TriSurface]:
+    """Surfaces among the values of a contact: by block, in a list, or one alone."""
+    if isinstance(value, FluidContact):
+        value = value.at
+    if isinstance(value, TriSurface):
+        yield value
+    elif isinstance(value, list | tuple | dict):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from _surfaces_in(one)
 
 
 def _opened(name: str, value: Any, options: Options) -> Any:

@@ -14,6 +14,7 @@ meshio `Mesh`                         (vertices, triangles)
 `vertices` and `triangles`            xtgeo, LoopStructural: (vertices, triangles)
 `vertices` and `edges` (n, 3)         GemPy: (vertices, triangles)
 geopandas `GeoDataFrame`              points (n, 3), or fault sticks from lines
+pandas `DataFrame`                    points by usual names; with the number of a stick: sticks
 ====================================  ==================================================
 
 Vertices of meshes are elevations in metres, as everywhere in geosurf. Reference systems go along.
@@ -27,6 +28,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
+from geosurf.conventions.column_names import LABELS, USUAL
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun
@@ -117,11 +119,7 @@ def _xyz_of_xtgeo(value: Any, what: str, role: str, positive: str | None) -> Any
             "or a grid."
         )
     columns[2] = columns[2] * elevation_sign(positive, what)
-    points = np.stack(columns, axis=1)
-    stick = np.asarray(table[value.pname])
-    return FaultSticks(
-        _name(what), tuple(points[stick == k] for k in dict.fromkeys(stick.tolist()))
-    )
+    return _sticks(what, np.stack(columns, axis=1), np.asarray(table[value.pname]))
 
 
 def _name(what: str) -> str:
@@ -252,11 +250,44 @@ def _of_geopandas(value: Any, what: str, role: str, positive: str | None) -> Any
     )
 
 
+def _of_pandas(value: Any, what: str, role: str, positive: str | None) -> Any:
+    """DataFrame with columns such as X_UTME, Y_UTMN, Z_TVDSS, and POLY_ID for sticks."""
+    import xarray as xr
+
+    found = {str(name).strip().lower(): name for name in value.columns}
+    at = [[found[one] for one in names if one in found] for names in USUAL.values()]
+    label = [found[one] for one in LABELS if one in found]
+    if any(len(names) != 1 for names in at) or (role == "fault" and not label):
+        needed = "easting, northing and elevation" + (
+            ", and POLY_ID for the number of the stick" if role == "fault" else ""
+        )
+        raise InputError(
+            f"{what}: the columns of the table are {', '.join(map(str, value.columns))}; it needs "
+            f"{needed}. Rename its columns."
+        )
+    columns = [np.asarray(value[names[0]], dtype=np.float64) for names in at]
+    if role == "horizon":
+        attrs = {"units": "m"} | ({} if positive is None else {"positive": positive})
+        return xr.Dataset(
+            {k: ("point", columns[i], attrs if i == 2 else {}) for i, k in enumerate(NAMES)},
+            attrs=dict(value.attrs),
+        )
+    columns[2] = columns[2] * elevation_sign(positive, what)
+    return _sticks(what, np.stack(columns, axis=1), np.asarray(value[label[0]]))
+
+
+def _sticks(what: str, points: np.ndarray, label: np.ndarray) -> FaultSticks:
+    """Sticks, one for each label, in the order of their first points."""
+    parts = tuple(points[label == k] for k in dict.fromkeys(label.tolist()))
+    return FaultSticks(_name(what), parts)
+
+
 # what tells an object, and what turns it; the first that fits
 FORMS: tuple[tuple[Callable[[Any], bool], Callable[..., Any]], ...] = (
     (_has("xori", "yflip", "values", "ncol", "nrow"), _grid_of_xtgeo),
     (_has("get_dataframe", "xname", "yname", "zname"), _xyz_of_xtgeo),
     (_has("geometry", "columns", "crs"), _of_geopandas),
+    (_has("columns", "iloc", "attrs"), _of_pandas),
     (_has("points", "faces", "triangulate"), _mesh_of_pyvista),
     (_has("dimensions", "x", "y", "z", "n_cells"), _grid_of_pyvista),
     (_has("points", "cells_dict"), _mesh_of_meshio),

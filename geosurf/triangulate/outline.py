@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import place, real_numbers
+from geosurf.conventions.foreign import lines_of_foreign
 from geosurf.errors import InputError, InvariantError
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 
@@ -21,7 +22,7 @@ def check_outline(outline: Any) -> np.ndarray:
     ----------
     outline : array_like of float, shape (n, 2) or (n, 3)
         Easting and northing [m] around the area, either way; a third column is not read. The
-        first corner may be repeated at the end.
+        first corner may be repeated at the end. Or one polygon of xtgeo, shapely or geopandas.
 
     Returns
     -------
@@ -74,6 +75,12 @@ def _as_ring(outline: Any) -> np.ndarray:
                 f"supported. {how}"
             )
         outline = outline[0]
+    try:
+        lines = lines_of_foreign(outline, on_map=True)
+    except ValueError as error:
+        raise InputError(f"aoi: {error}. {how}") from error
+    if lines is not None:
+        return _as_ring(lines)
     try:
         ring = real_numbers(outline)
     except (TypeError, ValueError) as error:

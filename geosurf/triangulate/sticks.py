@@ -90,6 +90,11 @@ def triangulate_sticks(
             "the sticks of a fault have no name. Pass it, as in triangulate_sticks(..., name='F1')."
         )
     name = name_of(name, "fault")
+    if hasattr(sticks, "columns") or hasattr(sticks, "get_dataframe"):
+        raise SurfaceError(
+            f"fault {name!r}: a {type(sticks).__name__} does not state whether z is elevation or "
+            f"depth. Use gs.triangulate_fault(sticks, name={name!r}, positive='down') or 'up'."
+        )
     given, sticks = sticks, sticks.sticks if isinstance(sticks, FaultSticks) else sticks
     sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
     lines = _lines_of(sticks, name)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import DependencyError, InputError
-from geosurf.write.polylines import lines_in_space
+from geosurf.model import Curves, FaultSticks
+from geosurf.write.polylines import crs_of_any, line_set, lines_in_space
 from geosurf.write.regular_grid import regular_grid
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -146,20 +147,21 @@ def _kind(column: Any) -> str:
     return {"i": "int", "u": "int", "f": "float"}.get(column.dtype.kind, "str")
 
 
-def to_geodataframe(lines: xarray.Dataset) -> Any:
+def to_geodataframe(obj: Any) -> Any:
     """
-    Return fault polygons, or other lines in space, as `geopandas.GeoDataFrame`.
+    Return points, lines, sticks or curves as `geopandas.GeoDataFrame`.
 
     Parameters
     ----------
-    lines : Dataset
-        As from `Scene.fault_polygons`.
+    obj : Dataset, FaultSticks, Curves or list of ndarray
+        Points, as `read_points` and `read_tops` read them; lines, as `Scene.fault_polygons` makes
+        them or `read_polygons` reads them.
 
     Returns
     -------
     geopandas.GeoDataFrame
-        One row for each line, with elevations [m] as third coordinates: closed lines as LineString
-        that end where they begin, words and numbers of the lines as columns, and the reference
+        One row for each point or line, with elevations [m] as third coordinates: closed lines as
+        LineString that end where they begin, words and numbers as columns, and the reference
         system.
 
     Raises
@@ -167,30 +169,40 @@ def to_geodataframe(lines: xarray.Dataset) -> Any:
     DependencyError
         If geopandas is not installed.
     InputError
-        If it is not a Dataset.
+        If it is something else.
     OutputError
-        If the Dataset holds no lines.
+        If the Dataset holds neither points nor lines.
 
     Examples
     --------
-    >>> to_geodataframe([])
+    >>> to_geodataframe(3)
     Traceback (most recent call last):
-    geosurf.errors.InputError: cannot turn list into lines. Give a Dataset, as fault_polygons makes.
+    geosurf.errors.InputError: cannot turn int into points or lines. Give a Dataset of points or \
+lines, as read_points and fault_polygons make, FaultSticks, Curves or a list of arrays (n, 3).
     """
-    if not hasattr(lines, "data_vars"):
+    table = hasattr(obj, "data_vars")
+    lines = isinstance(obj, list | tuple) and obj and all(np.ndim(part) == 2 for part in obj)
+    if not (table or lines or isinstance(obj, FaultSticks | Curves)):
         raise InputError(
-            f"cannot turn {type(lines).__name__} into lines. Give a Dataset, as fault_polygons "
-            "makes."
+            f"cannot turn {type(obj).__name__} into points or lines. Give a Dataset of points or "
+            "lines, as read_points and fault_polygons make, FaultSticks, Curves or a list of "
+            "arrays (n, 3)."
         )
     try:
         import geopandas
-        from shapely.geometry import LineString
+        from shapely.geometry import LineString, Point
     except ImportError as error:
         raise DependencyError(
             "geopandas is not installed. Install the extra: pip install 'geosurf[gis]'."
         ) from error
-    words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
-    shapes = [LineString(points) for _, points in lines_in_space(lines)]
-    return geopandas.GeoDataFrame(
-        {word: lines[word].values for word in words}, geometry=shapes, crs=lines.attrs.get("crs")
-    )
+    crs = crs_of_any(obj)
+    if table and "count" not in obj.variables and {*AXES} <= set(obj.data_vars):
+        dim = str(obj["easting"].dims[0])
+        points = np.stack([obj[axis].values for axis in AXES], axis=1)
+        words: dict[str, Any] = {word: obj[word].values for word in _words(obj, dim)}
+        return geopandas.GeoDataFrame(words, geometry=list(map(Point, points)), crs=crs)
+    found = line_set(obj)
+    words = {**found.words}
+    if isinstance(obj, FaultSticks):
+        words["name"] = [obj.name] * len(found.parts)
+    return geopandas.GeoDataFrame(words, geometry=list(map(LineString, found.parts)), crs=crs)

@@ -268,6 +268,30 @@ def test_fault_polygons_go_to_geopandas():
     assert np.array_equal(points[0], points[-1])
 
 
+def test_points_sticks_and_curves_go_to_geopandas():
+    pytest.importorskip("geopandas", reason="geopandas is not installed")
+    scene = gs.Scene(WORLD.horizons, WORLD.faults, WORLD.box, crs="EPSG:23031")
+    sticks = gs.FaultSticks("F1", (np.eye(3), 5 + np.eye(3)))
+    assert list(gs.to_geodataframe(sticks)["name"]) == ["F1", "F1"]
+    assert list(gs.to_geodataframe(scene.curves)["other"]) == ["F1", "F1"]
+    names = dict(zip(("easting", "northing", "elevation"), np.eye(3), strict=True))
+    points = xr.Dataset({key: ("point", value) for key, value in names.items()})
+    assert [point.z for point in gs.to_geodataframe(points).geometry] == [0.0, 0.0, 1.0]
+
+
+def test_tables_of_pandas_are_points_and_sticks():
+    pandas = pytest.importorskip("pandas")
+    corners = [(2000 + k, 1500 * i, 1000 + 900 * k) for i in range(3) for k in range(3)]
+    table = pandas.DataFrame(corners, columns=["X_UTME", "Y_UTMN", "Z_TVDSS"])
+    with pytest.raises(InputError, match="POLY_ID for the number of the stick"):
+        gs.triangulate_fault(table, name="F1", positive="down")
+    sticks = table.assign(POLY_ID=table["Y_UTMN"])
+    fault = gs.triangulate_fault(sticks, name="F1", positive="down")
+    assert fault.bounds == (2000.0, 2002.0, 0.0, 3000.0, -2800.0, -1000.0)
+    with pytest.raises(gs.errors.SurfaceError, match=r"Use gs\.triangulate_fault"):
+        gs.triangulate_sticks(sticks, name="F1")
+
+
 def test_what_is_no_grid_and_no_lines_is_refused():
     with pytest.raises(gs.errors.InputError, match="Give a DataArray, a TriSurface"):
         gs.to_xtgeo([1])

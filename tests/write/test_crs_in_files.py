@@ -96,3 +96,24 @@ def test_tops_and_area_in_another_system_are_refused(tmp_path):
     assert scene.misfit().sizes["top"] == 1
     with pytest.raises(InputError, match=r"'tops' is in EPSG:32631, but .* Convert one"):
         scene.misfit(tops)
+
+
+def test_wells_places_and_contacts_in_another_system_are_refused():
+    world = gs.synthetic.tilted_planes(n=9)
+    other = {"crs": "EPSG:32631"}
+    scene = gs.Scene(world.horizons, world.faults, world.box, crs=CRS)
+    axes = {"easting": [1000.0] * 2, "northing": [1000.0] * 2, "elevation": [-1800.0, -2400.0]}
+    well = xr.Dataset({key: ("point", values) for key, values in axes.items()}, attrs=other)
+    for ask in (scene.sample, scene.well_intervals, lambda one: scene.well_intervals({"W": one})):
+        with pytest.raises(InputError, match=f"is in EPSG:32631, but 'scene' is in {CRS}"):
+            ask(well)
+    with pytest.warns(gs.GeosurfWarning, match="cannot compare"):
+        scene.well_intervals(well.assign_attrs(crs="ED50-UTM31"))
+    level = (0 * world.horizons["Top"] - 2100.0).assign_attrs(positive="up", units="m", **other)
+    with pytest.raises(InputError, match=f"'OWC' is in EPSG:32631, but '(crs|Top)' is in {CRS}"):
+        _ = scene.replace(contacts={"OWC": level}).units
+
+
+def test_gltf_comes_back_in_its_system(tmp_path):
+    surface = gs.triangulate_horizon(top(crs=CRS), name="Top")
+    assert gs.read_fault(gs.write(surface, tmp_path / "a.glb")[0]).crs == CRS

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted
+from geosurf.conventions.column_names import USUAL
 from geosurf.conventions.crs import EPSG, crs_of, label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
 from geosurf.read._choice import chosen
-from geosurf.read._columns import USUAL
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._noted import is_looking, noted
 from geosurf.read._placed import AXES, points_dataset
