@@ -7,12 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.lattices.triangle_list import build_list_tree, survey_list
-from geosurf.kernels.location.nearest import nearest_distance
-from geosurf.kernels.location.triangle_bins import order_by_tile
+from geosurf.kernels.location.nearest import nearest_distance, point_codes
 from geosurf.kernels.search.rays import rows_in_box
 from geosurf.model import Patches, Units
-
-TILES = 256  # along each side of the model, in whose order distances are computed
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +37,8 @@ class Boundaries:
         """Distance of points (n, 3), in world coordinates, to the nearest triangle [m]."""
         local = points - self.origin
 
-        # tile by tile: the nearest triangle of one point is a good guess for the next
-        low, high = self.tree[1][-1].reshape(2, 3)
-        tiles = np.append(low[:2], TILES / np.maximum(high - low, 1e-9)[:2])
-        of = (tiles, np.full(2, TILES), np.empty((len(points), 2)), np.empty(len(points)))
-        order = order_by_tile(local, local[:, 2].copy(), *of)
+        # along a Morton curve: the nearest triangle of one point is a good guess for the next
+        order = np.argsort(point_codes(local, self.tree[1][-1]), kind="stable")
         found, out = np.empty(len(points)), np.empty(len(points))
         nearest_distance(self.x, self.triangles, *self.tree, local[order], found)
         out[order] = found

@@ -22,6 +22,7 @@ from geosurf.model import Lattice, Units
 from geosurf.model.pieces import Pieces, Strips
 
 AT_ONCE = 1 << 19  # points that are looked up together, by one thread
+IN_VOXELS = 1 << 22  # where voxels answer most of them
 TILES = 64  # along each side of the model, in whose order points are looked up
 MOST_BINS = 1 << 22
 MOST_ITEMS = 1 << 26  # triangles in all bins: coarser bins hold each less often
@@ -136,15 +137,14 @@ class Locator:
 
         Returns
         -------
-        ndarray of int64, shape (n,)
+        ndarray of int64 or int32, shape (n,)
             Row of the unit; -1 outside the model.
         """
         # into the local frame as nodes of surfaces go: a point at a node stays at it
-        local = points - self.origin
         if voxels is None:
-            return self._search(local)
-        unit, others = voxels.find(local)
-        unit[others] = self._search(local[others])
+            return self._search(points - self.origin)
+        unit, others = voxels.find(points, self.origin)
+        unit[others] = self._search(points[others] - self.origin)
         return unit
 
     def _search(self, local: np.ndarray) -> np.ndarray:

@@ -40,12 +40,15 @@ class Places:
         Easting, northing, elevation [m]; each fits `shape` by broadcasting.
     coords : dict
         As xarray takes them.
+    rows : ndarray of float64, shape (n, 3), optional
+        All coordinates, where the user has them in this form: nothing is copied.
     """
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     axes: tuple[np.ndarray, np.ndarray, np.ndarray]
     coords: dict[str, Any]
+    rows: np.ndarray | None = None
 
     @property
     def size(self) -> int:
@@ -77,6 +80,8 @@ class Places:
         """World coordinates (n, 3) of slices of the first dimension."""
         if not self.shape:
             return np.array([[axis.item() for axis in self.axes]])
+        if self.rows is not None:
+            return self.rows[first:last]
         shown = [np.broadcast_to(axis, self.shape)[first:last].reshape(-1) for axis in self.axes]
         return np.stack(shown, axis=1)
 
@@ -165,7 +170,8 @@ def _of_array(where: Any) -> Places:
     shape = points.shape[:-1]
     dims = ("point",) if len(shape) == 1 else tuple(f"point_{k}" for k in range(len(shape)))
     axes = (points[..., 0], points[..., 1], points[..., 2])
-    return Places(dims, shape, axes, _point_coords(dims, axes))
+    rows = points if len(shape) == 1 and points.flags.c_contiguous else None
+    return Places(dims, shape, axes, _point_coords(dims, axes), rows)
 
 
 def _point_coords(dims: tuple[str, ...], axes: tuple[np.ndarray, ...]) -> dict[str, Any]:
@@ -239,8 +245,10 @@ def _attrs(name: str) -> dict[str, str]:
 
 def _check_finite(places: Places) -> None:
     """Refuse places with coordinates that are not finite, with the first of them."""
-    if all(np.isfinite(axis).all() for axis in places.axes):
-        return
+    # a sum is finite if all its terms are, unless it overflows: then the places are looked through
+    with np.errstate(all="ignore"):
+        if all(np.isfinite(one.sum()) for one in _all_of(places)):
+            return
     at = 0
     for _, make in places.parts(1 << 20):
         points = make()
@@ -252,6 +260,11 @@ def _check_finite(places: Places) -> None:
                 "such places out."
             )
         at += len(points)
+
+
+def _all_of(places: Places) -> tuple[np.ndarray, ...]:
+    """All coordinates, in as few arrays as there are."""
+    return places.axes if places.rows is None else (places.rows,)
 
 
 __all__ = ["NAMES", "Places", "places_of"]

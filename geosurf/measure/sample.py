@@ -10,7 +10,7 @@ import numpy as np
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InputError
 from geosurf.measure.boundaries import Boundaries
-from geosurf.measure.locate import AT_ONCE, Locator, locator_of
+from geosurf.measure.locate import AT_ONCE, IN_VOXELS, Locator, locator_of
 from geosurf.measure.places import Places, places_of
 from geosurf.model import Unit, Units
 from geosurf.model.expected import expect
@@ -134,7 +134,7 @@ def _of_points(places: Places, locator: Locator) -> np.ndarray:
     def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
         found[rows] = locator.find(points(), voxels)
 
-    parts = list(places.parts(AT_ONCE))
+    parts = list(places.parts(IN_VOXELS if many else AT_ONCE))
     map_threads(work, parts, worth=len(parts) > 1)
     return found
 
@@ -185,7 +185,8 @@ def _labels(
         "names": known,
         "outside": np.int32(-1),
     }
-    return values[found], attrs
+    # units have names of their own, so that their rows are the codes
+    return found if len(known) == len(words) else values[found], attrs
 
 
 __all__ = ["RULE", "sample_units"]

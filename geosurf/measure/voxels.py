@@ -9,7 +9,9 @@ import numpy as np
 
 from geosurf.kernels.location import voxel_units
 
-SHAPE = np.array([128, 128, 128])
+SHAPE = np.array([64, 64, 256])  # horizons are nearly level: fine steps along z pay most
+RIM = 0.1  # voxels between the sides of the model and the next border of voxels
+BLOCK = 1 << 15  # points whose answers stay in the cache
 EPS = float(np.finfo(np.float64).eps)
 SLIP = 128 * EPS  # of the largest coordinate: each of 64 halvings rounds once
 
@@ -25,19 +27,28 @@ class Voxels:
     grid : ndarray of float64, shape (6,)
         Lowest local coordinate, then voxels per metre, along each axis.
     shape : ndarray of int64, shape (3,)
-    inside : ndarray of int64, shape (n_voxel,)
-        Row of the unit, -1 outside the model, `voxel_units.OPEN` where a surface may pass.
+    words : ndarray of int64
+        Units of the voxels, as `voxel_units` packs them.
     """
 
     grid: np.ndarray
     shape: np.ndarray
-    inside: np.ndarray
+    words: np.ndarray
 
-    def find(self, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the units of points (n, 3), and the rows of the points that are still open."""
-        unit, others = np.empty((2, len(local) + 1), dtype=np.int64)
-        n = voxel_units.units_of_voxels(local, self.grid, self.shape, self.inside, unit, others)
-        return unit[:-1], others[:n]
+    def find(self, points: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the units of points (n, 3), and the rows of the points that are still open.
+
+        Points are in world coordinates, and `origin` is that of the local ones.
+        """
+        found, open_ = np.empty(len(points), dtype=np.int32), [np.empty(0, dtype=np.int64)]
+        unit, others = np.empty((2, min(BLOCK, len(points)) + 1), dtype=np.int64)
+        for first in range(0, len(points), BLOCK):
+            block = points[first : first + BLOCK]
+            of = (block, origin, self.grid, self.shape, self.words)
+            n = voxel_units.units_of_voxels(*of, unit, others)
+            found[first : first + BLOCK] = unit[: len(block)]
+            open_.append(others[:n] + first)
+        return found, np.concatenate(open_)
 
 
 def voxels_of(
@@ -65,9 +76,12 @@ def voxels_of(
     Voxels
     """
     size = np.ptp(box, axis=0)
-    # a model without thickness has voxels of any height
-    per_metre = SHAPE / np.where(size > 0.0, size, 1.0)
-    grid = np.concatenate([box[0], per_metre])
+    # a model without thickness has voxels of any height; the sides of the model lie in the outermost
+    # voxels, next to the border of the next ones, so that few points share a voxel with them
+    number = np.maximum(SHAPE - 2.0 * (1.0 - RIM), 2.0 * RIM)
+    per_metre = number / np.where(size > 0.0, size, 1.0)
+    low = box[0] - (1.0 - RIM) / per_metre
+    grid = np.concatenate([low, per_metre])
     slip = SLIP * float(np.abs(box).max())
     met = np.zeros(SHAPE.prod(), dtype=bool)
     for arrays in grids:
@@ -76,7 +90,7 @@ def voxels_of(
         voxel_units.mark_triangles(corners, slip, grid, SHAPE, met)
 
     # all points of such a voxel are in one unit: that of its middle, if rounding leaves it inside
-    x, y, z = (box[0, k] + (np.arange(SHAPE[k]) + 0.5) / per_metre[k] for k in range(3))
+    x, y, z = (low[k] + (np.arange(SHAPE[k]) + 0.5) / per_metre[k] for k in range(3))
     feet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = find_on_lines(feet, z).ravel()
     for k, middles in enumerate((x, y, z)):
@@ -84,7 +98,9 @@ def voxels_of(
         lost = np.flatnonzero(place != np.arange(SHAPE[k]))
         np.moveaxis(met.reshape(SHAPE), k, 0)[lost] = True
     inside[met] = voxel_units.OPEN
-    return Voxels(grid, SHAPE, inside)
+    words = np.zeros(len(inside) // 4 + 1, dtype=np.int64)
+    voxel_units.pack_voxels(inside, words)
+    return Voxels(grid, SHAPE, words)
 
 
 __all__ = ["Voxels", "voxels_of"]

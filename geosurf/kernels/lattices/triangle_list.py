@@ -54,7 +54,7 @@ def _bits_for(n):
 
 
 @scalar
-def _spread(v):
+def spread_bits(v):
     """Bits of v < 2**10 at every third place."""
     # Spread bits by doubling their distance (Morton 1966).
     v = (v | (v << 16)) & 0x030000FF
@@ -121,7 +121,7 @@ def survey_list(x, t):
                 u = min(int((0.5 * (lx + ux) - box[0]) * scale), top)
                 v = min(int((0.5 * (ly + uy) - box[1]) * scale), top)
                 w = min(int((0.5 * (lz + uz) - box[2]) * scale), top)
-                code = _spread(u) | (_spread(v) << 1) | (_spread(w) << 2)
+                code = spread_bits(u) | (spread_bits(v) << 1) | (spread_bits(w) << 2)
             codes[i] = code
 
             # Possibly degenerate triangles are tested exactly later.

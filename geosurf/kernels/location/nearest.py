@@ -3,7 +3,8 @@
 The tree is that of `geosurf.kernels.search.tree` for a list of triangles. The search descends into
 the nearest box first and leaves out boxes that are farther away than the best triangle so far. The
 triangle that was nearest to the point before is tried first: points next to each other then visit a
-few boxes only.
+few boxes only, so points come in Morton order. In a leaf, the box of a triangle is tested before the
+triangle.
 
 Notation
     x, t                   points (n, 3) and triangles (m, 3)
@@ -16,7 +17,10 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.triangle_list import spread_bits
 from geosurf.kernels.search.tree import FAN, LEAF
+
+_CELLS = 1023.0  # ten bits along each axis
 
 
 @scalar
@@ -66,6 +70,19 @@ def _triangle_distance(x, t, row, px, py, pz):
 
 
 @scalar
+def _is_beyond(x, t, row, px, py, pz, best):
+    """Whether the box of a triangle is no nearer than the best: a cheap test."""
+    a, b, c = t[row, 0], t[row, 1], t[row, 2]
+    total = 0.0
+    for k in range(3):
+        p = (px, py, pz)[k]
+        low, high = min(x[a, k], min(x[b, k], x[c, k])), max(x[a, k], max(x[b, k], x[c, k]))
+        d = max(low - p, max(0.0, p - high))
+        total += d * d
+    return total >= best
+
+
+@scalar
 def _push_nearer(nodes, levels, node, level, px, py, pz, best, stack, far, top):
     """Push the children of a node that are nearer than the best, the nearest on top."""
     first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
@@ -104,7 +121,24 @@ def nearest_distance(x, t, order, nodes, levels, p, out):
                 top = _push_nearer(nodes, levels, node, level, px, py, pz, best, stack, far, top)
                 continue
             for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
+                if _is_beyond(x, t, order[k], px, py, pz, best):
+                    continue
                 d = _triangle_distance(x, t, order[k], px, py, pz)
                 if d < best:
                     best, nearest = d, order[k]
         out[i] = np.sqrt(best)
+
+
+@entry("d2 d1 -> l1")
+def point_codes(p, box):
+    """Morton codes of points in cubes; `box` is their common box."""
+    span = max(box[3] - box[0], max(box[4] - box[1], box[5] - box[2]))
+    scale = _CELLS / span if 1e-290 < span < 1e290 else 0.0
+    codes = np.empty(p.shape[0], dtype=np.int64)
+    for i in range(p.shape[0]):
+        code = 0
+        for k in range(3):
+            cell = min(max((p[i, k] - box[k]) * scale, 0.0), _CELLS)
+            code |= spread_bits(int(cell)) << k
+        codes[i] = code
+    return codes

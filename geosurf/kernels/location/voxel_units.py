@@ -10,7 +10,9 @@ Notation
     shape     number of voxels along each axis, int64 (3,)
     met       whether a surface may meet a voxel, bool (n_voxel,); the last axis runs fastest
     slip      by how much a point between corners may be off, through rounding [m]
-    inside    row of the unit of each voxel, -1 outside the model, `OPEN` where a surface meets it
+    words     what each voxel holds, four in one int64, so that all stay in the cache: the row of the
+              unit plus 2, 1 outside the model, 0 where a surface may meet the voxel or the row is
+              above `MOST_ROWS`
     others    as in `lattice_units` and `triangle_bins`
 """
 
@@ -24,6 +26,7 @@ from geosurf.kernels.location.lattice_units import corner_nodes
 from geosurf.kernels.search.tree import N_COL, N_ROW
 
 OPEN = -2
+MOST_ROWS = (1 << 15) - 3  # bits 0 to 14 of a part of a word: no sign comes in the way
 _DEPTH = 64  # halvings of a triangle: each second one halves its longest edge
 _SMALL = 0.5  # voxels: pieces with shorter edges are not halved any more
 
@@ -124,18 +127,27 @@ def mark_lattice(x, y, a, z, column, steps, slip, grid, shape, met):
                     _mark(s, slip, grid, shape, met)
 
 
-@entry("d2 d1 l1 l1 l1 l1 -> l")
-def units_of_voxels(p, grid, shape, inside, unit, others):
+@entry("l1 l1 -> .")
+def pack_voxels(inside, words):
+    """Write the units of voxels, -1 outside the model and `OPEN` where a surface may be, as words."""
+    for v in range(inside.shape[0]):
+        code = inside[v] - OPEN if inside[v] <= MOST_ROWS else 0
+        words[v >> 2] |= code << (16 * (v & 3))
+
+
+@entry("d2 d1 d1 l1 l1 l1 l1 -> l")
+def units_of_voxels(p, origin, grid, shape, words, unit, others):
     """Write the unit of each point whose voxel has one; list the others, and return their number.
 
-    `p` has eastings, northings and elevations (n, 3).
+    `p` has world coordinates (n, 3). `unit` and `others` have room for one more than all points.
     """
     n = 0
     for q in range(p.shape[0]):
-        i = _voxel(p[q, 0], grid, shape, 0)
-        j = _voxel(p[q, 1], grid, shape, 1)
-        k = _voxel(p[q, 2], grid, shape, 2)
-        found = inside[(i * shape[1] + j) * shape[2] + k]
+        i = _voxel(p[q, 0] - origin[0], grid, shape, 0)
+        j = _voxel(p[q, 1] - origin[1], grid, shape, 1)
+        k = _voxel(p[q, 2] - origin[2], grid, shape, 2)
+        v = (i * shape[1] + j) * shape[2] + k
+        found = ((words[v >> 2] >> (16 * (v & 3))) & 0x7FFF) + OPEN
         unit[q] = found
         others[n] = q
         n += found == OPEN
