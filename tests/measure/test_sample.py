@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -16,57 +15,10 @@ import geosurf as gs
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure import sample_units
 from geosurf.measure.locate import locator_of
+from tests.measure.rays import unit_by_rays
 from tests.strategies import BOX, UTM, faulted_worlds, sheet
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
-
-TINY = [Fraction(1, 2**200), Fraction(1, 2**400), Fraction(1, 2**600)]
-
-
-def unit_by_rays(units, points):
-    """Row of the unit of each point (n, 3), local: rational rays through every shell.
-
-    The point is really moved by what the rule says: down (or up from the floor), then towards the
-    middle to the east or west, then to the north or south, each infinitely less than before.
-    """
-    w, e, s, n, bottom, _ = units.box
-    origin = next(iter(units.values())).origin
-    middle = 0.5 * (w + e) - origin[0], 0.5 * (s + n) - origin[1]
-    shells = [u.local[u.triangles] for u in units.values()]
-    found = []
-    for point in points:
-        east, north = (1 if point[k] <= middle[k] else -1 for k in (0, 1))
-        up = 1 if point[2] == bottom - origin[2] else -1
-        p = [
-            Fraction(float(c)) + way * move
-            for c, way, move in zip(point, (east, north, up), np.roll(TINY, -1), strict=True)
-        ]
-        inside = [k for k, shell in enumerate(shells) if passed(shell, point, p) % 2]
-        assert len(inside) <= 1  # units do not overlap
-        found.append(inside[0] if inside else -1)
-    return found
-
-
-def passed(shell, near, p):
-    """How many triangles of a shell are straight above a point."""
-    # boxes that the ray cannot meet, with a metre to spare, need no fractions
-    low, high = shell[:, :, :2].min(axis=1) - 1.0, shell[:, :, :2].max(axis=1) + 1.0
-    maybe = ((low <= near[:2]) & (high >= near[:2])).all(axis=1)
-    maybe &= shell[:, :, 2].max(axis=1) >= near[2] - 1.0
-    return sum(above([[Fraction(float(c)) for c in v] for v in face], p) for face in shell[maybe])
-
-
-def above(face, p):
-    """Whether a triangle is straight above a point, which is on no edge and in no plane."""
-    a, b, c = face
-    turns = [
-        (v[0] - u[0]) * (p[1] - u[1]) - (v[1] - u[1]) * (p[0] - u[0])
-        for u, v in ((a, b), (b, c), (c, a))
-    ]
-    if not (all(t > 0 for t in turns) or all(t < 0 for t in turns)):
-        return False
-    z = (a[2] * turns[1] + b[2] * turns[2] + c[2] * turns[0]) / sum(turns)
-    return z > p[2]
 
 
 def corners_and_middles(units, rng, n):
