@@ -76,8 +76,8 @@ def voxels_of(
     Voxels
     """
     size = np.ptp(box, axis=0)
-    # a model without thickness has voxels of any height; the sides of the model lie in the outermost
-    # voxels, next to the border of the next ones, so that few points share a voxel with them
+    # a model without thickness has voxels of any height; the sides of the model lie in the
+    # outermost voxels, next to the border of the next ones: few points share a voxel with them
     number = np.maximum(SHAPE - 2.0 * (1.0 - RIM), 2.0 * RIM)
     per_metre = number / np.where(size > 0.0, size, 1.0)
     low = box[0] - (1.0 - RIM) / per_metre

@@ -3,8 +3,7 @@
 The tree is that of `geosurf.kernels.search.tree` for a list of triangles. The search descends into
 the nearest box first and leaves out boxes that are farther away than the best triangle so far. The
 triangle that was nearest to the point before is tried first: points next to each other then visit a
-few boxes only, so points come in Morton order. In a leaf, the box of a triangle is tested before the
-triangle.
+few boxes only, so points come in Morton order. In a leaf, the box of a triangle is tested first.
 
 Notation
     x, t                   points (n, 3) and triangles (m, 3)

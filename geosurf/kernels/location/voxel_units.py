@@ -10,9 +10,9 @@ Notation
     shape     number of voxels along each axis, int64 (3,)
     met       whether a surface may meet a voxel, bool (n_voxel,); the last axis runs fastest
     slip      by how much a point between corners may be off, through rounding [m]
-    words     what each voxel holds, four in one int64, so that all stay in the cache: the row of the
-              unit plus 2, 1 outside the model, 0 where a surface may meet the voxel or the row is
-              above `MOST_ROWS`
+    words     what each voxel holds, four in one int64, so that all stay in the cache: the row of
+              the unit plus 2, 1 outside the model, 0 where a surface may meet the voxel or the row
+              is above `MOST_ROWS`
     others    as in `lattice_units` and `triangle_bins`
 """
 
@@ -129,7 +129,7 @@ def mark_lattice(x, y, a, z, column, steps, slip, grid, shape, met):
 
 @entry("l1 l1 -> .")
 def pack_voxels(inside, words):
-    """Write the units of voxels, -1 outside the model and `OPEN` where a surface may be, as words."""
+    """Write the units of voxels as words; they are -1 outside the model, `OPEN` at surfaces."""
     for v in range(inside.shape[0]):
         code = inside[v] - OPEN if inside[v] <= MOST_ROWS else 0
         words[v >> 2] |= code << (16 * (v & 3))
