@@ -16,6 +16,7 @@ from geosurf.ensemble.streams import stream_of
 from geosurf.ensemble.throws import Factor
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.tear_plan import TearPlan
 from geosurf.model.tops import Tops
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
@@ -25,7 +26,7 @@ from geosurf.scene.given import (
     given_horizon,
     given_settings,
     prepared_faults,
-    with_longer_faults,
+    torn_like,
 )
 from geosurf.scene.tearing import longer_faults
 from geosurf.sheets import throw_horizon
@@ -77,6 +78,7 @@ class SceneModel:
         self._data: dict[str, HorizonData] = {}
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
+        self.plans: dict[str, TearPlan] = {}
 
     # ---- what is given -------------------------------------------------------------------
 
@@ -112,7 +114,7 @@ class SceneModel:
         )
         if change.throws:
             return self._thrown(scene, change)
-        return with_longer_faults(scene, self.longer) if self.longer else scene
+        return torn_like(scene, self.longer, self.plans) if self.plans else scene
 
     def _thrown(self, scene: Scene, change: Change) -> Scene:
         """A scene with all horizons torn by the throws of a realisation."""
@@ -146,7 +148,9 @@ class SceneModel:
             self._frame["aoi"] = base.aoi
 
     def started(self, base: Scene) -> None:
-        """Keep faults as long as the tears of the base case need them: they are not uncertain."""
+        """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
+        sheets = base.sheets.items()
+        self.plans = {name: sheet.plan for name, sheet in sheets if sheet.plan is not None}
         before = prepared_faults(self.scene.replace(**self._frame))
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
 

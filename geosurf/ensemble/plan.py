@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -79,7 +79,8 @@ class Plan:
     def identity(self) -> str:
         """A hash of everything that results depend on."""
         # The version counts: another geosurf may compute other volumes.
-        digest = hashlib.sha256(f"{__version__} {self.seed}".encode())
+        # The second word changes with what a store holds.
+        digest = hashlib.sha256(f"{__version__} torn {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
         return digest.hexdigest()
@@ -124,7 +125,8 @@ class Plan:
             try:
                 for one in self.prepared:
                     one.apply(change)
-                record = self.measure(self.model.build(change), change.numbers)
+                scene = self.model.build(change)
+                record = _with_tears(self.measure(scene, change.numbers), scene)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))
             # A realisation that breaks an invariant is a failed one, and the others go on.
@@ -148,6 +150,12 @@ class Plan:
             for unit in scene.units.values()
         }
         return Record(volumes, numbers, self.layers.thickness(scene), juxtaposed=areas_of(scene))
+
+
+def _with_tears(record: Record, scene: Scene) -> Record:
+    """The same with how many horizons were torn as picked, and how many were searched for."""
+    plans = [sheet.plan for sheet in scene.sheets.values() if sheet.plan is not None]
+    return replace(record, n_torn=len(plans), n_searched=sum(plan.searched for plan in plans))
 
 
 def uncertainties(given: Any) -> tuple[Uncertainty, ...]:

@@ -47,6 +47,9 @@ class Record:
     realization : int
     juxtaposed : dict of PairKey to float
         Area of contact of zones across faults [m2]; with maps only.
+    n_torn, n_searched : int
+        Horizons that were torn as picked, and how many of them the plan of the base case did not
+        close.
     n_warning : int
         How many different warnings there were.
 
@@ -65,6 +68,8 @@ class Record:
     realization: int = -1
     n_warning: int = 0
     juxtaposed: dict[PairKey, float] = field(default_factory=dict)
+    n_torn: int = 0
+    n_searched: int = 0
 
     @classmethod
     def failed(cls, numbers: dict[str, float], reason: str) -> Record:
@@ -86,6 +91,7 @@ class Record:
             "realization": self.realization,
             "n_warning": self.n_warning,
             "pairs": list(map(list, self.juxtaposed)),
+            "torn": [self.n_torn, self.n_searched],
         }
         arrays: dict[str, Any] = {
             "head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8),
@@ -112,7 +118,7 @@ class Record:
                 dict(zip(head["parameters"], arrays["numbers"].tolist(), strict=True)),
                 arrays.get("maps", None),
                 head["reason"], head["realization"], head["n_warning"],
-                dict(zip(pairs, arrays["areas"].tolist(), strict=True)),
+                dict(zip(pairs, arrays["areas"].tolist(), strict=True)), *head["torn"],
             )  # fmt: skip
 
 

@@ -109,6 +109,7 @@ def report_ensemble(
     facts = f"{counted(built, 'realisation')} built, {failed} failed; seed {result.attrs['seed']}."
     if waiting:
         facts += f" {waiting} have not run yet."
+    facts += words_of_tears(result)
     header = [page.paragraph(made, "faint")] if made else []
     header += [
         page.paragraph(facts),
@@ -186,6 +187,28 @@ def _inputs(
     if files:
         parts.append(page.html_table(file_table(files, "")))
     return Section("Inputs", "\n".join(parts))
+
+
+def words_of_tears(result: xarray.Dataset) -> str:
+    """How many realisations were torn with the remedies of the base case; empty if none was torn.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> counts = {"torn": ("realization", [4, 4, 4]), "searched": ("realization", [0, 1, 0])}
+    >>> words_of_tears(xr.Dataset({"status": ("realization", [1, 1, 2]), **counts}))
+    ' The remedies of the base case closed all torn horizons in 1 of 2; 1 needed a search.'
+    """
+    # Results that are stored by an older version have no counts.
+    if "torn" not in result or not (result.torn > 0).any():
+        return ""
+    torn = (result.torn > 0) & (result.status == 1)
+    searched = int((torn & (result.searched > 0)).sum())
+    n = int(torn.sum())
+    return (
+        f" The remedies of the base case closed all torn horizons in {n - searched} of {n}; "
+        f"{searched} needed a search."
+    )
 
 
 def distribution_table(result: xarray.Dataset) -> Table:

@@ -95,7 +95,13 @@ class ScenarioModel(SceneModel):
             return known[1]
 
         return torn_horizons(
-            scenario, scene, values, lambda *_: None, longer=self.longer, remember=remember
+            scenario,
+            scene,
+            values,
+            lambda *_: None,
+            longer=self.longer,
+            plans=self.plans,
+            remember=remember,
         )
 
     def identity(self) -> str:

@@ -30,6 +30,10 @@ UNITS = 64  # units of one chunk
 DONE, FAILED = 1, 2
 STATUSES = {0: "not run", DONE: "done", FAILED: "failed"}
 RECORDS = ".records"
+TEARS = {
+    "torn": "horizons that were torn as picked",
+    "searched": "horizons among these that the remedies of the base case did not close",
+}
 
 
 class EnsembleStore:
@@ -127,6 +131,8 @@ class EnsembleStore:
         self.array("status", "u1", ("realization",), (REGION,), **meanings)
         self.array("reason", str, ("realization",), (REGION,), long_name="why it failed")
         self.array("warnings", "i4", ("realization",), (REGION,), long_name="number of warnings")
+        for name, words in TEARS.items():
+            self.array(name, "i4", ("realization",), (REGION,), long_name=words)
         self.array("drawn", "f8", ("realization", "parameter"), (REGION, max(1, n_parameter)))
         self.array("realization", "i8", ("realization",), (REGION,))
         self.array("region_units", "i4", ("region",), (1,))
@@ -169,7 +175,7 @@ class EnsembleStore:
                 f"{self.path} holds {known} realisations, more than n={self.n}. Give n={known} or "
                 "more, or another store."
             )
-        for name in ("volume", "status", "reason", "warnings", "drawn"):
+        for name in ("volume", "status", "reason", "warnings", *TEARS, "drawn"):
             one = self.group[name]
             one.resize((self.n, *one.shape[1:]))
         drawn = self.group["drawn"]
@@ -282,6 +288,8 @@ class EnsembleStore:
             self.group["drawn"][at] = drawn
         self.group["reason"][at] = np.array([r.reason for r in records], dtype=object)
         self.group["warnings"][at] = np.array([r.n_warning for r in records], dtype=np.int32)
+        self.group["torn"][at] = np.array([r.n_torn for r in records], dtype=np.int32)
+        self.group["searched"][at] = np.array([r.n_searched for r in records], dtype=np.int32)
         # How many columns there were then, for a run that continues here.
         self.group["region_units"][rows.start // REGION] = len(self._keys)
         if self.sums is not None:

@@ -17,6 +17,7 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, Shown, frozen
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
+from geosurf.model.tear_plan import TearPlan
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,6 +344,8 @@ class Sheet(Shown):
         is pinched out.
     mesh : TriSurface or None
         The torn mesh, where parts of it are those of another horizon.
+    plan : TearPlan or None
+        What closed it, where `tear_horizon` made it: an ensemble tears moved data with it first.
     """
 
     name: str
@@ -357,6 +360,7 @@ class Sheet(Shown):
     crs: str | None = None
     extrapolated: np.ndarray | None = None
     mesh: TriSurface | None = None
+    plan: TearPlan | None = None
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

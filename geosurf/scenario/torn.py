@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.tear_plan import TearPlan
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep
@@ -22,7 +23,8 @@ from geosurf.scene.faults import LongerFaults
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
-from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
+from geosurf.sheets import EllipticThrow, throw_horizon
+from geosurf.sheets.tear import tear_from
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import warn
 
@@ -40,6 +42,7 @@ def torn_horizons(
     cache: ResultCache | None = None,
     *,
     longer: LongerFaults = MappingProxyType({}),
+    plans: Mapping[str, TearPlan] = MappingProxyType({}),
     remember: Remember = lambda name, faults, fill, make: make(name, faults, fill),
 ) -> Scene:
     """
@@ -61,6 +64,8 @@ def torn_horizons(
         Has sheets of earlier runs.
     longer : mapping of str to (TriSurface, TriSurface), optional
         Faults, and how long tears of another scene needed them: tears begin with these.
+    plans : mapping of str to TearPlan, optional
+        How horizons of another scene were torn: tears begin with these.
     remember : callable, optional
         Takes a horizon, its faults, what fills its empty blocks and a function that makes its
         sheet of these; it may return the sheet that they gave before.
@@ -89,7 +94,8 @@ def torn_horizons(
         """The sheet of one horizon at some faults; a picture where there is none."""
         with pictured(scene, out, (name, *scene.fault_names)):
             some = [*faults.values()]
-            return _as_picked(scenario, scene, name, horizons[name], some, fill, cache)
+            plan = plans.get(name)
+            return _as_picked(scenario, scene, name, horizons[name], some, fill, plan, cache)
 
     # by its place among all horizons; those that [tear] leaves out are not there to end on
     filling = filling_of(scenario, picked)
@@ -142,6 +148,7 @@ def _as_picked(
     horizon: Any,
     faults: list[TriSurface],
     fill: bool | Sheet,
+    plan: TearPlan | None,
     cache: ResultCache | None,
 ) -> Sheet:
     """A sheet from data that smear the horizon over its faults."""
@@ -156,7 +163,7 @@ def _as_picked(
 
     def make(data: Any) -> Sheet:
         """Tear these data as the scenario has it."""
-        return tear_horizon(data, faults, name=name, **words)
+        return tear_from(plan, data, faults, name=name, **words)
 
     entry = scenario.tops
     settings = None if entry is None else entry.settings
@@ -165,7 +172,8 @@ def _as_picked(
         """The sheet, tied to its tops."""
         return tied_sheet(name, horizon, make, faults, scene.tops, settings)
 
-    if cache is None:
+    # A plan comes from another model, which the name of a stored result would have to state.
+    if cache is None or plan is not None:
         return torn()
     tops = None if settings is None else scene.tops
     inputs = (

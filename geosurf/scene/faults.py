@@ -25,11 +25,13 @@ from geosurf.model.faults import (
     Truncation,
 )
 from geosurf.model.network import FaultNetwork
+from geosurf.model.tear_plan import TearPlan
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls, orient_fault
 
+TearPlans = Mapping[str, TearPlan]  # by horizon
 LongerFaults = Mapping[str, tuple[TriSurface, TriSurface]]  # a fault, and longer as tears needed it
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.tear_plan import TearPlan
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.inputs import INPUTS
@@ -47,10 +49,10 @@ def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
     return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
 
 
-def with_longer_faults(scene: Scene, longer: LongerFaults) -> Scene:
-    """Return the scene, torn at faults that are as long as the tears of another scene needed."""
+def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan]) -> Scene:
+    """Return the scene, torn at faults as long as another scene needed them, first as it was."""
     twin = scene.replace()
-    twin._plain.longer = dict(longer)
+    twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
     return twin
 
 
@@ -71,5 +73,5 @@ __all__ = [
     "given_horizon",
     "given_settings",
     "prepared_faults",
-    "with_longer_faults",
+    "torn_like",
 ]

@@ -55,7 +55,7 @@ from geosurf.scene import area
 from geosurf.scene.compartment_ends import end_virtual_walls
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
-from geosurf.scene.faults import FaultStage, LongerFaults
+from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import horizons_in_map
 from geosurf.scene.horizon_ends import end_at_horizons
 from geosurf.scene.input_warnings import warn_of_inputs
@@ -85,6 +85,8 @@ class Graph:
     ----------
     longer : mapping of str to (TriSurface, TriSurface)
         Faults, and how long tears of another scene needed them: tears begin with these.
+    plans : mapping of str to TearPlan
+        How horizons of another scene were torn, which is tried first.
 
     Examples
     --------
@@ -98,9 +100,9 @@ class Graph:
     def __init__(
         self, inputs: SceneInputs, memory: Memory, prepared_by: FaultStage | None = None
     ) -> None:
-        self.inputs, self.memory = inputs, memory
-        self.prepared_by = prepared_by
+        self.inputs, self.memory, self.prepared_by = inputs, memory, prepared_by
         self.longer: LongerFaults = {}
+        self.plans: TearPlans = {}
         self.read = InputSurfaces(inputs, memory)
 
     # ---- inputs -> surfaces --------------------------------------------------------------

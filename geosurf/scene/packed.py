@@ -16,9 +16,11 @@ import numpy as np
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface
 from geosurf.model.sheets import LostThrow
+from geosurf.model.tear_plan import DataUse, TearPlan
 
 _CLASSES: dict[str, type] = {
-    one.__name__: one for one in (FaultCut, Lattice, LostThrow, Sheet, SheetReport, ThrowReport)
+    one.__name__: one
+    for one in (DataUse, FaultCut, Lattice, LostThrow, Sheet, SheetReport, TearPlan, ThrowReport)
 }
 _HEAD = 16  # digits of the length of the JSON text
 _ALIGN = 8

@@ -20,8 +20,8 @@ from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
 from geosurf.scene.tear_rounds import Faults, same, sheets_on
-from geosurf.sheets import tear_horizon
 from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
+from geosurf.sheets.tear import tear_from
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
 
@@ -161,7 +161,7 @@ def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet
     # the horizon's content, all faults, and all settings that the sheet depends on
     key: tuple[Hashable, ...] = (
         "torn", name, memory.hold(value), *map(memory.key_of, faults.values()),
-        _as_key(inputs.tear), *inputs.options.values(), tied,
+        _as_key(inputs.tear), *inputs.options.values(), tied, plain.plans.get(name),
         fill if isinstance(fill, bool) else memory.key_of(fill.surface),
     )  # fmt: skip
 
@@ -173,7 +173,7 @@ def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
-            return tear_horizon(some, list(faults.values()), **words)
+            return tear_from(plain.plans.get(name), some, list(faults.values()), **words)
 
         with collected():  # those of the sheet are enough: this one may not be the last
             return tied_sheet(name, data, torn, [*faults.values()], tops, inputs.tie)

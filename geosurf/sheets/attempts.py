@@ -16,12 +16,14 @@ import numpy as np
 from geosurf.conventions import counted, place
 from geosurf.errors import GeometryError, GeosurfError
 from geosurf.model import FaultCut, TriSurface
+from geosurf.model.tear_plan import TearPlan
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.close import Closed, Filling, close, close_at_any_cost
 from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults, remedy_of_overlap
+from geosurf.sheets.mesh.planned import close_as_planned
 from geosurf.sheets.mesh.tear_ends import lost_throw
 from geosurf.sheets.report.describe import fault_cuts
 from geosurf.sheets.report.propose_trim import shows_smear, trims_alike, trims_of
@@ -146,6 +148,27 @@ def torn_sheet(
     return best
 
 
+def torn_as_planned(
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
+    plan: TearPlan,
+    noise: float | None,
+    filling: Filling,
+) -> Torn | None:
+    """The sheet with the trims and remedies of another one, if these close it; else None.
+
+    None as well where it loses throw, and the sheet of the plan lost none.
+    """
+    try:
+        closed = close_as_planned(picks, faults, plan, noise, filling)
+    except GeosurfError:  # other trims may do: they are searched for
+        return None
+    found = None if closed is None or closed.built.is_open else Torn.of(closed)
+    if found is None or found.bad or (found.loss > 0.0 and plan.loss == 0.0):
+        return None
+    return found
+
+
 def _first(search: Search, faults: Sequence[TriSurface], trims: Trims) -> Torn:
     """The sheet with the trims as given; it may stay open.
 
@@ -191,7 +214,7 @@ def _other_trims(
             if k in bad and trim >= trims.of_fault[k] + WIDER
         }
         if wider:
-            trims = Trims(tuple(wider.get(k, trim) for k, trim in enumerate(trims.of_fault)))
+            trims = trims.with_trims(wider.get(k, t) for k, t in enumerate(trims.of_fault))
             yield trims
     for change in TRIM_CHANGES:
         yield trims.changed(bad, change)

@@ -13,7 +13,8 @@ from geosurf.conventions.running import running
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.sheets.attempts import torn_sheet
+from geosurf.model.tear_plan import TearPlan
+from geosurf.sheets.attempts import torn_as_planned, torn_sheet
 from geosurf.sheets.heights.stand_in import StandIn
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.lattice.picks import Picks
@@ -21,6 +22,7 @@ from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.close import Filling
 from geosurf.sheets.mesh.finish import crs_among, fault_surfaces, sheet_of
 from geosurf.sheets.mesh.pinch_out import pinched_out
+from geosurf.sheets.mesh.planned import fits, plan_of
 from geosurf.sheets.report.describe import make_report
 from geosurf.sheets.report.propose_trim import trims_of
 from geosurf.triangulate import triangulate_horizon
@@ -28,7 +30,7 @@ from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.neighbours import own_form
 from geosurf.warning import warn
 
-__all__ = ["tear_horizon"]
+__all__ = ["tear_from", "tear_horizon"]
 
 
 @running("tear horizon")
@@ -119,6 +121,57 @@ def tear_horizon(
     >>> sheet.report.tips, sheet.report.declared_tips
     (2, 2)
     """
+    return tear_from(
+        None, data, faults, name=name, trim=trim, noise=noise, spacing=spacing,
+        fill_empty_blocks=fill_empty_blocks, positive=positive, length_unit=length_unit,
+    )  # fmt: skip
+
+
+def tear_from(
+    plan: TearPlan | None,
+    data: Any,
+    faults: Mapping[str, Any] | Sequence[TriSurface],
+    *,
+    name: str | None = None,
+    trim: float | str | Mapping[str, float] = "auto",
+    noise: float | None = None,
+    spacing: float | None = None,
+    fill_empty_blocks: bool | Sheet = False,
+    positive: str | None = None,
+    length_unit: str | None = None,
+) -> Sheet:
+    """
+    Tear a horizon first with what closed a sheet of slightly other data.
+
+    Trims and remedies of the plan are used as they are. If they do not close the sheet, or not
+    without losing more throw, it is torn as `tear_horizon` does: see docs/decisions/0068.
+
+    Parameters
+    ----------
+    plan : TearPlan or None
+        `Sheet.plan` of a sheet on the same lattice, at faults of the same names.
+    data, faults, name, trim, noise, spacing, fill_empty_blocks, positive, length_unit
+        As for `tear_horizon`.
+
+    Returns
+    -------
+    Sheet
+        ``plan.searched`` is False where the plan closed it.
+
+    Raises
+    ------
+    GeosurfError
+        As `tear_horizon`.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.torn("normal", n=41)
+    >>> base = gs.tear_horizon(world.horizons["Top"], world.faults)
+    >>> sheet = tear_from(base.plan, world.horizons["Top"] + 3.0, world.faults)
+    >>> sheet.plan.searched, sheet.copies.shape == base.copies.shape
+    (False, True)
+    """
     if noise is not None and not (is_number(noise) and noise >= 0):
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     if not isinstance(fill_empty_blocks, Sheet):
@@ -133,11 +186,21 @@ def tear_horizon(
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     filling = _filling(fill_empty_blocks, picks)
-    torn = torn_sheet(picks, surfaces, trims_of(trim, picks, surfaces), noise, filling)
+    torn = None if plan is None else torn_as_planned(picks, surfaces, plan, noise, filling)
+    searched = torn is None
+    if torn is None:
+        trims = trims_of(trim, picks, surfaces)
+        # data that were ignored are as little trusted now
+        if plan is not None and fits(plan, picks, surfaces):
+            trims = replace(trims, use=plan.use)
+        torn = torn_sheet(picks, surfaces, trims, noise, filling)
     closed, cuts = torn.closed, torn.cuts
     report = make_report(closed, cuts)
     sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
-    sheet = replace(sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape))
+    sheet = replace(
+        sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
+        plan=plan_of(closed, torn.loss, searched),
+    )  # fmt: skip
     if filling.other is not None and len(closed.pinched):
         present = np.isfinite(picks.means)
         sheet = pinched_out(sheet, closed.pinched, present, filling.other)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
+from geosurf.model.tear_plan import DataUse
 from geosurf.sheets.faults.fault_distance import blocks_between, side_at_own_height, window
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import FaultMesh
@@ -16,6 +17,7 @@ from geosurf.sheets.lattice.drape import draped
 from geosurf.sheets.lattice.picks import Picks
 
 FIRST_TRIM = 3.0  # cells
+NEARER = 0.5  # of a trim within which data are ignored that the base case of an ensemble used
 
 
 @dataclass(frozen=True)
@@ -25,9 +27,14 @@ class Trims:
     Attributes
     ----------
     of_fault : tuple of float
+    use : DataUse, optional
+        Of the base case of an ensemble. What it ignored is ignored, and of the other picks those
+        nearer than half a trim: smear belongs to data, wherever a realisation has the fault. Picks
+        on another side than there are wrong.
     """
 
     of_fault: tuple[float, ...]
+    use: DataUse | None = field(default=None, compare=False)
 
     @property
     def widest(self) -> float:
@@ -41,13 +48,15 @@ class Trims:
 
     def changed(self, faults: Collection[int], by: float) -> Trims:
         """The same with those of some faults, by number, wider or narrower; none below a cell."""
-        return Trims(
-            # not below a cell; a trim that is smaller than that already becomes no smaller
-            tuple(
-                max(trim + by, min(trim, 1.0)) if k in faults else trim
-                for k, trim in enumerate(self.of_fault)
-            )
+        # not below a cell; a trim that is smaller than that already becomes no smaller
+        return self.with_trims(
+            max(trim + by, min(trim, 1.0)) if k in faults else trim
+            for k, trim in enumerate(self.of_fault)
         )
+
+    def with_trims(self, of_fault: Iterable[float]) -> Trims:
+        """The same with other trims."""
+        return Trims(tuple(of_fault), self.use)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +93,8 @@ class Inputs:
         For the fault with the widest trim.
     shares : list of float
         Trim of each fault as a share of the widest.
+    use : DataUse or None
+        See `Trims`.
     """
 
     picks: Picks
@@ -92,12 +103,25 @@ class Inputs:
     trim: float
     first_trim: float
     shares: list[float]
+    use: DataUse | None = None
 
     def within(self, trim: float) -> np.ndarray:
         """Picks closer to any fault than its share of some cells, bool (n_pick,)."""
         found = np.zeros(len(self.picks.z), dtype=bool)
+        if self.use is not None:
+            found |= self.use.ignored
+            trim *= NEARER
         for near, share in zip(self.nearby, self.shares, strict=True):
             found[near.rows[near.far < trim * share]] = True
+        return found
+
+    def misplaced(self) -> np.ndarray:
+        """Picks that are wrong in the base case, or on another side than there, bool (n_pick,)."""
+        found = np.zeros(len(self.picks.z), dtype=bool)
+        if self.use is not None:
+            found |= self.use.wrong
+            for number, near in enumerate(self.nearby):
+                found[self.use.flipped(number, near.rows, near.side)] = True
         return found
 
     def network(self, heights: np.ndarray, filled: np.ndarray) -> Network:
@@ -134,7 +158,7 @@ def inputs_of(picks: Picks, meshes: list[FaultMesh], trims: Trims) -> Inputs:
         return _near_picks(picks, mesh, reach, levels)
 
     nearby = map_threads(near, [(mesh,) for mesh in meshes])
-    return Inputs(picks, meshes, nearby, trim, first_trim, trims.shares)
+    return Inputs(picks, meshes, nearby, trim, first_trim, trims.shares, trims.use)
 
 
 def _near_picks(

@@ -27,7 +27,7 @@ def _wrong_side(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Picks on the wrong side of a trace, bool (n_pick,); those of an overlapping sheet (n, 3)."""
     picks, network = inputs.picks, tears.network
-    wrong, beyond = np.zeros_like(ignored), []
+    wrong, beyond = inputs.misplaced(), []
     nodes = [picks.nodes_of(inputs.nearby[trace.fault].rows) for trace in network.traces]
     for number, at in enumerate(rows_near(tears.near, nodes)):
         near = tears.near[number]

@@ -139,7 +139,7 @@ def close(
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
-        filled_picks, rebuilt, filled, pinched = _rebuilt(
+        filled_picks, rebuilt, filled, pinched = rebuilt_of(
             picks, surfaces, trims, noise, filling, highest
         )
         # A block that is empty only because its data were ignored near faults gets some of them
@@ -153,7 +153,7 @@ def close(
         ends = _branch_ends(rebuilt.state)
         # Which faults the holes ask for is tested during the attempts too, so that these end early.
         asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell, make)
-        built = _built(filled_picks, rebuilt, surfaces, needs_more=asked)
+        built = built_of(filled_picks, rebuilt, surfaces, needs_more=asked)
         n_cut += built.n_cut
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
@@ -169,7 +169,7 @@ def close(
 def close_at_any_cost(closed: Closed) -> Closed:
     """Go on from a sheet that is open with remedies that change cut-offs; it may stay open."""
     # From the repairs that were found: they hold at any cost too.
-    built = _built(
+    built = built_of(
         closed.picks, closed.rebuilt, closed.faults, at_any_cost=True, start=closed.built.repairs
     )
     return replace(closed, built=built, n_cut=built.n_cut)
@@ -183,7 +183,7 @@ def _narrower(trims: Trims, state: Heights) -> Trims | None:
     beside = {trace.fault for trace, near in traces if (near.look_up(state.stray) >= 0).any()}
     # Half, but never below one cell, within which data of the other wall reach.
     half = [max(0.5 * t, min(t, 1.0)) if k in beside else t for k, t in enumerate(trims.of_fault)]
-    return Trims(tuple(half)) if tuple(half) != trims.of_fault else None
+    return trims.with_trims(half) if tuple(half) != trims.of_fault else None
 
 
 def _branch_ends(state: Heights) -> dict[int, np.ndarray]:
@@ -252,7 +252,7 @@ def _next_length(fault: TriSurface, side: str, before: float | None, cell: float
     return length if length <= most else None
 
 
-def _rebuilt(
+def rebuilt_of(
     picks: Picks | Scattered,
     surfaces: Sequence[TriSurface],
     trims: Trims,
@@ -291,7 +291,7 @@ def _rebuilt(
     return picks, rebuilt, filled, pinched
 
 
-def _built(
+def built_of(
     picks: Picks | Scattered,
     rebuilt: Rebuilt,
     surfaces: Sequence[TriSurface],

@@ -1,0 +1,110 @@
+"""A sheet as a plan, and a plan as the start of a sheet of slightly other data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.model import TriSurface, frozen
+from geosurf.model.tear_plan import DataUse, TearPlan
+from geosurf.sheets.faults.network import Network
+from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
+from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.scattered import Scattered
+from geosurf.sheets.mesh.close import Closed, Filling, built_of, rebuilt_of
+from geosurf.sheets.mesh.holes import Hole
+from geosurf.sheets.mesh.repairs import Repairs
+
+LARGE = 2.0  # cells: larger holes that are stuck are not those at the ends of tears
+
+
+def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
+    """What closed a sheet."""
+    built, repairs = closed.built, closed.built.repairs
+    rows, columns = closed.picks.frame.shape
+    picks, nearby = closed.picks, closed.rebuilt.solver.inputs.nearby
+    wrong = ~closed.rebuilt.selection.single
+    if picks.several is not None:  # there data of both walls are no single ones, on either side
+        wrong &= ~picks.several[picks.node]
+    return TearPlan(
+        shape=(int(rows), int(columns)),
+        trims=tuple(map(float, closed.trims.of_fault)),
+        given_trims=tuple(map(float, closed.given_trims.of_fault)),
+        use=DataUse(
+            frozen(built.state.ignored, np.bool_),
+            frozen(wrong, np.bool_),
+            tuple(frozen(near.rows, np.int64) for near in nearby),
+            tuple(frozen(near.side, np.int8) for near in nearby),
+        ),
+        order=int(closed.rebuilt.solver.noise.order),
+        traces=traces_of(built.state.network),
+        early=tuple((int(i), int(k), int(n)) for (i, k), n in sorted(repairs.shortened.items())),
+        # sorted: sets have no order of their own
+        rings=tuple(tuple((int(a), int(b)) for a, b in sorted(one)) for one in repairs.rings),
+        level=tuple((float(x), float(y)) for x, y in repairs.level),
+        left_out=tuple((int(i), float(a), float(b)) for i, a, b in repairs.untorn),
+        loss=float(loss),
+        searched=searched,
+    )
+
+
+def close_as_planned(
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
+    plan: TearPlan,
+    noise: float | None,
+    filling: Filling,
+) -> Closed | None:
+    """Rebuild heights and tear the mesh with the trims and remedies of a plan; it may stay open.
+
+    Where holes are left, attempts go on from there until one of them is stuck. None if the plan is
+    of other data, or of other traces.
+
+    Raises
+    ------
+    GeometryError
+        If a block has no data.
+    """
+    if not fits(plan, picks, faults):
+        return None
+    surfaces, given = tuple(faults), Trims(plan.given_trims)
+    trims = Trims(plan.trims, plan.use)
+    picks, rebuilt, filled, pinched = rebuilt_of(picks, surfaces, trims, noise, filling, plan.order)
+    refuse_empty_blocks(picks, rebuilt.state, [surface.name for surface in surfaces])
+    start = repairs_of(plan, rebuilt.state.network)
+    if start is None:
+        return None
+
+    def is_beyond(stuck: Sequence[Hole]) -> bool:
+        """Whether holes that attempts have not changed are a matter for the search."""
+        return any(hole.length > LARGE * picks.frame.cell for hole in stuck)
+
+    built = built_of(picks, rebuilt, surfaces, start=start, needs_more=is_beyond)
+    return Closed(
+        picks, rebuilt, built, surfaces, (), trims, given, filled, pinched, built.n_cut
+    )  # fmt: skip
+
+
+def fits(plan: TearPlan, picks: Picks | Scattered, faults: Sequence[TriSurface]) -> bool:
+    """Whether a plan is of as many data on the same lattice, and of as many faults."""
+    sizes = len(plan.trims), len(plan.use.ignored), plan.shape
+    return sizes == (len(faults), len(picks.z), tuple(picks.frame.shape))
+
+
+def repairs_of(plan: TearPlan, network: Network) -> Repairs | None:
+    """The repairs of a plan; None if the traces are others."""
+    if traces_of(network) != plan.traces:
+        return None
+    return Repairs(
+        {(i, k): n for i, k, n in plan.early},
+        tuple(frozenset(ring) for ring in plan.rings),
+        plan.level,
+        plan.left_out,
+    )
+
+
+def traces_of(network: Network) -> tuple[tuple[int, str, str], ...]:
+    """The fault of each trace, and how it ends."""
+    return tuple((int(t.fault), str(t.ends[0]), str(t.ends[1])) for t in network.traces)

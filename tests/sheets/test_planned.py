@@ -1,0 +1,74 @@
+"""A plan is where a tear starts: it closes the same data alike, and data that moved a little."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.ensemble import DepthError, realize
+from geosurf.ensemble.record import Record
+from geosurf.ensemble.run import planned
+from geosurf.sheets.tear import tear_from
+
+
+@pytest.fixture(scope="module")
+def world():
+    return gs.synthetic.torn("normal", n=41)
+
+
+@pytest.fixture(scope="module")
+def base(world):
+    return gs.tear_horizon(world.horizons["Top"], world.faults)
+
+
+def vertices(sheet):
+    return sheet.surface.vertices
+
+
+def bend(grid, size):
+    """A smooth error of some metres, whose slope is a few per cent at most."""
+    x, y = np.meshgrid(np.linspace(0, 3, grid.shape[1]), np.linspace(0, 2, grid.shape[0]))
+    return grid + size * np.sin(x) * np.cos(y)
+
+
+def test_a_plan_closes_its_own_data_alike(world, base):
+    again = tear_from(base.plan, world.horizons["Top"], world.faults)
+    assert base.plan.searched
+    assert not again.plan.searched
+    # the first pass knows which data count, and sees gaps a little otherwise
+    np.testing.assert_allclose(vertices(again), vertices(base), atol=0.05)
+    assert again.copies.shape == base.copies.shape
+
+
+def test_moved_data_are_torn_almost_as_without_a_plan(world, base):
+    data = bend(world.horizons["Top"], 8.0)
+    one = tear_from(base.plan, data, world.faults)
+    other = gs.tear_horizon(data, world.faults)
+    assert not one.plan.searched
+    # data near the fault may count in one and not in the other
+    far = np.abs(one.lattice.elevation - other.lattice.elevation)
+    assert np.nanmax(far) < 1.5  # of 56 m of throw
+    assert np.nanmean(far > 0.0) < 0.1
+
+
+@pytest.mark.parametrize("other", [{"traces": ()}, {"shape": (3, 3)}, {"trims": (2.0, 2.0)}])
+def test_a_plan_of_something_else_leads_to_the_search(world, base, other):
+    sheet = tear_from(replace(base.plan, **other), world.horizons["Top"], world.faults)
+    assert sheet.plan.searched
+    np.testing.assert_allclose(vertices(sheet), vertices(base), atol=0.05)
+
+
+def test_realisations_count_what_was_torn_and_searched_for(world):
+    scene = gs.Scene({"Top": world.horizons["Top"]}, world.faults, tear=True)
+    error = DepthError("Top", sd=4.0, range=1500.0)
+    plan, _ = planned(scene, 2, [error], 0, None)
+    plan.start()
+    record = Record.from_bytes(plan.run(1).to_bytes())
+    assert (record.reason, record.n_torn, record.n_searched) == ("", 1, 0)
+    one = realize(scene, 1, uncertain=[error])
+    assert not one.sheets["Top"].plan.searched
+    total = sum(unit.volume for unit in one.units.values())
+    assert total == pytest.approx(sum(record.volumes.values()), rel=1e-12)
