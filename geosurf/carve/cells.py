@@ -67,6 +67,11 @@ class Cells:
     face_of_element: np.ndarray
 
     @cached_property
+    def own(self) -> dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Faces of each surface as far as they have been found: see `geosurf.carve.zones`."""
+        return {}
+
+    @cached_property
     def below(self) -> np.ndarray:
         """Volume below each face, float64 (n, 3): see `geosurf.carve.measures`."""
         return measures.below(self.pieces, self.face_of_element, len(self.surface_of), self.level)

@@ -15,7 +15,7 @@ from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
-from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, parts_of
+from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, number_parents, parts_of
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
@@ -184,10 +184,7 @@ def parents_of(pieces: Pieces) -> Parents:
     """Find the input triangle of each triangle; pieces of one follow each other."""
     surface, key = pieces.surface, pieces.key
 
-    # triangles of one input triangle follow each other, surface by surface
-    new = np.ones(len(key), dtype=bool)
-    new[1:] = (key[1:] != key[:-1]) | (surface[1:] != surface[:-1])
-    number, first = np.cumsum(new) - 1, np.flatnonzero(new)
+    number, first = number_parents(surface, key)
     corners = np.empty((3 * len(first), 3))
     cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
     for source, low, high in zip(pieces.sources, cut[:-1], cut[1:], strict=True):

@@ -60,6 +60,14 @@ def own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.nd
     sides : ndarray of int64, shape (n, 2)
         Cell in front of the surface and behind it.
     """
+    # column rules, zones and blocks ask for the same surfaces hundreds of times
+    if surface not in cells.own:
+        cells.own[surface] = _own_sides(cells, surface)
+    return cells.own[surface]
+
+
+def _own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`own_sides`, found anew."""
     # faces of its own, then those where it coincides with an earlier surface
     first = np.flatnonzero(cells.surface_of == surface)
     shared = [
@@ -201,8 +209,8 @@ def _links(
         wanted[:] = True
     else:
         for other in through:
-            wanted[owned_by(cells, other)] = True
-    wanted[owned_by(cells, surface)] = False
+            wanted[own_sides(cells, other)[0]] = True
+    wanted[own_sides(cells, surface)[0]] = False
     links = distinct_pairs(pairs[wanted[faces_between(cells)]], cells.n_cell)
     return links[~torn[links].any(axis=1)]
 

@@ -12,14 +12,12 @@ from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys
+from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
 from geosurf.kernels.meshes.mesh import (
     edges,
-    join_pairs,
     patches_and_boundary,
-    renumber_in_order,
     weld,
 )
-from geosurf.model import TriSurface
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 from geosurf.rebuild.equal_vertices import first_of_equals, has_strips
 
@@ -34,16 +32,11 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     x, t, surface, key, face, point_of_id = _triangles(contacts, children, touched)
 
     # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
-    mark = np.zeros(len(x), dtype=bool)
-    mark[t] = True
+    new, n_used = number_used(t, len(x))
     number = point_of_id
-    if not mark.all():
-        used = np.flatnonzero(mark)
-        new = np.full(len(x), -1, dtype=np.int64)
-        new[used] = np.arange(len(used))
+    if n_used < len(x):
         # `take` is many times as fast as an index in brackets where rows are short
-        x, t = x.take(used, axis=0), new.take(t)
-        number = new.take(point_of_id)
+        x, number = x.take(np.flatnonzero(new >= 0), axis=0), new.take(point_of_id)
 
     # Runs of triangles of each lattice that nothing touches.
     rows = np.flatnonzero(touched)
@@ -63,7 +56,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
 
     # Patches end at rings of more than two half-edges: that is where curves are.
     part, rim = patches_and_boundary(t, surface, owners, ring, twin, n_edge)
-    patch = _numbered_patches(contacts.surfaces, surface, key, part, link, strips, first_run)
+    patch = _numbered_patches(surface, key, part, link, strips, first_run)
 
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
@@ -89,11 +82,8 @@ def _triangles(
     uncut = np.flatnonzero(uncut)
 
     all_x = [children.x]
-    all_t = [children.triangles, contacts.t.take(uncut, axis=0)]
-    faces = np.concatenate([children.parent, uncut])
-    all_face = [faces]
-    all_surface = [contacts.surface_of_face.take(faces)]
-    all_key = [contacts.key_of_face.take(faces)]
+    all_t = [np.empty((0, 3), dtype=np.int64)]
+    all_surface, all_key = [_NO_KEYS], [_NO_KEYS]
 
     n = len(children.x)
     # faces that are only near one another depend on how candidates are searched: passed over
@@ -105,13 +95,18 @@ def _triangles(
             continue
         others, places = _untouched(contacts, i, touched, met, n)
         n += len(places)
-        # Keys count triangles within a surface; -1 is the face of a triangle in no contact.
         all_x.append(places)
         all_t.append(others[1])
         all_key.append(others[0])
         all_surface.append(np.full(len(others[0]), i))
-        all_face.append(np.full(len(others[0]), -1))
-    x, t, key, surface, face = map(np.concatenate, (all_x, all_t, all_key, all_surface, all_face))
+    x = np.concatenate(all_x)
+
+    # By surface and key, as in the input; pieces of one triangle stay in their order.
+    t, surface, key, face = merge_by_face(
+        children.triangles, children.parent, uncut,
+        contacts.t, contacts.surface_of_face, contacts.key_of_face,
+        *map(np.concatenate, (all_t, all_surface, all_key)),
+    )  # fmt: skip
 
     number = np.arange(len(x))
     if children.collisions:  # distinct points in one place become one vertex
@@ -119,13 +114,6 @@ def _triangles(
         welded = np.empty((count, 3))
         welded[number[::-1]] = x[::-1]
         x, t = welded, number[t]
-
-    # By surface and key, as in the input: a stable sort, since pieces of one triangle have an
-    # order.
-    place = surface * (1 + int(key.max(initial=0))) + key
-    if (place[1:] < place[:-1]).any():
-        order = np.argsort(place, kind="stable")
-        t, surface, key, face = (a.take(order, axis=0) for a in (t, surface, key, face))
     return x, t, surface, key, face, number[: len(children.x)]
 
 
@@ -277,7 +265,6 @@ def _twins(
 
 
 def _numbered_patches(
-    surfaces: Sequence[TriSurface],
     surface: np.ndarray,
     key: np.ndarray,
     part: np.ndarray,
@@ -290,24 +277,10 @@ def _numbered_patches(
     if n_run == 0:  # triangles are in this order, and so are the numbers of their parts
         return part
 
-    # A strip continues the patch of a triangle that it is linked to.
-    linked = np.flatnonzero(link >= 0)
-    pairs = [np.stack([part[linked // 3], n_part + link[linked]], axis=1)]
-
-    # Numbers in the order of surfaces and rows: `place` is the lowest key of each element.
-    limit = np.cumsum([0] + [_key_limit(source) for source in surfaces])
-    places = [limit[surface] + key]
+    joined, lowest = [np.empty((0, 2), dtype=np.int64)], [_NO_KEYS]
     for i, of in enumerate(strips):
         if of is not None:
-            pairs.append(of.joined + n_part + first_run[i])
-            places.append(limit[i] + lowest_keys(of.places, of.runs))
-
-    root = join_pairs(np.concatenate(pairs), n_part + n_run)
-    place = np.concatenate(places)
-    root = root[np.concatenate([part, n_part + np.arange(n_run)])]
-    order = np.argsort(place, kind="stable")  # pieces of one triangle stay in their order
-    return renumber_in_order(root, order, n_part + n_run)
-
-
-def _key_limit(surface: TriSurface) -> int:
-    return surface.n_triangle if surface.lattice is None else 2 * surface.lattice.n_node
+            joined.append(of.joined + first_run[i])
+            lowest.append(lowest_keys(of.places, of.runs))
+    runs = np.concatenate(joined), np.concatenate(lowest), first_run
+    return number_patches(part, n_part, surface, key, link, *runs)

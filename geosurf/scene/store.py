@@ -19,6 +19,8 @@ import weakref
 from collections import OrderedDict, deque
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from enum import Enum
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -83,40 +85,60 @@ def buffers_of(value: Any) -> dict[int, int]:
     # a stack of our own: nested results would exceed the recursion limit
     while stack:
         one = stack.pop()
-        if isinstance(one, np.ndarray):
+        kind = _kind_of(type(one))
+        if kind is _Kind.ARRAY:
             # views share the memory of the array that owns it
             while isinstance(one.base, np.ndarray):
                 one = one.base
 
             # the owner may be no array, such as a memory map: its identity counts
             found[id(one if one.base is None else one.base)] = one.nbytes
-        elif isinstance(one, _LEAVES) or id(one) in seen:
-            continue
-        else:
+        elif kind is not _Kind.LEAF and id(one) not in seen:
             seen.add(id(one))
-            stack += _parts(one)
+            stack += _parts(one, kind)
     return found
 
 
-def _parts(one: Any) -> list[Any]:
-    """What an object is made of, as far as it may hold arrays."""
-    if isinstance(one, Mapping):
-        return list(one.values())
-    if isinstance(one, tuple | list | set | frozenset):
-        return list(one)
+class _Kind(Enum):
+    """How an object holds others."""
+
+    ARRAY, LEAF, MAPPING, SEQUENCE, OBJECT = range(5)
+
+
+@cache
+def _kind_of(kind: type) -> _Kind:
+    """What objects of a type hold: results have thousands of them, of a few dozen types."""
+    if issubclass(kind, np.ndarray):
+        return _Kind.ARRAY
+    if issubclass(kind, _LEAVES):
+        return _Kind.LEAF
+    if issubclass(kind, Mapping):
+        return _Kind.MAPPING
+    if issubclass(kind, tuple | list | set | frozenset):
+        return _Kind.SEQUENCE
 
     # objects of other packages are not looked into: what they hold is not ours to count
-    if not type(one).__module__.startswith(_ROOMS):
-        return []
+    return _Kind.OBJECT if kind.__module__.startswith(_ROOMS) else _Kind.LEAF
 
-    # attributes in `__dict__`, and those in `__slots__` of the class and its bases
+
+def _parts(one: Any, kind: _Kind) -> list[Any]:
+    """What an object is made of, as far as it may hold arrays."""
+    if kind is _Kind.MAPPING:
+        return list(one.values())
+    if kind is _Kind.SEQUENCE:
+        return list(one)
     parts = list(getattr(one, "__dict__", {}).values())
-    for kind in type(one).__mro__:
-        slots = kind.__dict__.get("__slots__", ())
-        for name in (slots,) if isinstance(slots, str) else slots:
-            if name not in ("__dict__", "__weakref__"):
-                parts.append(getattr(one, name, None))
-    return parts
+    return parts + [getattr(one, name, None) for name in _slots_of(type(one))]
+
+
+@cache
+def _slots_of(kind: type) -> tuple[str, ...]:
+    """Names in `__slots__` of a class and its bases."""
+    found = []
+    for part in kind.__mro__:
+        slots = part.__dict__.get("__slots__", ())
+        found += [slots] if isinstance(slots, str) else [*slots]
+    return tuple(name for name in found if name not in ("__dict__", "__weakref__"))
 
 
 @dataclass

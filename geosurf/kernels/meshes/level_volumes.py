@@ -59,6 +59,8 @@ def volume_beside_triangles(x, t, face, level, out):
     level: above it (two numbers) and below it (two numbers, negative below upper sides).
     """
     for i in range(t.shape[0]):
+        if face[i] < 0:
+            continue
         # A canonical first corner makes the result independent of numbering.
         low = _lowest(x, t, i)
         a, b, c = t[i, low], t[i, (low + 1) % 3], t[i, (low + 2) % 3]
@@ -110,6 +112,8 @@ def volume_beside_runs(p, q, r, a, runs, face, level, out):
 def heights_of_triangles(x, t, face, out):
     """Widen the rows (n_face, 2) of their faces to the lowest and highest corner of triangles."""
     for i in range(t.shape[0]):
+        if face[i] < 0:
+            continue
         for k in range(3):
             height = x[t[i, k], 2]
             out[face[i], 0] = min(out[face[i], 0], height)

@@ -19,7 +19,13 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.meshes.mesh import find, join
-from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sort_by_floats
+from geosurf.kernels.meshes.radial_order import (
+    N_AROUND,
+    main_axis,
+    sort_around,
+    sort_by_floats,
+    sort_two_by_floats,
+)
 
 DONE, NEEDS_EXACT = -1, -2
 _FULL = -1
@@ -179,6 +185,22 @@ def _side_after(part, direction):
     return 2 * part if direction > 0 else 2 * part + 1
 
 
+@entry("l1 l1 -> l1 l1")
+def number_parents(surface, key):
+    """Number of the input triangle of each triangle, and the first triangle of each.
+
+    Triangles of one input triangle follow each other.
+    """
+    number, first = np.empty_like(key), np.empty_like(key)
+    n = 0
+    for i in range(key.shape[0]):
+        if i == 0 or key[i] != key[i - 1] or surface[i] != surface[i - 1]:
+            first[n] = i
+            n += 1
+        number[i] = n - 1
+    return number, first[:n].copy()
+
+
 @entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
 def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
     """Unite sides that face each other across edges, and in `pieces` all parts that touch.
@@ -207,7 +229,10 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
         if n > 2:
             u, v = t[start // 3, start % 3], t[start // 3, (start + 1) % 3]
             axis, heading = main_axis(x, u, v)
-            if not sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
+            told = n == 4 and sort_two_by_floats(px, parent, axis, heading, order, directions)
+            if not told and not sort_by_floats(
+                px, parent, axis, heading, order, directions, n, turns
+            ):
                 if m.shape[0] == 0:
                     return NEEDS_EXACT
                 if not sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):

@@ -53,6 +53,51 @@ def _pseudo_angle(p, q):
 
 
 @scalar
+def _across_axis(px, i, axis):
+    """Two components of the normal of an input triangle, across an axis, and their magnitudes."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
+    qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
+    one, two, three, four = po * qa, pa * qo, pa * qk, pk * qa
+    return one - two, three - four, abs(one) + abs(two), abs(three) + abs(four)
+
+
+@scalar
+def sort_two_by_floats(px, parent, axis, heading, order, directions):
+    """Sort four triangles around an edge in which two input triangles cross, as along each curve.
+
+    False if it is another edge, or doubles do not decide. Both parts of one input triangle lie
+    opposite to each other, so one sign tells on which side of the first one the second one has
+    which part.
+    """
+    i = parent[order[0]]
+    if parent[order[1]] == i:
+        at = 1
+    else:
+        at = 2 if parent[order[2]] == i else 3
+    one, two = (2 if at == 1 else 1), (2 if at == 3 else 3)
+    j = parent[order[one]]
+    if parent[order[at]] != i or parent[order[two]] != j or i == j:
+        return False
+    if directions[at] == directions[0] or directions[one] == directions[two]:
+        return False
+
+    # Filter with the magnitudes of both normals.
+    ak, ao, size_ak, size_ao = _across_axis(px, 3 * i, axis)
+    bk, bo, size_bk, size_bo = _across_axis(px, 3 * j, axis)
+    value, size = ak * bo - ao * bk, size_ak * size_bo + size_ao * size_bk
+    if not (size > TINY and abs(value) > 2e-15 * size):
+        return False
+    if (value > 0) != (directions[0] * directions[one] * heading > 0):
+        one, two = two, one
+    first, second, third = order[one], order[at], order[two]
+    order[1], order[2], order[3] = first, second, third
+    first, second, third = directions[one], directions[at], directions[two]
+    directions[1], directions[2], directions[3] = first, second, third
+    return True
+
+
+@scalar
 def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
     """Sort n triangles around an edge behind the first; False if doubles do not decide."""
     k, o = (axis + 1) % 3, (axis + 2) % 3

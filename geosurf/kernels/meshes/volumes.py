@@ -48,6 +48,8 @@ def volume_below_triangles(x, t, face, level, out):
     area, to the rows (n_face, 3) of their faces; negative where normals look down.
     """
     for i in range(t.shape[0]):
+        if face[i] < 0:
+            continue
         # A canonical first corner makes the result independent of numbering.
         low = _lowest(x, t, i)
         a, b, c = t[i, low], t[i, (low + 1) % 3], t[i, (low + 2) % 3]
@@ -184,6 +186,8 @@ def extent_triangles(x, t, face, out):
     """
     c = np.empty((3, 3))
     for i in range(t.shape[0]):
+        if face[i] < 0:
+            continue
         low = _lowest(x, t, i)
         for corner in range(3):
             for k in range(3):

@@ -12,25 +12,16 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.search.separation import separated_triangles
+from geosurf.kernels.search.separation import (
+    ROUNDING,
+    is_beside_plane,
+    plane_of,
+    separated_triangles,
+)
 from geosurf.kernels.search.tree import boxes_apart
 from geosurf.kernels.search.voxels import _cell_range
 
-ROUNDING = 1e-14  # relative, of sums of three products of differences: 45 units in the last place
 LARGER = 1.0 + 1e-6  # voxels are enlarged a little, on the safe side
-
-
-@scalar
-def _plane(x, t, f, p):
-    """Write normal, bounds of its terms, and a corner of a triangle to p (9,)."""
-    a, b, c = t[f, 0], t[f, 1], t[f, 2]
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        one = (x[b, i] - x[a, i]) * (x[c, j] - x[a, j])
-        two = (x[b, j] - x[a, j]) * (x[c, i] - x[a, i])
-        p[k] = one - two
-        p[3 + k] = abs(one) + abs(two)
-        p[6 + k] = x[a, k]
 
 
 @scalar
@@ -106,12 +97,13 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
     p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
     for r in range(large.shape[0]):
         a = large[r]
-        _plane(x, t, a, p)
+        plane_of(x, t, a, p)
 
         # Large triangles among each other: all pairs.
         for s in range(r):
             if not (
                 boxes_apart(boxes, a, boxes, large[s])
+                or is_beside_plane(x, t, p, a, large[s])
                 or separated_triangles(x, t, a, large[s], common)
             ):
                 pairs, n = _append(pairs, n, a, large[s])
@@ -140,6 +132,7 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
                         seen[b] = a
                         if not (
                             boxes_apart(boxes, a, boxes, b)
+                            or is_beside_plane(x, t, p, a, b)
                             or separated_triangles(x, t, a, b, common)
                         ):
                             pairs, n = _append(pairs, n, a, b)

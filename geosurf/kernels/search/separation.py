@@ -31,6 +31,7 @@ from geosurf.kernels.search.tree import append_pair
 # Rounding errors relative to the sum of magnitudes: below 8 units (2**-53) for three products of
 # differences, below 16 for six products of three factors.
 PLANE_BOUND, VOLUME_BOUND = 1e-15, 2e-15
+ROUNDING = 1e-14  # relative, of sums of three products of differences: 45 units in the last place
 
 
 @scalar
@@ -210,6 +211,44 @@ def separated_triangles(x, t, a, b, at):
 
 
 @scalar
+def plane_of(x, t, f, p):
+    """Write normal, bounds of its terms, and a corner of a triangle to p (9,)."""
+    a, b, c = t[f, 0], t[f, 1], t[f, 2]
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        one = (x[b, i] - x[a, i]) * (x[c, j] - x[a, j])
+        two = (x[b, j] - x[a, j]) * (x[c, i] - x[a, i])
+        p[k] = one - two
+        p[3 + k] = abs(one) + abs(two)
+        p[6 + k] = x[a, k]
+
+
+@scalar
+def is_beside_plane(x, t, p, a, b):
+    """Whether triangle b is certainly on one side of the plane p of a, shared corners excluded.
+
+    Then both meet in these corners only, and in the edge between two of them.
+    """
+    before = 0
+    for i in range(3):
+        v = t[b, i]
+        if v == t[a, 0] or v == t[a, 1] or v == t[a, 2]:
+            continue
+        height = size = 0.0
+        for k in range(3):
+            d = x[v, k] - p[6 + k]
+            height += p[k] * d
+            size += p[3 + k] * abs(d)
+        if not (size > TINY and abs(height) > ROUNDING * size):
+            return False
+        side = 1 if height > 0.0 else -1
+        if side == -before:
+            return False
+        before = side
+    return before != 0
+
+
+@scalar
 def _load_boxes(boxes, filled, low, high, near):
     """Boxes of the triangles of a voxel, coordinate by coordinate, into rows of `near`."""
     for s in range(low, high):
@@ -242,6 +281,7 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
     for voxel in range(offsets.shape[0] - 1):
         most = max(most, offsets[voxel + 1] - offsets[voxel])
     near, hits = np.empty((6, most)), np.empty(most + 1, dtype=np.int64)
+    p, of = np.empty(9), -1  # the plane of a triangle, once for all that are near it
     n = 0
     for voxel in range(offsets.shape[0] - 1):
         low, high = offsets[voxel], offsets[voxel + 1]
@@ -266,8 +306,12 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
                     max(first[a, 2], first[b, 2]) != k
                     or max(first[a, 1], first[b, 1]) != j
                     or max(first[a, 0], first[b, 0]) != i
-                    or separated_triangles(x, t, a, b, at)
                 ):
+                    continue
+                if of != a:
+                    plane_of(x, t, a, p)
+                    of = a
+                if is_beside_plane(x, t, p, a, b) or separated_triangles(x, t, a, b, at):
                     continue
                 n = append_pair(pairs, n, a, b)
     return n
