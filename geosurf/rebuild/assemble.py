@@ -105,7 +105,7 @@ def _triangles(
     t, surface, key, face = merge_by_face(
         children.triangles, children.parent, uncut,
         contacts.t, contacts.surface_of_face, contacts.key_of_face,
-        *map(np.concatenate, (all_t, all_surface, all_key)),
+        np.concatenate(all_t), np.concatenate(all_surface), np.concatenate(all_key),
     )  # fmt: skip
 
     number = np.arange(len(x))

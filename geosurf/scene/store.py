@@ -20,7 +20,6 @@ from collections import OrderedDict, deque
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -105,9 +104,19 @@ class _Kind(Enum):
     ARRAY, LEAF, MAPPING, SEQUENCE, OBJECT = range(5)
 
 
-@cache
+_KINDS: dict[type, _Kind] = {}  # results have thousands of objects, of a few dozen types
+_SLOTS: dict[type, tuple[str, ...]] = {}
+
+
 def _kind_of(kind: type) -> _Kind:
-    """What objects of a type hold: results have thousands of them, of a few dozen types."""
+    """How objects of a type hold others."""
+    found = _KINDS.get(kind)
+    if found is None:
+        found = _KINDS[kind] = _found_kind(kind)
+    return found
+
+
+def _found_kind(kind: type) -> _Kind:
     if issubclass(kind, np.ndarray):
         return _Kind.ARRAY
     if issubclass(kind, _LEAVES):
@@ -128,10 +137,12 @@ def _parts(one: Any, kind: _Kind) -> list[Any]:
     if kind is _Kind.SEQUENCE:
         return list(one)
     parts = list(getattr(one, "__dict__", {}).values())
-    return parts + [getattr(one, name, None) for name in _slots_of(type(one))]
+    slots = _SLOTS.get(type(one))
+    if slots is None:
+        slots = _SLOTS[type(one)] = _slots_of(type(one))
+    return parts + [getattr(one, name, None) for name in slots]
 
 
-@cache
 def _slots_of(kind: type) -> tuple[str, ...]:
     """Names in `__slots__` of a class and its bases."""
     found = []

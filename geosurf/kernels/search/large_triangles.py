@@ -78,6 +78,27 @@ def _passed(p, bounds, size, axis, at, span):
 
 
 @scalar
+def _is_beside(x, t, f, p, bounds, size, axis, at):
+    """Whether a triangle, seen along an axis, certainly misses a column of voxels.
+
+    Wide triangles are often slivers across their box: a side of them parts them from most of it.
+    """
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    h = 0.5 * size * LARGER
+    pu, pv = bounds[u] + (at[u] + 0.5) * size, bounds[v] + (at[v] + 0.5) * size
+    turn = 1.0 if p[axis] > 0.0 else -1.0
+    for i in range(3):
+        one, two = t[f, i], t[f, (i + 1) % 3]
+        du, dv = x[two, u] - x[one, u], x[two, v] - x[one, v]
+        eu, ev = pu - x[one, u], pv - x[one, v]
+        reach = (abs(du) + abs(dv)) * h
+        reach += ROUNDING * (abs(du) * (abs(ev) + h) + abs(dv) * (abs(eu) + h))
+        if turn * (du * ev - dv * eu) < -reach:
+            return True
+    return False
+
+
+@scalar
 def _append(pairs, n, a, b):
     """Append a pair, lower row first; the array, twice as long where it was full, and the count."""
     if n == pairs.shape[0]:
@@ -113,9 +134,12 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
         _cell_range(boxes, a, bounds, size, shape, span)
         axis = _steepest(p)
         u, v = (axis + 1) % 3, (axis + 2) % 3
+        sharp = abs(p[axis]) > ROUNDING * p[3 + axis]  # else its sides may turn either way
         for one in range(span[u], span[3 + u] + 1):
             for two in range(span[v], span[3 + v] + 1):
                 cell[u], cell[v] = one, two
+                if sharp and _is_beside(x, t, a, p, bounds, size, axis, cell):
+                    continue
                 low, high = _passed(p, bounds, size, axis, cell, span)
                 for three in range(low, high + 1):
                     cell[axis] = three

@@ -249,22 +249,35 @@ def is_beside_plane(x, t, p, a, b):
 
 
 @scalar
-def _load_boxes(boxes, filled, low, high, near):
-    """Boxes of the triangles of a voxel, coordinate by coordinate, into rows of `near`."""
+def _load_voxel(boxes, first, graph, filled, low, high, at, near, marks):
+    """What is asked of each pair of triangles of a voxel, side by side: boxes, graphs, and for each
+    axis whether the box begins in this voxel (bits 1, 2, 4).
+    """
     for s in range(low, high):
+        of = filled[s]
         for k in range(6):
-            near[k, s - low] = boxes[filled[s], k]
+            near[k, s - low] = boxes[of, k]
+        bits = 0
+        for axis in range(3):
+            bits |= int(first[of, axis] == at[axis]) << axis
+        marks[0, s - low], marks[1, s - low] = bits, graph[of]
 
 
 @scalar
-def _meeting(near, i, n, hits):
-    """Places behind i whose boxes meet that of i; how many. Without branches: few are predicted."""
+def _meeting(near, marks, i, n, hits):
+    """Places behind i whose boxes meet that of i here; how many.
+
+    The common box begins here if one of the two does, on each axis; and two parts of one
+    single-valued surface are separated in the map. Without branches: few of them are predicted.
+    """
     x0, y0, z0, x1, y1, z1 = near[0, i], near[1, i], near[2, i], near[3, i], near[4, i], near[5, i]
+    bits, graph = marks[0, i], marks[1, i]
     count = 0
     for j in range(i + 1, n):
         hits[count] = j
         meets = (near[0, j] <= x1) & (x0 <= near[3, j]) & (near[1, j] <= y1) & (y0 <= near[4, j])
         meets = meets & (near[2, j] <= z1) & (z0 <= near[5, j])
+        meets = meets & ((bits | marks[0, j]) == 7) & ((graph < 0) | (marks[1, j] != graph))
         count += int(meets)
     return count
 
@@ -276,42 +289,33 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
     They are written up to capacity. Triangles from row `n_first` on are not compared with each
     other.
     """
-    at = np.empty((2, 9), dtype=np.int64)
+    common, at = np.empty((2, 9), dtype=np.int64), np.empty(3, dtype=np.int64)
     most = 0
     for voxel in range(offsets.shape[0] - 1):
         most = max(most, offsets[voxel + 1] - offsets[voxel])
-    near, hits = np.empty((6, most)), np.empty(most + 1, dtype=np.int64)
+    near, marks = np.empty((6, most)), np.empty((2, most), dtype=np.int64)
+    hits = np.empty(most + 1, dtype=np.int64)
     p, of = np.empty(9), -1  # the plane of a triangle, once for all that are near it
     n = 0
     for voxel in range(offsets.shape[0] - 1):
         low, high = offsets[voxel], offsets[voxel + 1]
         if high - low < 2:
             continue
-        _load_boxes(boxes, filled, low, high, near)
-
         # A pair belongs to the voxel of the lower corner of the common box.
-        k = voxel % shape[2]
-        j = voxel // shape[2] % shape[1]
-        i = voxel // (shape[1] * shape[2])
+        at[2] = voxel % shape[2]
+        at[1] = voxel // shape[2] % shape[1]
+        at[0] = voxel // (shape[1] * shape[2])
+        _load_voxel(boxes, first, graph, filled, low, high, at, near, marks)
         for s in range(low, high):
             a = filled[s]
             if a >= n_first:
                 break  # rows are increasing in a voxel
-            for hit in range(_meeting(near, s - low, high - low, hits)):
+            for hit in range(_meeting(near, marks, s - low, high - low, hits)):
                 b = filled[low + hits[hit]]
-                # Two parts of one single-valued surface are separated in the map.
-                if graph[a] >= 0 and graph[a] == graph[b]:
-                    continue
-                if (
-                    max(first[a, 2], first[b, 2]) != k
-                    or max(first[a, 1], first[b, 1]) != j
-                    or max(first[a, 0], first[b, 0]) != i
-                ):
-                    continue
                 if of != a:
                     plane_of(x, t, a, p)
                     of = a
-                if is_beside_plane(x, t, p, a, b) or separated_triangles(x, t, a, b, at):
+                if is_beside_plane(x, t, p, a, b) or separated_triangles(x, t, a, b, common):
                     continue
                 n = append_pair(pairs, n, a, b)
     return n
