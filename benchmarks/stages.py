@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def sizes(series: str, units: list[int]) -> list[float]:
 def stages(scene: gs.Scene, folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Name and call of each stage, in the order of a report."""
     horizons, faults = list(scene.horizon_names), list(scene.fault_names)
-    zones = [f"{above}/{below}" for above, below in zip(horizons, horizons[1:], strict=False)]
+    zones = [f"{above}/{below}" for above, below in pairwise(horizons)]
     yield "curves", lambda: scene.curves
     yield "patches", lambda: scene.patches
     yield "units", lambda: scene.units
