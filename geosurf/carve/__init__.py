@@ -8,6 +8,7 @@ isolated.py          pieces of surface that touch nothing else, located by rays
 rays.py              exact vertical rays through triangles
 measures.py          volume below, area and bounds of each face
 zones.py             on which side of each horizon and contact each cell is
+sectors.py           the same for cells without it, where faults cross next to it
 horizon_sides.py     the same for the triangles of a fault, which may end at a horizon
 listed.py            triangles of some faces, one by one
 column.py            rules of the stratigraphic column: sides of horizons -> zones

@@ -3,7 +3,8 @@
 A cell in front of a horizon (its upper side) is above it, one behind it is below; both
 hold across any other horizon, so that cells which do not touch a horizon learn from
 their neighbours above and below; across faults only cells that have no such neighbour
-(throw brings rock above next to rock below). A cell that touches both sides, around
+(throw brings rock above next to rock below), and where faults cross next to a horizon by
+where it would be (see `geosurf.carve.sectors`). A cell that touches both sides, around
 a rim that is open, is on neither. That is a leak only where the column asks
 (see `geosurf.carve.column`): a horizon may end in what a younger one has eroded.
 """
@@ -18,6 +19,7 @@ import numpy as np
 from geosurf.carve.beyond import first_beyond
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
+from geosurf.carve.sectors import sides_by_sectors
 from geosurf.conventions import METRES_PER_UNIT, place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.meshes.mesh import join_pairs
@@ -148,7 +150,17 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         # parallel to it, then across faults where all blocks around agree
         links = _links(cells, pairs, surface, torn, level)
         _spread(side, links)
-        _agree(side, links, _links(cells, pairs, surface, torn))
+        across = _links(cells, pairs, surface, torn)
+        _agree(side, links, across)
+
+        # blocks around that do not agree: a horizon that throw moved knows where it would be
+        unknown = (side == UNKNOWN) & ~torn
+        unknown[0] = False
+        known = sides_by_sectors(patches, cells, surface, unknown)
+        if known:
+            side[list(known)] = list(known.values())
+            _spread(side, links)
+            _agree(side, links, across)
         found[k] = side
     return found
 
@@ -262,13 +274,21 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         cells = cells.in_full
         rows = torn[cells.cell_of_side].any(axis=1)
         where = patches.local[cells.triangles[rows]].mean(axis=(0, 1)) + patches.origin
+        remedy = (
+            f"Extend the {what} into the block, or keep the box on one side of it. Where two "
+            f"faults cross closer to the {what} than their throws together, the block between "
+            "them has no room for it: move a fault until they cross farther away."
+        )
+        if source.sectors:
+            remedy = (
+                f"Faults cross next to the {what} there, and the piece between them is narrower "
+                f"than its cells. Give the {what} on finer cells to throw_horizon, as from its "
+                ".interp(easting=..., northing=...)."
+            )
         raise OpenUnitError(
             f"cannot determine whether {place(where)} lies above or below {what} {name!r}: "
             f"the {what} is not in that block, and the blocks around it lie on both sides. "
-            f"Extend the {what} into the block, or keep the box on one side of it. Where two "
-            f"faults cross closer to the {what} than their throws together, the block between "
-            "them has no room for it: reduce the throws, or move a fault until they cross farther "
-            "away.",
+            f"{remedy}",
             place=where,
             surfaces=(name,),
         )

@@ -16,6 +16,7 @@ from geosurf.conventions.colours import fault as fault_colour
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, Shown, frozen
 from geosurf.model.lattice import Lattice
+from geosurf.model.sectors import Sector
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tear_plan import TearPlan
 
@@ -346,6 +347,11 @@ class Sheet(Shown):
         The torn mesh, where parts of it are those of another horizon.
     plan : TearPlan or None
         What closed it, where `tear_horizon` made it: an ensemble tears moved data with it first.
+    walls : dict of str to ndarray of int8 (n_node + n_ghost,), or None
+        By fault, if throw moved the horizon: the wall of each node and ghost, 1 hanging wall, -1
+        footwall.
+    sectors : tuple of Sector
+        Wedges between faults that cross so close to the horizon that one may be without it.
     """
 
     name: str
@@ -361,6 +367,8 @@ class Sheet(Shown):
     extrapolated: np.ndarray | None = None
     mesh: TriSurface | None = None
     plan: TearPlan | None = None
+    walls: Mapping[str, np.ndarray] | None = None
+    sectors: tuple[Sector, ...] = ()
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:
@@ -410,8 +418,14 @@ class Sheet(Shown):
         if self.extrapolated is not None:
             no_ghost = np.zeros(len(self.ghosts), dtype=bool)
             marks["extrapolated"] = np.concatenate([self.extrapolated[present], no_ghost])
+        # walls of what throw moved: a part that lies in another wedge is dropped by these
+        n_node = lattice.n_node
+        for fault, wall in (self.walls or {}).items():
+            marks["wall of " + fault] = np.concatenate(
+                [wall[:n_node][present.ravel()], wall[n_node:]]
+            )
         made = TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
-        made.crs = self.crs
+        made.crs, made.sectors = self.crs, self.sectors
         return made
 
     def surface_among(self, others: Callable[[str], TriSurface | None] | None) -> TriSurface:

@@ -15,6 +15,7 @@ from geosurf.errors import SurfaceError
 from geosurf.model.base import Shown, frozen, polydata
 from geosurf.model.expected import expect, listed, name_of
 from geosurf.model.lattice import Lattice
+from geosurf.model.sectors import Sector
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -25,7 +26,8 @@ ROLES = ("horizon", "fault", "virtual", "wall", "contact", "surface")
 class TriSurface(Shown):
     """A triangulated surface.
 
-    Its attribute ``crs`` is the coordinate reference system that its grid said, if one did.
+    Its attribute ``crs`` is the coordinate reference system that its grid said, if one did;
+    ``sectors`` are wedges between faults with the elevation that a horizon has there.
 
     Parameters
     ----------
@@ -78,6 +80,7 @@ class TriSurface(Shown):
             expect(lattice, Lattice, f"surface {name!r} takes a Lattice", "geosurf.Lattice is one")
         self.lattice = lattice
         self.checked = False  # whether all triangles are known to have an area
+        self.sectors: tuple[Sector, ...] = ()
 
         # lattice without arrays: vertices and triangles follow by rule, when somebody reads them
         if vertices is None or triangles is None:

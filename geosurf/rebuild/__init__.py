@@ -7,6 +7,7 @@ soundness.py       which triangles could cross after rounding: those are tested 
 repair.py          vertices moved where rounding would make triangles cross
 moves.py           warning: vertices that a repair moved
 ghosts.py          `trim_sheets`: torn horizons trimmed at their faults; triangles dropped
+wall_sides.py      parts of torn sheets on the wrong side of a fault
 own.py             intersections of a surface with itself
 equal_vertices.py  vertices of one surface in the same place
 =================  ====================================================================

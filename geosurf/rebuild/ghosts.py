@@ -4,7 +4,8 @@ A sheet that was torn reaches past its fault with vertices without data
 (``vertex_data["ghost"]``); the outermost of them (``"outer"``) lie beyond the fault. The rebuild
 cuts the sheet there, exactly. Patches of a sheet are joined again where only walls and other
 horizons cut it; a part that holds an outer vertex lies beyond a fault and is dropped, so that the
-sheet ends on the fault and shares its vertices.
+sheet ends on the fault and shares its vertices. So is a part on the wrong side of a fault, if the
+sheet states the walls of its vertices (`wall_sides`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from geosurf.kernels.sheets.sheet_corners import named_corners
 from geosurf.kernels.sheets.sheet_trim import classify_parts, sides_of_edges
 from geosurf.model import Patches, frozen
 from geosurf.model.expected import expect
+from geosurf.rebuild.wall_sides import on_wrong_side
 
 
 def trim_sheets(patches: Patches) -> Patches:
@@ -90,7 +92,8 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         held, beyond = classify_parts(
             patches.triangles, rows, mine, faces, on_fault, ghost, outer, label, len(joined)
         )
-        keep[rows] = (held & ~beyond)[label]
+        wrong = on_wrong_side(patches, i, ends, of, part, len(joined))
+        keep[rows] = (held & ~beyond & ~wrong)[label]
     return keep, corner, part
 
 

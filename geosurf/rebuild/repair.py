@@ -199,7 +199,9 @@ def _moved(
     marks.pop("node", None)  # what was moved lies over a node no more
     if not marks:  # torn sheets know their triangles by row
         triangles = _without_shut(vertices, triangles)
-    return TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)
+    made = TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)
+    made.sectors = surface.sectors
+    return made
 
 
 def _without_shut(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -329,6 +329,9 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
                 digest.update(grid.fingerprint.encode())
             else:
                 _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
+        for one in value.sectors:
+            digest.update(f"{one.faults} {one.front} {one.rising}".encode())
+            _add(digest, (one.corner, one.step, one.elevation), strangers)
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
             _add(digest, array, strangers)

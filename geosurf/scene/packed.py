@@ -15,12 +15,23 @@ import numpy as np
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface
+from geosurf.model.sectors import Sector
 from geosurf.model.sheets import LostThrow
 from geosurf.model.tear_plan import DataUse, TearPlan
 
 _CLASSES: dict[str, type] = {
     one.__name__: one
-    for one in (DataUse, FaultCut, Lattice, LostThrow, Sheet, SheetReport, TearPlan, ThrowReport)
+    for one in (
+        DataUse,
+        FaultCut,
+        Lattice,
+        LostThrow,
+        Sector,
+        Sheet,
+        SheetReport,
+        TearPlan,
+        ThrowReport,
+    )
 }
 _HEAD = 16  # digits of the length of the JSON text
 _ALIGN = 8

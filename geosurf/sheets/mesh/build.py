@@ -59,6 +59,8 @@ class Built:
         What closed the sheet, or was tried last.
     n_cut : int
         How often the mesh was cut until then.
+    walls : dict of str to ndarray of int8 (n_node,), or None
+        Of the nodes at each fault, if throw moved them: 1 hanging wall, -1 footwall.
     """
 
     state: Heights
@@ -70,6 +72,7 @@ class Built:
     outer: np.ndarray
     repairs: Repairs
     n_cut: int = 1
+    walls: dict[str, np.ndarray] | None = None
 
     @property
     def is_open(self) -> bool:
@@ -97,6 +100,8 @@ class Setting:
         Gives the heights of ghosts.
     known : Known
         What attempts have found out.
+    walls : dict or None
+        See `Built`.
     """
 
     picks: Picks
@@ -105,6 +110,7 @@ class Setting:
     reach: int
     carry_on: CarryOn
     known: Known
+    walls: dict[str, np.ndarray] | None
 
 
 def build(
@@ -117,6 +123,7 @@ def build(
     at_any_cost: bool = False,
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
+    walls: dict[str, np.ndarray] | None = None,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
@@ -136,6 +143,8 @@ def build(
         What earlier attempts have found to be necessary.
     needs_more : callable, optional
         Whether holes that attempts have not changed need a longer fault: then the attempts end.
+    walls : dict, optional
+        See `Built`.
 
     Returns
     -------
@@ -150,7 +159,7 @@ def build(
     meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
     blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
     known = Known(picks.frame, triangles, blocks, float(reach))
-    setting = Setting(picks, list(faults), triangles, reach, carry_on, known)
+    setting = Setting(picks, list(faults), triangles, reach, carry_on, known, walls)
 
     # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
@@ -232,7 +241,7 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     ghosts = levelled(torn, ghosts, state.values, repairs.level, picks.frame)
 
     # the exact cut
-    band = band_of(torn, triangles, picks.frame, state.values, ghosts, setting.reach)
+    band = band_of(torn, triangles, picks.frame, state.values, ghosts, setting.reach, setting.walls)
 
     def is_own(nodes: np.ndarray) -> np.ndarray:
         """Whether nodes are clearly on their own side of all faults."""
@@ -240,4 +249,6 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
 
     blocks = [blocks for _, blocks in setting.known.meshes]
     cut = cut_band(band, torn, triangles, setting.faults, picks.frame, blocks, is_own)
-    return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs)
+    return Built(
+        state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, walls=setting.walls
+    )

@@ -9,7 +9,7 @@ inside which a fault ends, so that they are one round it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -22,6 +22,7 @@ from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import patches_from
 from geosurf.rebuild.ghosts import kept_parts
+from geosurf.rebuild.wall_sides import WALL
 from geosurf.sheets.faults.fault_distance import Blocks
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.frame import Frame
@@ -141,8 +142,12 @@ def band_of(
     heights: np.ndarray,
     ghosts: np.ndarray,
     reach: int,
+    walls: Mapping[str, np.ndarray] | None = None,
 ) -> Band:
-    """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first."""
+    """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first.
+
+    `walls` are those of nodes at faults, by name: see `geosurf.rebuild.wall_sides`.
+    """
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
     # An untorn sheet has no ghosts: its first triangle stands for it.
@@ -163,10 +168,23 @@ def band_of(
         "horizon",
         np.column_stack([frame.node_places(nodes), z]),
         faces,
-        vertex_data={"ghost": ~real, "outer": is_among(used, outer), "node": nodes},
+        vertex_data={
+            "ghost": ~real,
+            "outer": is_among(used, outer),
+            "node": nodes,
+            **walls_of_vertices(walls, torn, used),
+        },
     )
     is_copy = np.arange(len(faces)) >= len(whole)
     return Band(surface, used, outer, is_copy)
+
+
+def walls_of_vertices(
+    walls: Mapping[str, np.ndarray] | None, torn: Torn, vertices: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Walls of nodes, ghosts with that of their anchor, as data of some vertices of `torn`."""
+    anchors = torn.anchored(vertices)
+    return {WALL + fault: of_node[anchors] for fault, of_node in (walls or {}).items()}
 
 
 def cut_band(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -20,10 +20,12 @@ from geosurf.model import (
     TriSurface,
     frozen,
 )
+from geosurf.rebuild.wall_sides import WALL
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.build import Built
+from geosurf.sheets.mesh.cut import walls_of_vertices
 from geosurf.triangulate import triangulate_fault
 
 FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points open at a tip
@@ -103,7 +105,16 @@ def sheet_of(
         faults=tuple(faults),
         cuts=cuts,
         report=report,
+        walls=None if built.walls is None else _walls(built),
     )
+
+
+def _walls(built: Built) -> dict[str, np.ndarray]:
+    """Walls of nodes, then of ghosts."""
+    torn = built.torn
+    every = np.arange(torn.n_node + len(torn.anchor))
+    found = walls_of_vertices(built.walls, torn, every)
+    return {key.removeprefix(WALL): frozen(of, np.int8) for key, of in found.items()}
 
 
 def refuse_leaks(
@@ -198,9 +209,8 @@ def lost_cutoffs(built: Built, cuts: Mapping[str, FaultCut]) -> set[int]:
     return found
 
 
-def refuse_lost_cutoffs(picks: Picks, built: Built, cuts: Mapping[str, FaultCut]) -> None:
-    """Refuse a sheet that is torn at a fault on which none of its walls ends."""
-    lost = lost_cutoffs(built, cuts)
+def refuse_lost_cutoffs(picks: Picks, cuts: Mapping[str, FaultCut], lost: Collection[int]) -> None:
+    """Refuse a sheet that is torn at faults, by number, on which one of its walls does not end."""
     # The middle station stands for the fault in the message.
     for number, (name, cut) in enumerate(cuts.items()):
         if number in lost:

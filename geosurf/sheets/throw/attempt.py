@@ -49,6 +49,12 @@ class Attempt:
     state: Heights
     notes: tuple[str, ...]
 
+    @property
+    def walls_by_name(self) -> dict[str, np.ndarray]:
+        """Walls of the nodes by fault, int8 (n_node,): 1 hanging wall, -1 footwall."""
+        names = [fault.name for fault in self.movement.faults]
+        return dict(zip(names, np.where(self.walls > 0.5, 1, -1).astype(np.int8), strict=True))
+
     def ghosts(
         self,
         torn: Torn,

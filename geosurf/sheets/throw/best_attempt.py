@@ -43,8 +43,9 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
             return one, None
         for state in _with_spare_rings(one.state):
             built = build(
-                movement.picks, state, movement.faults, movement.rising, one.ghosts, one.end_at
-            )
+                movement.picks, state, movement.faults, movement.rising, one.ghosts, one.end_at,
+                walls=one.walls_by_name,
+            )  # fmt: skip
 
             # a closed sheet beats an open one; among these, the one with the fewest links left
             # untorn

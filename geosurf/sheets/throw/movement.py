@@ -128,8 +128,14 @@ class Movement:
         self, branches: Branches, node: np.ndarray, walls: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Heights (n,) over nodes in walls (n_slip, n), NaN in holes; and where the rock was."""
+        return self.heights_at(branches, self.xy[node], walls)
+
+    def heights_at(
+        self, branches: Branches, xy: np.ndarray, walls: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Heights (n,) at places in walls (n_slip, n), NaN in holes; and where the rock was."""
         z, was = sheet_heights(
-            self.before, self.slips, self.xy[node], self.parts(branches, walls), self.frame.cell
+            self.before, self.slips, xy, self.parts(branches, walls), self.frame.cell
         )
         z[self.before.lost(was)] = np.nan
         return z, was

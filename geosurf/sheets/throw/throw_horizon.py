@@ -23,9 +23,11 @@ from geosurf.sheets.faults.fault_profile import section_of
 from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
+    lost_cutoffs,
     refuse_lost_cutoffs,
     sheet_of,
 )
@@ -35,6 +37,7 @@ from geosurf.sheets.throw.attempt import Attempt
 from geosurf.sheets.throw.best_attempt import best_attempt
 from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
 from geosurf.sheets.throw.movement import Movement, movement_of
+from geosurf.sheets.throw.sectors import cutoffs_to_expect, sectors_of, too_coarse
 from geosurf.sheets.throw.tear_ends import throw_at_early_ends
 
 FAR = 1e-6  # cells outside of the data from which a particle is counted
@@ -97,7 +100,8 @@ def throw_horizon(
         If the data or a throw cannot be used, or reference systems differ.
     GeometryError
         If a fault turns back on itself, throw is left at a tip inside the horizon, beds would
-        fold over, or the sheet does not end on the faults. Names the place.
+        fold over, the sheet does not end on the faults, or two faults cross so that the piece
+        between them is narrower than the cells. Names the place.
 
     See Also
     --------
@@ -108,7 +112,8 @@ def throw_horizon(
     A fault that ends on another one acts on that side of it only, so that throws add up on the
     main fault beyond the contact. Where faults end on it from both sides, such as the halves of an
     older fault, each moves rock on its own side. Where faults cross, each is taken where it is
-    today on both sides of the other: exact for planes. See docs/guides/tearing.md.
+    today on both sides of the other: exact for planes. Where they cross closer to the horizon than
+    their throws, a wedge between them has no horizon. See docs/guides/tearing.md.
 
     Examples
     --------
@@ -189,7 +194,7 @@ def _sheet(movement: Movement) -> Sheet:
         return _untorn(best)
     state, faults = built.state, movement.faults
     found = fault_cuts(movement.frame, built, faults)
-    refuse_lost_cutoffs(movement.picks, built, found)
+    _refuse_lost_cutoffs(best, built, found)
 
     # throw as it was requested, between both cut-offs down the dip
     cuts, lost = {}, []
@@ -212,7 +217,24 @@ def _sheet(movement: Movement) -> Sheet:
         lost=tuple(lost),
         notes=[*best.notes, *early, *map(str, lost)],
     )
-    return sheet_of(movement.picks, built, faults, cuts, report)
+    made = sheet_of(movement.picks, built, faults, cuts, report)
+    return replace(made, sectors=sectors_of(best))
+
+
+def _refuse_lost_cutoffs(best: Attempt, built: Built, cuts: Mapping[str, FaultCut]) -> None:
+    """Refuse a sheet without a cut-off that it should have; other faults may cut one away."""
+    names, lost = list(cuts), set()
+    for fault in sorted(lost_cutoffs(built, cuts)):
+        for wall, lines in cuts[names[fault]].cutoffs.items():
+            if lines:
+                continue
+            missing = cutoffs_to_expect(best, fault, float(wall == "+"))
+            if len(missing):
+                error = too_coarse(best, fault, missing)
+                if error is not None:
+                    raise error
+                lost.add(fault)
+    refuse_lost_cutoffs(best.movement.picks, cuts, lost)
 
 
 def _untorn(best: Attempt) -> Sheet:

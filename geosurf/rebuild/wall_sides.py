@@ -1,0 +1,89 @@
+"""On which side of a fault a part of a torn sheet lies, and on which it belongs.
+
+A sheet that was moved by throw states the wall of each vertex (``vertex_data["wall of F1"]``: 1 in
+the hanging wall, the front of the fault; -1 in the footwall). Where two faults cross close to a
+horizon, the piece of one wedge may lie in another one. It is cut there like any other, and may
+reach the next fault without an outer vertex.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.model import Patches
+
+WALL = "wall of "  # before the name of the fault
+SURE = 1e-12  # of the product of three edges: a smaller volume may be rounding
+
+
+def on_wrong_side(
+    patches: Patches,
+    surface: int,
+    edge: np.ndarray,
+    triangle: np.ndarray,
+    part: np.ndarray,
+    n_part: int,
+) -> np.ndarray:
+    """
+    Return which parts of a sheet lie on the other side of a fault than their vertices belong to.
+
+    Parameters
+    ----------
+    patches : Patches
+    surface : int
+        Row of `patches.sources`. Without walls of vertices no part is on a wrong side.
+    edge, triangle : ndarray of int64, shape (n,)
+        Sides of triangles on curves: row of `patches.curve_edges`, and triangle.
+    part : ndarray of int64, shape (n_triangle,)
+        Part of each triangle of the sheet.
+    n_part : int
+
+    Returns
+    -------
+    ndarray of bool, shape (n_part,)
+    """
+    source = patches.sources[surface]
+    of = patches.surface_of_triangle[triangle]
+    x, t = patches.local, patches.triangles
+    found = np.zeros(n_part, dtype=bool)
+    for k, fault in enumerate(patches.sources):
+        wall = source.vertex_data.get(WALL + fault.name)
+        if wall is None or fault.role != "fault":
+            continue
+
+        # pairs of a triangle of the sheet and one of the fault at the same edge
+        mine, theirs = np.flatnonzero(of == surface), np.flatnonzero(of == k)
+        one, two = _with_same_key(edge[mine], edge[theirs])
+        a, b = triangle[mine[one]], triangle[theirs[two]]
+
+        # a triangle of one wall only: around a tip the two are one
+        belongs = wall[source.triangles[patches.parent_of_triangle[a]]]
+        known = (belongs == belongs[:, :1]).all(axis=1)
+        a, b, belongs = a[known], b[known], belongs[known, 0]
+
+        # the corner that is not on the edge, seen from the fault: in front of it or behind
+        ends = patches.curve_edges[edge[mine[one]][known]]
+        corner = t[a][(t[a][:, :, None] != ends[:, None, :]).all(axis=2)]
+        o, p, q = (x[t[b][:, c]] for c in range(3))
+        away = x[corner] - o
+        volume = np.einsum("nc,nc->n", np.cross(p - o, q - o), away)
+        size = np.linalg.norm(p - o, axis=1) * np.linalg.norm(q - o, axis=1)
+        sure = np.abs(volume) > SURE * size * np.linalg.norm(away, axis=1)
+        lies = np.sign(volume)
+        length = np.linalg.norm(x[ends[:, 1]] - x[ends[:, 0]], axis=1)
+
+        # a part has to be on its own side of each fault; slivers may be turned over by rounding,
+        # so that the longer part of its edges decides
+        balance = np.bincount(part[a[sure]], (length * lies * belongs)[sure], n_part)
+        found |= balance < 0.0
+    return found
+
+
+def _with_same_key(one: np.ndarray, two: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs (row of `one`, row of `two`) with equal keys."""
+    order = np.argsort(two, kind="stable")
+    first = np.searchsorted(two[order], one, side="left")
+    last = np.searchsorted(two[order], one, side="right")
+    row = np.repeat(np.arange(len(one)), last - first)
+    at = np.arange(len(row)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+    return row, order[np.repeat(first, last - first) + at]
