@@ -110,7 +110,8 @@ def torn_horizons(
         on_start(stage, name, f"{number} of {count}")
 
     sheets, faults = sheets_on(as_long_as(longer, given), filling, make, starts)
-    for warning in warnings_of(given, faults, sheets):
+    found = warnings_of(given, faults, sheets)
+    for warning in found:
         warn(warning)
     for name, horizon in horizons.items():
         if name not in sheets and throws[name]:
@@ -138,7 +139,9 @@ def torn_horizons(
     if changed:  # all of them as the sheets have them: rules would change them again
         changes |= {"faults": faults, "extend": (), "lengthen": None}
         changes |= {"truncations": as_truncations(horizon_rules_of(scenario))}
-    return scene.replace(horizons=sheets, **changes)
+    torn = scene.replace(horizons=sheets, **changes)
+    torn._take_warnings(found)
+    return torn
 
 
 def _as_picked(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -632,6 +632,10 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
     def steps(self) -> tuple[Step, ...]:
         """The lines of `explain`, as data."""
         return tuple(self._plain.memory.steps)
+
+    def _take_warnings(self, found: Iterable[GeosurfWarning]) -> None:
+        """List warnings that whoever made the inputs has issued."""
+        self._graph.memory.warn(*found, issued=True)
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

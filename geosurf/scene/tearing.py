@@ -21,6 +21,7 @@ from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
 from geosurf.scene.tear_rounds import Faults, same, sheets_on
 from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
+from geosurf.sheets.report.remedies import WAYS
 from geosurf.sheets.tear import tear_from
 from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
@@ -124,21 +125,17 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
     """Return how much longer faults became, and the warnings of the sheets."""
     found = []
     for name, fault in faults.items():
-        # how far the fault has grown beyond what was given, at its top and at its base
-        up = fault.bounds[5] - given[name].bounds[5]
-        down = given[name].bounds[4] - fault.bounds[4]
-        ways = [f"{far:.0f} m {way}" for far, way in ((up, "up"), (down, "down")) if far > 0]
-        if not ways and not np.array_equal(fault.vertices, given[name].vertices):
-            ways = ["some cells along strike"]
-        if ways:
+        # how far the fault was continued beyond what was given, by the numbers that lengthen it
+        if not np.array_equal(fault.vertices, given[name].vertices):
             far = longer_by(given[name], fault)
+            ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
             how = how_to_lengthen(name, far) if far else f"lengthen={{{name!r}: ...}}"
             found.append(
                 GeosurfWarning(
                     "fault extended",
                     name,
                     f"Fault {name!r} ends before the cut-offs of a horizon that is torn at it. It "
-                    f"was extended: {' and '.join(ways)}.",
+                    f"was extended{': ' if ways else ''}{', '.join(ways)}.",
                     f"Lengthen it yourself: {how}, or pick longer sticks.",
                     tuple(fault.vertices.mean(axis=0)),
                 )

@@ -140,11 +140,16 @@ def torn_sheet(
     # for a sheet that would be refused: trims that the data show, then all others
     if best.bad:
         best = _as_data_show(best, trims, picks, faults, search)
+    untried = 0
     for other in others[FORCED:]:
-        if best.bad and search.n_cut < MOST_CUTS:
+        if not best.bad:
+            break
+        if search.n_cut < MOST_CUTS:
             best = min(best, search.forced(other), key=lambda one: one.loss)
+        else:
+            untried += 1
     if best.bad:
-        _refuse(best, faults, search)
+        _refuse(best, faults, search, untried)
     return best
 
 
@@ -220,8 +225,11 @@ def _other_trims(
         yield trims.changed(bad, change)
 
 
-def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search) -> None:
-    """Refuse a sheet that stays open: where, by how much, and which fault to leave out."""
+def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search, untried: int) -> None:
+    """Refuse a sheet that stays open: where, by how much, and which fault to leave out.
+
+    `untried` counts other trims that the limit of cuts left out.
+    """
     closed, bad = torn.closed, sorted(torn.bad)
     built, picks, names = closed.built, closed.picks, [faults[k].name for k in bad]
     if built.cut.holes:
@@ -236,11 +244,13 @@ def _refuse(torn: Torn, faults: Sequence[TriSurface], search: Search) -> None:
         stations = torn.cuts[names[0]].stations
         at = stations[len(stations) // 2]
         what = f"a wall does not reach the fault near {place(at)}"
+    tried = f"other trims than {closed.given_trims.widest:g} cells of {picks.frame.cell:.3g} m"
+    if untried:
+        tried += f" (all but {untried}: a search ends after {MOST_CUTS} cuts)"
     remedy = remedy_of_overlap(picks, built) or _what_works(bad, faults, closed, search)
     raise GeometryError(
         f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {what}. Longer "
-        f"faults and other trims than {closed.given_trims.widest:g} cells of "
-        f"{picks.frame.cell:.3g} m were tried. {remedy}",
+        f"faults and {tried} were tried. {remedy}",
         place=at,
         surfaces=(picks.name, *names),
     )

@@ -10,6 +10,8 @@ import pytest
 import geosurf as gs
 from geosurf.sheets.lattice import noise
 from geosurf.sheets.mesh import build, close
+from geosurf.sheets.mesh.too_short import extended
+from geosurf.sheets.report.lengthening import longer_by
 from geosurf.synthetic.torn_faults import Fault
 from tests.sheets.junctions import CELL, junction, misses
 
@@ -90,3 +92,15 @@ def test_attempts_are_bounded_where_data_contradict_a_fault(monkeypatch):
         gs.tear_horizon(top, world.faults, name="Top", trim=2, noise=0)
     # trims as given and four others, each at two lengths of the fault; two at any cost
     assert 1 < len(made) <= 4 * (2 * 5 + 2)
+
+
+@pytest.mark.parametrize(
+    "sides", [{"up": 120.0}, {"up": 120.0, "down": 150.0}, {"end": 90.0}, {"end": 90.0, "up": 60.0}]
+)
+def test_how_far_a_fault_was_continued_names_these_sides_only(sides):
+    """A side that is longer because of the sides next to it was not continued itself."""
+    fault = gs.synthetic.torn("normal", 41).faults["F1"]
+    fault = gs.triangulate_fault(fault, name="F1")
+    found = longer_by(fault, extended(fault, sides))
+    assert found.keys() == sides.keys()
+    assert all(found[side] == pytest.approx(far, rel=0.1) for side, far in sides.items())

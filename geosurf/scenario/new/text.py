@@ -134,12 +134,13 @@ def _ends(page: Page, ends: list[End]) -> None:
         gap = f"{row.distance:.0f}" if row.distance >= 1 else f"{row.distance:.2g}"
         short = f"{row.fault!r} stops {gap} m short of {row.other!r}"
         if end.joined:
-            why = f"# {_comment(short)}, with {end.share:.0%} of its largest throw."
+            why = f"# {_comment(short)}, with {100 * end.share:.0f} % of its largest throw."
             page.add("", why, "[[truncations]]", *keys)
         else:
             page.add("")
             page.ask(
-                f"does it end there? {_comment(short)}, with {end.share:.0%} of its largest throw.",
+                f"does it end there? {_comment(short)}, with {100 * end.share:.0f} % of its "
+                "largest throw.",
                 "[[truncations]]", *keys,
             )  # fmt: skip
 

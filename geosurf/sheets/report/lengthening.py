@@ -53,11 +53,12 @@ def longer_by(before: TriSurface, after: TriSurface) -> dict[str, float]:
         return {}
     found = {}
     for side in SIDES:
-        # the median: corners of the rim also move with the side next to them
+        # the median: corners of the rim also move with the side next to them; but a side that has
+        # old points was not continued, though the sides next to it may have made it longer
         rim = before.vertices[old[side]]
         away = [distance_to(place, rim) for place in after.vertices[new[side]]]
-        far = float(np.median(away)) if away else 0.0
-        if 0.0 < far < math.inf:
+        far = float(np.median(away)) if min(away, default=0.0) > 0.0 else 0.0
+        if far < math.inf and far > 0.0:
             found[side] = far
     return found
 
