@@ -3,7 +3,7 @@
 throw: one horizon pair of 201 x 201 nodes, one fault; its throw and an error of both horizons that
 is correlated in the map are uncertain. field: the horizons and faults of Drogon, picked as points
 and sticks; depth errors of all horizons and a contact are uncertain, and all horizons are torn
-again in each realisation. Times are of this process and include the base case.
+again in each realisation. Times are of this process and its workers, and include the base case.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def main() -> None:
     seconds = time.perf_counter() - start
     user = sum(resource.getrusage(who).ru_utime
                for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))  # fmt: skip
-    failed = int((result.status == 2).sum())
+    failed, searched = int((result.status == 2).sum()), int((result.searched > 0).sum())
     sys.stdout.write(
-        f"{asked.case}: {asked.n} realisations, {failed} failed, {seconds:.1f} s, "
+        f"{asked.case}: {asked.n} realisations, {failed} failed, {searched} with a search, {seconds:.1f} s, "
         f"user {user:.1f} s, {len(os.sched_getaffinity(0))} cores, load {os.getloadavg()[0]:.1f}\n"
     )
     for reason in sorted(set(result.reason.values.tolist()) - {""}):

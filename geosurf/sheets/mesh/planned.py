@@ -11,12 +11,15 @@ from geosurf.model.tear_plan import DataUse, TearPlan
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
 from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.close import Closed, Filling, built_of, rebuilt_of
 from geosurf.sheets.mesh.holes import Hole
-from geosurf.sheets.mesh.repairs import Repairs
+from geosurf.sheets.mesh.repairs import Pair, Repairs
 
+RINGS = 3  # that ends of branches get: with fewer, most sheets of Drogon need another cut
+AROUND = 5  # cells around them
 LARGE = 2.0  # cells: larger holes that are stuck are not those at the ends of tears
 
 
@@ -94,19 +97,38 @@ def fits(plan: TearPlan, picks: Picks | Scattered, faults: Sequence[TriSurface])
 
 
 def repairs_of(plan: TearPlan, network: Network) -> Repairs | None:
-    """The repairs of a plan, throw dying at the last link of each tip; None for other traces.
+    """The repairs of a plan, and those that most moved data need; None for other traces.
 
-    Most holes of moved data are at tips, and this closes most of them: see `repaired`.
+    Most holes of moved data are at tips and where branches end on their main faults. Throw dies at
+    the last link of each tip, and ends of branches get further rings, which lose no throw.
     """
     if traces_of(network) != plan.traces:
         return None
     ends = [(i, k) for i, (_, *two) in enumerate(plan.traces) for k in (0, 1) if two[k] == "tip"]
     return Repairs(
         dict.fromkeys(ends, 0) | {(i, k): n for i, k, n in plan.early},
-        tuple(frozenset(ring) for ring in plan.rings),
+        (*(frozenset(ring) for ring in plan.rings), *_at_branches(network)),
         plan.level,
         plan.left_out,
     )
+
+
+def _at_branches(network: Network) -> list[frozenset[Pair]]:
+    """Further rings of ghosts around the ends of branches, by nodes."""
+    frame, places = network.frame, []
+    for trace, limits in zip(network.traces, network.mesh, strict=True):
+        for end, place in zip(trace.ends, limits, strict=True):
+            if end.startswith("branch"):
+                vertex = np.arange(len(trace.line))
+                places.append([np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)])
+    if not places:
+        return []
+    # the node next to each end, and those around it
+    n_row, n_col = frame.shape
+    col, row = np.rint(np.array(places) / frame.stretch).astype(np.int64).T
+    ends = np.clip(row, 0, n_row - 1) * n_col + np.clip(col, 0, n_col - 1)
+    nodes = around(ends, frame.shape, AROUND).tolist()
+    return [frozenset(zip(nodes, nodes, strict=True))] * RINGS
 
 
 def traces_of(network: Network) -> tuple[tuple[int, str, str], ...]:
