@@ -63,8 +63,8 @@ def main() -> None:
                for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))  # fmt: skip
     failed, searched = int((result.status == 2).sum()), int((result.searched > 0).sum())
     sys.stdout.write(
-        f"{asked.case}: {asked.n} realisations, {failed} failed, {searched} with a search, {seconds:.1f} s, "
-        f"user {user:.1f} s, {len(os.sched_getaffinity(0))} cores, load {os.getloadavg()[0]:.1f}\n"
+        f"{asked.case}: {asked.n} realisations, {failed} failed, {searched} with a search, "
+        f"{seconds:.1f} s, user {user:.1f} s, {len(os.sched_getaffinity(0))} cores, load {os.getloadavg()[0]:.1f}\n"
     )
     for reason in sorted(set(result.reason.values.tolist()) - {""}):
         sys.stdout.write(f"  {reason}\n")
