@@ -62,9 +62,10 @@ def main() -> None:
     user = sum(resource.getrusage(who).ru_utime
                for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))  # fmt: skip
     failed, searched = int((result.status == 2).sum()), int((result.searched > 0).sum())
+    cores, load = len(os.sched_getaffinity(0)), os.getloadavg()[0]
     sys.stdout.write(
         f"{asked.case}: {asked.n} realisations, {failed} failed, {searched} with a search, "
-        f"{seconds:.1f} s, user {user:.1f} s, {len(os.sched_getaffinity(0))} cores, load {os.getloadavg()[0]:.1f}\n"
+        f"{seconds:.1f} s, user {user:.1f} s, {cores} cores, load {load:.1f}\n"
     )
     for reason in sorted(set(result.reason.values.tolist()) - {""}):
         sys.stdout.write(f"  {reason}\n")
