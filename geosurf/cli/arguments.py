@@ -81,7 +81,9 @@ def _about(word: str, parser: argparse.ArgumentParser) -> str:
         name = word.partition("=")[0]
         if name in options_of(parser):
             return f"{name} takes no value"
-        return f"unknown option {name}.{did_you_mean(name, options_of(parser))}"
+        long = [one for one in options_of(parser) if one.startswith(f"-{name}") and len(name) == 2]
+        guess = f" Did you mean {long[0]!r}?" if len(long) == 1 else ""
+        return f"unknown option {name}.{guess or did_you_mean(name, options_of(parser))}"
     return f"{word!r} is one argument too many. Put names with blanks between quotes"
 
 
@@ -103,7 +105,32 @@ def one_of(*known: str) -> Callable[[str], str]:
 def list_of(*known: str) -> Callable[[str], tuple[str, ...]]:
     """Return a check of an option that takes several words with commas between them."""
     check = one_of(*known)
-    return lambda text: tuple(check(word.strip()) for word in text.split(","))
+
+    def checked(text: str) -> tuple[str, ...]:
+        """Return the words, or refuse one of them."""
+        words = [word.strip() for word in text.split(",")]
+        if not all(words):
+            raise argparse.ArgumentTypeError(
+                f"{text!r} has a comma with no word beside it. Write the words without blanks: "
+                f"{','.join(filter(None, [*words, *known]))[:40]}"
+            )
+        return tuple(check(word) for word in words)
+
+    return checked
+
+
+def length_unit(word: str) -> str:
+    """
+    Check an option that takes a unit of length.
+
+    Examples
+    --------
+    >>> length_unit("ft")
+    'ft'
+    """
+    from geosurf.conventions import METRES_PER_UNIT  # loads numpy: not for --help
+
+    return one_of(*METRES_PER_UNIT)(word.strip().lower())
 
 
 def whole_number(least: int) -> Callable[[str], int]:
@@ -160,6 +187,7 @@ def number(word: str) -> float:
 __all__ = [
     "Parser",
     "commands_of",
+    "length_unit",
     "list_of",
     "named_file",
     "number",

@@ -107,6 +107,8 @@ def _refuse_unknown(target: Path, suffix: str) -> None:
     from geosurf.conventions import did_you_mean
     from geosurf.write.registry import WRITERS
 
+    if target.is_dir():
+        raise OutputError(f"{target}: this is a folder. Give the name of a file in it.")
     known = sorted({one for suffixes in WRITERS.values() for one in suffixes})
     if suffix not in known:
         raise OutputError(

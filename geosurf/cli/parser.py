@@ -8,7 +8,7 @@ from typing import Any
 
 import geosurf
 from geosurf.cli.answer import Answer
-from geosurf.cli.arguments import Parser, list_of, one_of, whole_number
+from geosurf.cli.arguments import Parser, did_you_mean, length_unit, list_of, one_of, whole_number
 from geosurf.cli.completion import SHELLS, completion_command
 from geosurf.cli.convert_command import convert_command
 from geosurf.cli.curves_command import curves_command
@@ -194,7 +194,12 @@ def _add_convert(add: Callable[..., Any]) -> None:
         metavar="up|down",
         help="direction of z, if the file does not state it",
     )
-    convert.add_argument("--length-unit", help="unit of z, if the file does not state it")
+    convert.add_argument(
+        "--length-unit",
+        type=length_unit,
+        metavar="UNIT",
+        help="unit of z, if the file does not state it",
+    )
     convert.add_argument(
         "--crs", metavar="EPSG:CODE", help="coordinate reference system, if the file states none"
     )
@@ -224,7 +229,12 @@ def _add_curves(add: Callable[..., Any]) -> None:
         metavar="up|down",
         help="direction of z, if a file does not state it",
     )
-    curves.add_argument("--length-unit", help="length unit, if a file does not state it")
+    curves.add_argument(
+        "--length-unit",
+        type=length_unit,
+        metavar="UNIT",
+        help="length unit, if a file does not state it",
+    )
 
 
 def _add_set(command: argparse.ArgumentParser) -> None:
@@ -287,17 +297,34 @@ def _add_new(add: Callable[..., Any]) -> None:
         metavar="up|down",
         help="direction of z, if files do not state it",
     )
-    new.add_argument("--length-unit", help="unit of z, if files do not state it (default: m)")
+    new.add_argument(
+        "--length-unit",
+        type=length_unit,
+        metavar="UNIT",
+        help="unit of z, if files do not state it (default: m)",
+    )
     new.add_argument("--replace", action="store_true", help="replace an existing scenario")
     new.add_argument(
         "--example",
         nargs="?",
         const="grids",
         metavar="KIND",
-        type=one_of(*VARIANTS),
+        type=_example_kind,
         help="write a synthetic field with known volumes into FOLDER, and its scenario: "
         f"{', '.join(VARIANTS)} (default: grids)",
     )
+
+
+def _example_kind(word: str) -> str:
+    """Check the kind of an example; a folder behind --example is a usual slip."""
+    try:
+        return one_of(*VARIANTS)(word)
+    except argparse.ArgumentTypeError as error:
+        if did_you_mean(word, VARIANTS):
+            raise
+        raise argparse.ArgumentTypeError(
+            f"{error} The folder comes first: geosurf new {word} --example"
+        ) from error
 
 
 def _add_tests(add: Callable[..., Any]) -> None:

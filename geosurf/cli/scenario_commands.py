@@ -15,7 +15,7 @@ from geosurf.cli.answer import Answer
 from geosurf.cli.console import clear_line
 from geosurf.cli.live import live_progress
 from geosurf.cli.results import certificate_data, exit_code_of, units_data, warnings_data
-from geosurf.errors import InputError
+from geosurf.errors import InputError, ScenarioError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scenario.execute import Outcome
@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
+MOST_MISTAKES = 9  # that a command prints; `validate` prints all
 RESULTS = (*FILES, "grid", "pictures", "report")
 
 
@@ -77,7 +78,8 @@ def _closing(outcome: Outcome, options: argparse.Namespace) -> Iterable[str]:
     # warnings were printed minutes ago, perhaps above the screen
     count = len(outcome.scene.warnings) + len(outcome.notes)
     if count:
-        yield f"Check first: {count} warnings and notes above; certificate.txt lists warnings, too."
+        above = "1 warning or note" if count == 1 else f"{count} warnings and notes"
+        yield f"Check first: {above} above; certificate.txt lists warnings, too."
     if _reports(options):
         yield f"Report: {outcome.out / 'report' / 'index.html'}; all other results: {outcome.out}"
     else:
@@ -110,10 +112,35 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
     """Read the scenario, with the keys that ``--set`` changes; ``--merge-slivers`` merges them."""
     from geosurf.scenario import read_scenario
 
-    scenario = read_scenario(options.scenario, options.set)
+    try:
+        scenario = read_scenario(options.scenario, options.set)
+    except ScenarioError as error:
+        raise _all_mistakes(options) or error from error
     if not getattr(options, "merge_slivers", False):
         return scenario
     return replace(scenario, slivers=replace(scenario.slivers, merge=True))
+
+
+def _all_mistakes(options: argparse.Namespace) -> ScenarioError | None:
+    """All mistakes of a scenario as one error, each on its line; None if it cannot be read."""
+    from geosurf.scenario.mistakes import find_mistakes
+
+    try:
+        found = find_mistakes(options.scenario, options.set)
+    except ScenarioError:
+        return None
+    lines = [
+        f"{options.scenario}{'' if one.line is None else f', line {one.line}'}: {one.sentence}"
+        for one in found
+    ]
+    if not lines:
+        return None
+    error = ScenarioError(lines[0])
+    for line in lines[1:MOST_MISTAKES]:
+        error.add_note(line)
+    if len(lines) > MOST_MISTAKES:
+        error.add_note(f"and {len(lines) - MOST_MISTAKES} more: geosurf validate lists all.")
+    return error
 
 
 def _only(scenario: Scenario, only: tuple[str, ...] | None) -> Scenario:

@@ -45,8 +45,8 @@ def elevation_sign(positive: str | None, what: str) -> float:
         "are the values depth or elevation?" if positive is None else f"positive is {positive!r}."
     )
     raise InputError(
-        f"{what}: {found} Set positive='down' (depth) or positive='up' (elevation), as an argument "
-        "or in attrs['positive']."
+        f"{what}: {found} Set positive='down' (depth) or positive='up' (elevation): an argument, "
+        "attrs['positive'], a key of the scenario, or --positive."
     )
 
 

@@ -16,10 +16,9 @@ from geosurf.ensemble.models import SceneModel, add_to
 from geosurf.ensemble.throws import Factor, Throw
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.scenario import read_scenario
 from geosurf.scenario.build import untorn_scene
-from geosurf.scenario.ensemble_keys import UncertainInput
+from geosurf.scenario.ensemble_keys import UncertainInput, distribution_of
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.torn import Make, torn_horizons
 from geosurf.scene import Scene
@@ -149,14 +148,7 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
         assert entry.range_m is not None
         picks = TOPS if entry.meet_tops else None
         return DepthError(entry.of, entry.sd_m, entry.range_m, entry.model, picks)
-    # Exactly one of these is given: `check_uncertain` has made sure.
-    by: Any = None
-    if entry.normal is not None:
-        by = Normal(*entry.normal)
-    elif entry.uniform is not None:
-        by = Uniform(*entry.uniform)
-    elif entry.triangular is not None:
-        by = Triangular(*entry.triangular)
+    by: Any = distribution_of(entry)
     # Made on demand: names may be missing for other kinds.
     makers: dict[str, Any] = {
         "depth shift": lambda: DepthShift(entry.of, by),

@@ -112,7 +112,8 @@ def load_case(path: str | os.PathLike[str]) -> Case:
                 surfaces.append(TriSurface(name, role, lattice=Lattice(**nodes, **lattice)))
             return Case(surfaces=tuple(surfaces), **facts)
     except (OSError, KeyError, ValueError, TypeError, EOFError) as error:
-        reason = getattr(error, "strerror", None) or error
+        # numpy's own sentence advises to unpickle the file
+        reason = getattr(error, "strerror", None) or "its content is another"
         raise InputError(
             f"{path}: not a stress case ({reason}). Give a .npz that geosurf stress has written."
         ) from error

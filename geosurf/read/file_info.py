@@ -29,6 +29,7 @@ LABEL = re.compile(rb"\b(?:poly_id|stick_id|stick|segment_id|segment)\b", re.I)
 # values that programs write for "undefined"; as elevations they would be rare
 NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
 ASSUMED: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
+STRANGE = "geosurf knows no format with this content or suffix; docs/formats.md lists all."
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,8 @@ def info(path: str | PathLike[str]) -> FileInfo:
             points = _points(path, key, function)
         except GeosurfError as error:
             # the reader's own sentence says what is wrong, or which argument it needs
-            doubts.append(str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, "))
+            sentence = str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
+            doubts.append(STRANGE if "it reads ." in sentence else sentence)
 
     found = points[np.isfinite(points).all(axis=1)]
     if not len(points):

@@ -188,8 +188,10 @@ def reader_of(
             f"{_who_reads(path.suffix.lower())} "
             f"Or set format= to one of {', '.join(formats)}."
         )
-    with opened(path):  # before anything is asked of it: it is there, and a regular file
+    with opened(path) as (_, size):  # before anything is asked of it: a regular file with content
         pass
+    if size == 0:
+        raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
     module, function, _ = formats[key]
     return path, key, getattr(import_module(f"geosurf.read.{module}"), function)
 

@@ -163,6 +163,12 @@ def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     # A file with a grid is read as a grid even if it is torn: its nodes are its data.
     if is_torn_as_picked(scenario, entry.name) and holds_points(entry.file):
         return read_points(entry.file, columns=entry.columns, decimal=entry.decimal, **words)
+    if holds_points(entry.file):
+        tear = "add it to [tear]" if scenario.tear is not None else "add a table [tear]"
+        raise ScenarioError(
+            f"{entry.file}: horizon {entry.name!r} is in points, and these become a surface where "
+            f"the horizon is torn: {tear}."
+        )
     if entry.columns is not None or entry.decimal != ".":
         raise ScenarioError(
             f"{entry.file}: columns and decimal of horizon {entry.name!r} apply to points that are "

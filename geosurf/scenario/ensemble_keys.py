@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from geosurf.conventions import is_number
+from geosurf.conventions import did_you_mean, is_number
+from geosurf.errors import InputError
+from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
 
@@ -106,6 +108,21 @@ class UncertainInput:
     )
 
 
+def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | None:
+    """Return the distribution of an uncertain input; a depth error has none.
+
+    Examples
+    --------
+    >>> distribution_of(UncertainInput(kind="fault dip", uniform=(-2.0, 2.0)))
+    Uniform(low=-2.0, high=2.0)
+    """
+    if entry.normal is not None:
+        return Normal(*entry.normal)
+    if entry.uniform is not None:
+        return Uniform(*entry.uniform)
+    return None if entry.triangular is None else Triangular(*entry.triangular)
+
+
 def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
     """Refuse uncertainties that contradict themselves, or name what does not exist."""
     # A sealed model has no data that could vary.
@@ -118,8 +135,11 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
         # Names first: later messages use them.
         for name in entry.of:
             if name not in known[kind]:
-                names = ", ".join(map(repr, dict.fromkeys(known[kind]))) or "none"
-                at.refuse(f"{label}: unknown name {name!r}; {kind} are {names}.")
+                names = ", ".join(map(repr, dict.fromkeys(known[kind])))
+                rest = f"{kind} are {names}" if names else f"the scenario has no {kind}"
+                at.refuse(
+                    f"{label}: unknown name {name!r}; {rest}.{did_you_mean(name, known[kind])}"
+                )
         given = [word for word in DISTRIBUTIONS if getattr(entry, word) is not None]
         # A depth error is a random field, which has no single distribution.
         if entry.kind == "depth error":
@@ -130,7 +150,11 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
             at.refuse(f"{label}: sd_m and range_m are of a depth error; remove them.")
         # One distribution, neither none nor several.
         if len(given) != 1:
-            at.refuse(f"{label}: give one of {', '.join(DISTRIBUTIONS)}.")
+            at.refuse(f"{label}: give exactly one of {', '.join(DISTRIBUTIONS)}.")
+        try:
+            distribution_of(entry)
+        except InputError as error:
+            at.refuse(f"{label}.{given[0]}: {error}")
         # Contacts and throws differ in size: one number cannot be added to several.
         if entry.kind.startswith(("contact", "throw")) and len(entry.of) != 1:
             at.refuse(f'{label}: a {entry.kind} has one name, as in of = ["F1"].')
@@ -147,4 +171,11 @@ def _has_throw(scenario: Any, entry: UncertainInput) -> bool:
     return bool(mine) and (entry.kind != "throw" or all(t.throw_m is not None for t in mine))
 
 
-__all__ = ["DISTRIBUTIONS", "KINDS", "EnsembleSettings", "UncertainInput", "check_uncertain"]
+__all__ = [
+    "DISTRIBUTIONS",
+    "KINDS",
+    "EnsembleSettings",
+    "UncertainInput",
+    "check_uncertain",
+    "distribution_of",
+]

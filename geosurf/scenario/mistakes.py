@@ -17,7 +17,8 @@ from geosurf.errors import ScenarioError
 from geosurf.model.expected import path_of
 from geosurf.scenario.settings import with_settings
 from geosurf.scenario.toml_lines import Keys, lines_of_keys
-from geosurf.scenario.validate import checked_scenario, parsed, text_of
+from geosurf.scenario.toml_mistakes import mistakes_of_toml
+from geosurf.scenario.validate import checked_scenario, text_of
 
 MOST = 200  # mistakes that are looked for
 UNKNOWN = re.compile(r"unknown key '([^']+)'(?: in (.+?))?; known keys are")
@@ -79,14 +80,15 @@ def find_mistakes(path: str | os.PathLike[str], settings: Sequence[str] = ()) ->
     """
     path = path_of(path, "a scenario")
     text = text_of(path)
-    try:
-        data = parsed(path, text)
-    except ScenarioError as error:
-        return [_of_toml(path, str(error))]
+    broken, data, text = mistakes_of_toml(text)
+    toml = [Mistake(*one) for one in broken]
+    if data is None:
+        return toml
     where: dict[Keys, int | None] = {**lines_of_keys(text)}
     written, data = data, with_settings(data, settings, path)
     where |= dict.fromkeys(_changes(written, data))  # what --set gives has no line
     found, gone = dict[str, Mistake](), set[Keys]()
+    lost = {one.line for one in toml}  # keys of these lines may be missing now
     for _ in range(MOST):
         try:
             checked_scenario(path, data)
@@ -97,7 +99,7 @@ def find_mistakes(path: str | os.PathLike[str], settings: Sequence[str] = ()) ->
             if sentence in found:
                 break  # nothing that can be taken out: what follows is not found
             # a table from which a value was taken out may be incomplete: no mistake of its own
-            if at is None or not any(one != at and one[: len(at)] == at for one in gone):
+            if at is None or not _follows(at, sentence, gone):
                 found[sentence] = Mistake(lines.line_of(at), sentence)
             if at is None or not _take_out(data, at, path, sentence):
                 break
@@ -107,7 +109,16 @@ def find_mistakes(path: str | os.PathLike[str], settings: Sequence[str] = ()) ->
                 where.setdefault((*at[:-1], right[1]), where[at])
         else:
             break
-    return sorted(found.values(), key=lambda one: one.line or 0)
+    own = [one for one in found.values() if not (lost and MISSING.match(one.sentence))]
+    return sorted([*toml, *own], key=lambda one: one.line or 0)
+
+
+def _follows(at: Keys, sentence: str, gone: set[Keys]) -> bool:
+    """Whether a sentence about a table follows from a value that was taken out of it."""
+    inside = {one for one in gone if one != at and one[: len(at)] == at}
+    if missing := MISSING.match(sentence):
+        return (*at, missing[1]) in inside
+    return bool(inside)
 
 
 def _changes(before: Any, after: Any, at: Keys = ()) -> Iterator[Keys]:
@@ -122,12 +133,6 @@ def _changes(before: Any, after: Any, at: Keys = ()) -> Iterator[Keys]:
         yield at
         if isinstance(after, dict):
             yield from ((*at, word) for word in after)
-
-
-def _of_toml(path: Path, words: str) -> Mistake:
-    """A file that is not TOML: nothing else can be said about it."""
-    line = re.search(r"line (\d+)", words)
-    return Mistake(int(line[1]) if line else None, words.removeprefix(f"{path}: "))
 
 
 class _Lines:
@@ -216,6 +221,8 @@ def _take_out(data: dict[str, Any], at: Keys, path: Path, sentence: str) -> bool
     guess = GUESS.search(sentence) if UNKNOWN.match(sentence) else None
     if guess and isinstance(table, dict) and guess[1] not in table:
         table[guess[1]] = table.pop(word)  # the value of a misspelt key may be wrong, too
+    elif "it must be two numbers, the lower one first" in sentence and isinstance(table, dict):
+        table[word] = [0.0, 1.0]
     elif "it must be a number" in sentence and isinstance(table, dict):
         table[word] = 1.0  # allowed wherever a number is: what needs one stays complete
     elif word == "file" and isinstance(table, dict):

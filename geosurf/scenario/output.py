@@ -168,6 +168,9 @@ def _replace(out: Path, stage: Path) -> None:
 
 def _refusal(out: Path, error: OSError) -> OutputError:
     reason = error.strerror or type(error).__name__
+    file = next((one for one in (out, *out.parents) if one.is_file()), None)
+    if file is not None:
+        reason = f"{file} is a file, not a folder"
     return OutputError(
         f"{out}: results cannot be written there ({reason}). Choose another folder with out= "
         "(on the command line: -o)."

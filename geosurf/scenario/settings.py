@@ -11,6 +11,7 @@ from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import ScenarioError
+from geosurf.scenario.toml_mistakes import LISTS
 
 # What tables in double brackets are addressed by.
 NAMES = ("name", "fault")
@@ -101,6 +102,11 @@ def _put(data: dict[str, Any], new: Mapping[str, Any], words: str, path: Path) -
                         f"{path}: {words} names a table. Add a key of it: {words}.file=..."
                     )
                 _put(_named(old, name, f"{words} ({word})", path), inside, words, path)
+        elif old is None and isinstance(value, dict) and word in LISTS:
+            raise ScenarioError(
+                f"{path}: {words}: the scenario has no [[{word}]]. --set changes tables that are "
+                "there: add this one to the file."
+            )
         else:
             data[word] = value
 

@@ -15,6 +15,7 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, read_truncations
 from geosurf.grid.layers import layers_of
 from geosurf.model.column import ELSEWHERE
+from geosurf.model.compartments import read_compartments
 from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
@@ -22,6 +23,7 @@ from geosurf.scenario.ensemble_keys import check_uncertain
 from geosurf.scenario.fault_keys import check_faults
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.settings import with_settings
+from geosurf.scenario.toml_mistakes import mistake_of_toml
 from geosurf.scenario.truncations import truncations_of, with_halves
 from geosurf.scenario.values import KeyPath, read_table
 
@@ -98,7 +100,11 @@ def text_of(path: Path) -> str:
         reason = error.strerror or type(error).__name__
         raise ScenarioError(f"{path}: cannot be read ({reason}). Check the path.") from error
     except InputError as error:  # no file, or a pipe, a folder, a device
-        raise ScenarioError(str(error)) from error
+        inside = path / "scenario.toml"
+        here = f" Did you mean '{inside}'?" if inside.is_file() else ""
+        if not path.exists() and path.parent.is_dir():
+            here = did_you_mean(path.name, [one.name for one in path.parent.glob("*.toml")])
+        raise ScenarioError(f"{error}{here}") from error
 
 
 def parsed(path: Path, text: str) -> dict[str, Any]:
@@ -106,10 +112,9 @@ def parsed(path: Path, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(
-            f"{path}: not a valid TOML file: {error}. Correct that line; text must be between "
-            "quotes."
-        ) from error
+        line, sentence, _ = mistake_of_toml(text, error)
+        where = "" if line is None else f" line {line}:"
+        raise ScenarioError(f"{path}:{where} {sentence}") from error
 
 
 def _check_names(scenario: Scenario) -> None:
@@ -130,6 +135,8 @@ def _check_names(scenario: Scenario) -> None:
     named = [(kind, entry.name) for kind, entries in lists for entry in entries]
     if fault := shared_name(named):
         at.refuse(fault)
+    _check_files(scenario, at)
+    _check_compartments(scenario, at)
     _check_contacts(scenario, at)
     _check_grid(scenario, at)
     try:
@@ -147,6 +154,29 @@ def _check_names(scenario: Scenario) -> None:
                 f"output.search: unknown surface {name!r}. Surfaces are {known}."
                 f"{did_you_mean(name, surfaces)}"
             )
+
+
+def _check_files(scenario: Scenario, at: KeyPath) -> None:
+    """Two horizons do not come from the same data: nothing would lie between them."""
+    seen: dict[tuple[object, ...], str] = {}
+    for entry in scenario.horizons:
+        data = entry.file.resolve(), entry.variable, entry.columns
+        if data[0] == scenario.path.resolve():  # what stands for a file that is not there
+            continue
+        if data in seen:
+            at.refuse(
+                f"horizons[{entry.name!r}].file is that of horizon {seen[data]!r}, {entry.file}, "
+                "so that nothing lies between them. Correct one of them."
+            )
+        seen[data] = entry.name
+
+
+def _check_compartments(scenario: Scenario, at: KeyPath) -> None:
+    """Faults that virtual walls continue exist, and what they end at."""
+    try:
+        read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
+    except InputError as error:
+        at.refuse(str(error))
 
 
 def _check_model(scenario: Scenario, at: KeyPath) -> None:
@@ -262,6 +292,11 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
         at.refuse(f"[tear]: {error}")
     if not known["fault"]:
         at.refuse("[tear] needs at least one fault. Add a table [[faults]], or remove [tear].")
+    trims = scenario.tear.trim_cells
+    for name in trims if isinstance(trims, dict) else ():
+        if name not in known["fault"]:
+            guess = did_you_mean(name, known["fault"])
+            at.refuse(f"tear.trim_cells: unknown fault {name!r}; name one of the faults.{guess}")
     for name in scenario.tear.horizons:
         if name not in known["horizon"]:
             guess = did_you_mean(name, known["horizon"])

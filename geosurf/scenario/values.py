@@ -19,6 +19,8 @@ from geosurf.measure.section import check_line
 from geosurf.model.empty_blocks import WAYS
 from geosurf.render.views import LARGEST, SMALLEST, check_size
 
+# keys that stand in no table
+TOP_LEVEL = ("title", "tolerance_m", "positive", "length_unit", "crs")
 # words between quotes in what a check allows
 BARE = re.compile(r'"(\w+)"')
 
@@ -322,6 +324,8 @@ def table(kind: type) -> Check:
     @check("a table")
     def one_table(at: KeyPath, value: Any) -> Any:
         """The table as an object."""
+        if isinstance(value, list | bool):  # [[name]] and name = true are the usual slips
+            at.refuse(f"{at.keys} must be one table: write [{at.keys}] on a line of its own.")
         return read_table(kind, at, value) if isinstance(value, Mapping) else None
 
     # `page` and the parser find the keys of the table here.
@@ -359,6 +363,13 @@ def is_required(entry: Field[Any]) -> bool:
     return entry.default is MISSING
 
 
+def _belongs(word: str, at: KeyPath) -> str:
+    """Where a key belongs that is of the whole scenario; TOML puts it into the table above."""
+    if at.keys and word in TOP_LEVEL:
+        return f" {word!r} belongs to the whole scenario: write it above the first table."
+    return ""
+
+
 def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -> Any:
     """Check all keys of a table and return its dataclass.
 
@@ -389,16 +400,16 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
         if word not in known:
             at.refuse(
                 f"unknown key {word!r}{where}; known keys are {_words(tuple(known))}."
-                f"{did_you_mean(word, known)}"
+                f"{did_you_mean(word, known) or _belongs(word, at)}"
             )
+    # each value by the check of its key; defaults are those of the dataclass
+    checked = {
+        word: known[word].metadata["check"](at.inside(word), value) for word, value in found.items()
+    }
+
     # Then keys that are missing, with what they take.
     for word, entry in known.items():
         if word not in found and is_required(entry):
             allowed = entry.metadata["check"].allowed
             at.refuse(f"{word!r} is missing{where}; give {allowed}.")
-
-    # each value by the check of its key; defaults are those of the dataclass
-    checked = {
-        word: known[word].metadata["check"](at.inside(word), value) for word, value in found.items()
-    }
     return kind(**checked, **more)

@@ -10,6 +10,7 @@ import numpy as np
 
 from geosurf.conventions import rising_diagonal
 from geosurf.conventions.crs import crs_of
+from geosurf.errors import HorizonError
 from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
 from geosurf.scene.inputs import SceneInputs
@@ -70,8 +71,28 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
     rising = rising_diagonal(frame.easting, frame.northing)
     lattice = Lattice(frame.easting, frame.northing, elevation, rising)
     made = TriSurface(name, "horizon", lattice=lattice)
+    if made.n_triangle == 0:
+        low, high = np.nanmin(z), np.nanmax(z)
+        raise HorizonError(
+            f"horizon {name!r}: its data cover no area. Easting is {extent(frame.easting)}, "
+            f"northing {extent(frame.northing)}, elevation {low:.6g} to {high:.6g} m. If these are "
+            "exchanged, name the columns: columns=[x, y, z], by name or by number.",
+            surfaces=[name],
+        )
     made.crs = crs_of(data) if not isinstance(data, TriSurface) else data.crs
     return made
+
+
+def extent(values: np.ndarray) -> str:
+    """
+    Return the lowest and highest of some coordinates, in words.
+
+    Examples
+    --------
+    >>> extent(np.array([3.0, 1.0]))
+    '1 to 3 m'
+    """
+    return f"{np.nanmin(values):.7g} to {np.nanmax(values):.7g} m"
 
 
 def with_empty_blocks(

@@ -200,7 +200,7 @@ def _refuse(
         units = f", with the {given} in the units of its file"
     remedy = f"Remove them: grid.where({away})"
     if kind == "point":
-        remedy = f"Remove them: points[{away}]"
+        remedy = f"Remove them from the file, or in Python: points[{away}]"
     raise HorizonError(
         f"horizon {name!r}: {counted(n, kind)} {'has' if n == 1 else 'have'} the value {said}, "
         f"a usual no-data value, as at {place(at)}; the others lie between {rest.min():.6g} "

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from tests.cli.test_arguments import MISTAKES as AT_THE_CONSOLE
-from tests.scenario.test_mistakes import MISTAKES, MORE, RIGHT
+from tests.scenario.test_mistakes import BROKEN, MISTAKES, MORE, RIGHT
 
 COUNT = re.compile(r"\d+ mistakes?\.")
 HEAD = """# Mistakes and their messages
@@ -52,7 +52,7 @@ def rows(codes: list[Path]) -> tuple[list[list[str]], list[list[str]]]:
             for words in AT_THE_CONSOLE
         ]
         scenario = []
-        for row, line, _ in MISTAKES + MORE:
+        for row, line, _ in MISTAKES + MORE + BROKEN:
             lines = RIGHT.splitlines()
             lines[row - 1] = line
             (folder / "scenario.toml").write_text("\n".join(lines) + "\n")

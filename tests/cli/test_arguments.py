@@ -56,6 +56,10 @@ MISTAKES = {
     "--help=1": "geosurf: --help takes no value.",
     "run a.toml -o b --no-pictures=yes": "geosurf run: --no-pictures takes no value.",
     "render a.toml -o b.png --wells W1=none.xyz": "geosurf render: --wells: none.xyz is not there. Give a name and a file",
+    "run a.toml -o b --only csv,": "geosurf run: --only: 'csv,' has a comma with no word beside it. Write the words without blanks: csv,",
+    "run a.toml -o b -q": "geosurf run: unknown option -q. Did you mean '--quiet'?",
+    "new --example field": "geosurf new: --example: 'field' is not known. Give grids, points or network. The folder comes first: geosurf new field --example.",
+    "convert a.gri b.gri --length-unit feeet": "geosurf convert: --length-unit: 'feeet' is not known. Give m, metre,",
     "stress --cases 0": "geosurf stress: --cases: '0' is not a whole number of 1 or more.",
 }
 
@@ -132,6 +136,8 @@ def test_a_dry_run_lists_files_and_writes_nothing(scenario, tmp_path, capsys):
         ("horizons.Top=a", "--set horizons.Top names a table. Add a key of it: --set horizons.Top.file=..."),
         ("a b=1", "--set 'a b' is not a key of TOML"),
         ("horizons.Top.file=New.nc", "New.nc"),
+        ("contacts.OWC.elevation_m=-2000", "the scenario has no [[contacts]]. --set changes tables that are there"),
+        ("output.maps=no", "output.maps is 'no'; it must be true or false"),
     ],
 )  # fmt: skip
 def test_settings_that_cannot_be(scenario, capsys, setting, sentence):
@@ -140,6 +146,47 @@ def test_settings_that_cannot_be(scenario, capsys, setting, sentence):
     assert sentence in said.err
     assert len(said.err.splitlines()) == 1
     assert cli.main(["validate", str(scenario), "--set", setting]) == 2
+
+
+def test_words_of_files_and_folders(scenario, tmp_path, capsys):
+    """A file where a folder belongs, a folder where a file belongs, and names without a file."""
+    note, empty = tmp_path / "note.txt", tmp_path / "empty.gri"
+    note.write_text("hello\n")
+    empty.write_text("")
+    folder, top = scenario.parent, scenario.parent / "Top.nc"
+    out = f"{note}: results cannot be written there ({note} is a file, not a folder). Choose"
+    for words, sentence in {
+        ("run", scenario, "-o", note): out,
+        ("report", scenario, "-o", note): out,
+        ("run", scenario, "-o", note / "out"): f"({note} is a file, not a folder). Choose",
+        ("run", folder, "-o", tmp_path / "o"): f"Did you mean '{scenario}'?",
+        ("check", folder / "scenario.tml"): "Check the path. Did you mean 'scenario.toml'?",
+        ("new", note, top): f"cannot be written ({note} is a file, not a folder). Give another",
+        ("new", tmp_path / "o", f"{tmp_path}/*.zmap"): "*.zmap: no file has such a name.",
+        ("convert", top, tmp_path): f"{tmp_path}: this is a folder. Give the name of a file in it.",
+        ("curves", empty, top, "-o", tmp_path / "a.vtp"): "the file is empty (0 bytes).",
+        ("stress", "--replay", top): "not a stress case (its content is another). Give a .npz",
+    }.items():
+        assert cli.main([*map(str, words)]) == 2, words
+        said = capsys.readouterr()
+        assert sentence in said.err, words
+        assert len(said.err.splitlines()) == 1
+
+    # what is readable is shown, whatever the others are
+    assert cli.main(["info", str(top), str(tmp_path / "none.gri"), str(note)]) == 2
+    said = capsys.readouterr()
+    assert "none.gri: cannot be read" in said.err
+    assert "Top.nc: NetCDF" in said.out
+    assert "geosurf knows no format with this content or suffix" in said.out
+
+
+def test_a_run_lists_all_mistakes(scenario, capsys):
+    words = ["run", str(scenario), "-o", "o", "--set", "title=3", "--set", "tear.noise_m=-1"]
+    assert cli.main(words) == 2
+    assert [line.split(": ")[2] for line in capsys.readouterr().err.splitlines()] == [
+        "title is 3; it must be text between quotes.",
+        "tear.noise_m is -1; it must be a number, 0 or above.",
+    ]
 
 
 def test_a_mistake_that_was_set_has_no_line_of_the_file(scenario, capsys):

@@ -110,7 +110,7 @@ def test_columns_name_what_headings_do_not(tmp_path: Path) -> None:
     assert float(data["Top"].easting.max()) == 15.0
     assert scene.surface("F1").n_triangle == 2
     path.write_text(f'[[horizons]]\nname = "Top"\nfile = "picks.csv"{text}')
-    with pytest.raises(InputError, match="apply to points that are torn"):
+    with pytest.raises(InputError, match=r"is in points.*add a table \[tear\]"):
         untorn_scene(read_scenario(path))
 
 

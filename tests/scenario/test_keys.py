@@ -57,7 +57,7 @@ BAD = {
     "wells": (("[output]", '[pictures]\nwells = {W1 = "no.csv"}\n[output]'), r"pictures.wells.W1 is 'no.csv', and .* is not there"),
     "points": (("[output]", "[pictures]\npoints = 3\n[output]"), r"pictures.points is 3; it must be a table of names and files"),
     "zoom": (("[output]", "[pictures]\nzoom = 0\n[output]"), r"pictures.zoom is 0; it must be a number from 0.1 to 100"),
-    "syntax": (('title = "Tilted planes"', "title = Tilted"), r"not a valid TOML file: .*line 1,.*Correct that line"),
+    "syntax": (('title = "Tilted planes"', "title = Tilted"), r": line 1: 'title = Tilted' is not TOML\. Put text between quotes: title = \"Tilted\""),
 }  # fmt: skip
 
 

@@ -77,6 +77,23 @@ MORE = [
     (27, 'formats = ["cvs"]', "Did you mean 'csv'?"),
     (28, 'views = ["tpo"]', "Did you mean 'top'?"),
     (28, 'search = ["Tpo", "F1"]', "Did you mean 'Top'?"),
+    (1, "network = true", "network must be one table: write [network] on a line of its own"),
+    (25, "trim_cells = {F9 = 2}", "tear.trim_cells: unknown fault 'F9'"),
+    (26, "[[output]]", "output must be one table: write [output]"),
+    (28, "tolerance_m = 2", "'tolerance_m' belongs to the whole scenario"),
+]
+# lines that are not TOML
+BROKEN = [
+    (1, "title = A field", 'Put text between quotes: title = "A field"'),
+    (4, 'file = "data\\Top.gri"', "Use single quotes, or /: file = 'data\\Top.gri'"),
+    (4, "file = 'Top.gri", 'Put text between quotes: file = "Top.gri"'),
+    (5, 'name = "Base"', "the key 'name' is there twice in [[horizons]]. Keep one of them."),
+    (6, "[horizons]", "[horizons] needs double brackets, as all tables of this list"),
+    (20, "elevation_m = -1700,5", "Write a decimal point, not a comma: elevation_m = -1700.5"),
+    (20, "elevation_m = -1 700", "Write the number without blanks: elevation_m = -1700"),
+    (20, "elevation_m = -1700 m", "Write the number without a unit: elevation_m = -1700"),
+    (26, "[tear]", "the table [tear] is there twice. Keep one, with the keys of both."),
+    (28, "maps = True", "Write true or false, in small letters: maps = true"),
 ]
 
 
@@ -136,12 +153,16 @@ def test_no_mistake_hides_another(tmp_path):
             assert hidden or there, (row, found)
 
 
-def test_a_file_that_is_not_toml_has_one_mistake(tmp_path):
-    path = tmp_path / "scenario.toml"
-    path.write_text('title = "A"\nname = Top\n')
-    ((line, sentence),) = found_in(path)
-    assert line == 2
-    assert sentence.startswith("not a valid TOML file")
+@pytest.mark.parametrize("mistake", BROKEN, ids=lambda mistake: mistake[1])
+def test_a_line_that_is_not_toml_has_a_remedy_and_hides_nothing(tmp_path, mistake):
+    row, _, words = mistake
+    elsewhere = (16, "northing = [0, 5000]", "unknown key 'northing' in box")
+    found = found_in(wrong(tmp_path, [mistake, elsewhere]))
+    assert (row, True) in [(line, words in sentence) for line, sentence in found]
+    if "twice. Keep one, with" not in words:  # whose keys are which cannot be known
+        assert any(line == 16 and elsewhere[2] in sentence for line, sentence in found)
+    with pytest.raises(ScenarioError, match=rf"scenario.toml: line {row}: "):
+        read_scenario(tmp_path / "scenario.toml")
 
 
 def test_lines_of_keys_in_all_kinds_of_tables():

@@ -129,7 +129,11 @@ def new_scenario(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text.encode("utf-8"))
     except OSError as error:
-        raise OutputError(f"{path}: the scenario cannot be written: {error.strerror}.") from error
+        file = next((one for one in path.parents if one.is_file()), None)
+        reason = error.strerror if file is None else f"{file} is a file, not a folder"
+        raise OutputError(
+            f"{path}: the scenario cannot be written ({reason}). Give another folder."
+        ) from error
     read_scenario(path)  # what geosurf writes it reads
     return NewScenario(path, tuple(ready.found), questions)
 
@@ -152,6 +156,8 @@ def _files_of(files: list[str] | list[Path]) -> list[Path]:
     found: dict[Path, None] = {}
     for word in files:
         path = path_of(word, "geosurf new")
+        if not path.exists() and any(sign in str(path) for sign in "*?["):  # the shell found none
+            raise InputError(f"{path}: no file has such a name. Check the folder and the suffix.")
         inside = [path]
         if path.is_dir():
             # exports keep horizons and faults in folders of their own; hidden files are not data
