@@ -9,7 +9,7 @@ from html import escape
 from geosurf.conventions.colours import RGB
 
 MOST = 30  # rows; a model may have thousands of units
-CELL = "padding:1px 8px;border:0"
+CELL = "padding:1px 8px;border:0;font-variant-numeric:tabular-nums"
 SWATCH = "display:inline-block;width:.8em;height:.8em;margin-right:.5em;vertical-align:-1px"
 
 

@@ -220,11 +220,16 @@ class Units(Shown, Mapping[str, Unit]):
         listed = [*self.without_slivers]
         colours = unit_colours((unit.name, unit.zone_index) for unit in listed)
         first = listed[:MOST]
-        rows = [(u.zone, u.block, u.contact, volume_text(u.volume, 5)) for u in first]
+
+        # one unit and as many decimals for all rows, as in the report: they can be compared
+        scale, unit = (1e6, "million m³") if self.volume >= 1e6 else (1.0, "m³")
+        volumes = [f"{u.volume / scale:,.3f}".replace(",", " ") for u in first]
+        head = ("zone", "block", "contact", f"volume [{unit}]")
+        rows = [(u.zone, u.block, u.contact, v) for u, v in zip(first, volumes, strict=True)]
         shades = [colours[unit.name] for unit in first]
         notes = [*filter(None, [self.slivers_in_words, self.merged_in_words])]
         title = f"{counted(len(self), 'unit')}, {volume_text(self.volume)}"
-        return Card(title, rows, ("zone", "block", "contact", "volume"), shades, notes, len(listed))
+        return Card(title, rows, head, shades, notes, len(listed))
 
     def __repr__(self) -> str:
         # Counts tell more than names: a model may have hundreds of units.

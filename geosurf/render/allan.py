@@ -21,7 +21,7 @@ from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
-from geosurf.render.diagram import Line, diagram_axes, lines_of, outline_of, range_shown
+from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
 from geosurf.render.layers import DETAIL_ROOM, Entry
 from geosurf.render.names import shortened_apart
 from geosurf.render.picture_style import PictureStyle
@@ -144,6 +144,8 @@ def plot_allan(
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]", ROOM)
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
+    strike = float(diagram.attrs["strike"])
+    draw_ends(sheet, axes, strike)
     legend = _legend(pairs, colours)
     furniture.draw_legend(sheet, legend, 640.0)
 
@@ -154,7 +156,6 @@ def plot_allan(
         "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
         f"{blue}{areas} Vertical exaggeration {exaggeration:.2g}×."
     )
-    strike = float(diagram.attrs["strike"])
     words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
     furniture.draw_words(sheet, words_above if title is None else title, words)
     return sheet.figure

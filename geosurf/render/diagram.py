@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 Line = tuple[dict[str, str], np.ndarray]  # attributes, and points (n, 2) [m]
 
+WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 RELIEF = 0.6  # height over width that reads well
 AROUND = 0.3  # margin above and below, as a fraction of the height of the lines
 
@@ -79,6 +80,19 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
     bottom, top = float(every.min()), float(every.max())
     room = AROUND * max(top - bottom, 0.02 * (right - left))
     return left, right, max(low, bottom - room), min(high, top + room)
+
+
+def draw_ends(sheet: furniture.Sheet, axes: Axes, azimuth: float) -> None:
+    """Write the compass directions at both ends of a section or a fault, by its azimuth."""
+    # eighths of a turn, clockwise from north
+    turn = round(azimuth / 45.0) % 8
+    points = 14.0 * sheet.layout.unit * 72.0 / furniture.DPI
+    for x, wind in ((0.0, WINDS[(turn + 4) % 8]), (1.0, WINDS[turn])):
+        axes.annotate(
+            wind, (x, 1.0), (0.0, 12.0 * sheet.layout.unit), xycoords="axes fraction",
+            textcoords="offset pixels", ha="center", va="bottom", weight="bold",
+            family=furniture.FONT, fontsize=points, color=palette.INK,
+        )  # fmt: skip
 
 
 def diagram_axes(

@@ -13,7 +13,7 @@ from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
-from geosurf.render.diagram import diagram_axes, range_shown
+from geosurf.render.diagram import diagram_axes, draw_ends, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.theme import readable
@@ -137,7 +137,7 @@ def plot_throw(
     axes.axhline(0.0, color=palette.FRAME, linewidth=0.5 * width, zorder=1)
     order = list(horizons) or list(throws)
     legend = []
-    for name, parts in lines.items():
+    for row, (name, parts) in enumerate(lines.items()):
         red, green, blue = palette.stratum(order.index(name) if name in order else len(order))
         # thin lines of light zones would not be seen on white; on a dark background they are
         darker = 1.0 if sheet.style.dark else DARKER
@@ -145,13 +145,18 @@ def plot_throw(
         if sheet.style.dark:
             colour = readable(colour)
         for line in parts:
-            axes.plot(*line.T, color=colour, linewidth=width, zorder=2)
+            # the last line is the thinnest: those below are seen where throws are the same
+            wide = 1.0 + 1.6 * (len(lines) - 1 - row) / max(len(lines) - 1, 1)
+            axes.plot(*line.T, color=colour, linewidth=wide * width, zorder=2)
         if parts:
             low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
             span = f"{round(low)} to {round(high)} m".replace("-", "\N{MINUS SIGN}")
             legend.append(Entry(name, colour, span, "line"))
     furniture.draw_legend(sheet, tuple(legend), 640.0)
-    fault = next(iter(throws.values())).attrs.get("fault", "fault")
+    attrs = next(iter(throws.values())).attrs
+    fault = attrs.get("fault", "fault")
+    if "dip_azimuth" in attrs:  # the strike is 90 degrees to the left of it
+        draw_ends(sheet, axes, float(attrs["dip_azimuth"]) - 90.0)
     words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."
     furniture.draw_words(sheet, f"{fault}: throw" if title is None else title, words)
     return sheet.figure

@@ -14,7 +14,14 @@ from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO
 from geosurf.render.compose import figure_path, save_figure
-from geosurf.render.diagram import diagram_axes, highest_in_view, lines_of, outline_of, range_shown
+from geosurf.render.diagram import (
+    diagram_axes,
+    draw_ends,
+    highest_in_view,
+    lines_of,
+    outline_of,
+    range_shown,
+)
 from geosurf.render.layers import Entry
 from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, draw_on_section, overlay_of
@@ -32,7 +39,6 @@ Part = tuple[dict[str, str], np.ndarray, float]  # attributes, points (n, 2) [m]
 Areas = dict[tuple[str, str], float]  # of zone and contact interval [m2]
 Colours = dict[tuple[str, str], palette.RGB]
 
-WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 ROUNDING = 1e-12  # fraction of the area of a section: smaller parts have no thickness
 ROOM = 24.0  # margin for the compass directions at both ends [design pixels]
 _NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
@@ -152,7 +158,8 @@ def plot_section(
     if overlay:
         wells += draw_on_section(sheet, axes, overlay, _line_of(section))
     corners = _corners(section)
-    _draw_ends(sheet, axes, corners)
+    (_, x0, y0), (_, x1, y1) = corners.tolist()
+    draw_ends(sheet, axes, math.degrees(math.atan2(x1 - x0, y1 - y0)))
     legend = (*_legend(lines, areas, colours, faults), *wells)
     furniture.draw_legend(sheet, legend, 640.0)
     words = f"Areas: whole section. Vertical exaggeration {exaggeration:.2g}×."
@@ -313,21 +320,6 @@ def _name_faults(
                 path_effects=furniture.rim_of_words(unit), parse_math=False,
             )  # fmt: skip
             break
-
-
-def _draw_ends(sheet: furniture.Sheet, axes: Axes, corners: np.ndarray) -> None:
-    """Write the compass directions at both ends of the section."""
-    (_, x0, y0), (_, x1, y1) = corners.tolist()
-
-    # azimuth of the section in eighths of a turn, clockwise from north
-    turn = round(math.degrees(math.atan2(x1 - x0, y1 - y0)) / 45.0) % 8
-    points = 14.0 * sheet.layout.unit * 72.0 / furniture.DPI
-    for x, wind in ((0.0, WINDS[(turn + 4) % 8]), (1.0, WINDS[turn])):
-        axes.annotate(
-            wind, (x, 1.0), (0.0, 12.0 * sheet.layout.unit), xycoords="axes fraction",
-            textcoords="offset pixels", ha="center", va="bottom", weight="bold",
-            family=furniture.FONT, fontsize=points, color=palette.INK,
-        )  # fmt: skip
 
 
 def _legend(
