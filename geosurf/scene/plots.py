@@ -304,7 +304,8 @@ class ScenePlots:
         from geosurf.render.column import column_of, plot_column
 
         look = look_of(ax, size, title, style)
-        units = [(unit.zone, unit.volume, unit.map_area) for unit in self.units.values()]
+        # a fluid contact does not divide the thickness of its zone
+        units = [(unit.zone, unit.volume, unit.zone_map_area) for unit in self.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
         return plot_column(zones, dict(self.column), ax, **look)
 
