@@ -111,7 +111,7 @@ def list_of(*known: str) -> Callable[[str], tuple[str, ...]]:
         words = [word.strip() for word in text.split(",")]
         if not all(words):
             raise argparse.ArgumentTypeError(
-                f"{text!r} has a comma with no word beside it. Write the words without blanks: "
+                f"{text!r} has a comma with no word next to it. Write the words without blanks: "
                 f"{','.join(filter(None, [*words, *known]))[:40]}"
             )
         return tuple(check(word) for word in words)

@@ -89,19 +89,27 @@ def mistake_of_toml(text: str, error: tomllib.TOMLDecodeError) -> tuple[int | No
         return None, f"not a valid TOML file: {error}.", ""
     said = OF_LINE.sub("", str(error)).rstrip(".")
     row = rows[line - 1].strip()
-    rest = lambda new: "\n".join([*rows[: line - 1], new, *rows[line:]])  # noqa: E731
     if said.startswith("Cannot") and row.startswith("["):
         return _table_twice(rows, line)
     if said.startswith("Cannot overwrite"):
-        return line, _twice(rows[:line], row.partition("=")[0].strip()), rest("")
+        return line, _twice(rows[:line], row.partition("=")[0].strip()), _with_line(rows, line, "")
     pair = PAIR.match(rows[line - 1].partition(" #")[0])
     for pattern, right, remedy in GUESSES if pair else ():
         assert pair is not None
         value = pattern.fullmatch(pair[2])
         new = f"{pair[1]}{right(value)}" if value else ""
         if value and _is_toml(new):
-            return line, f"'{row}' is not TOML. {remedy}: {new.strip()}", rest(new)
-    return line, f"'{row}' is not TOML: {said}. Correct this line.", rest("")
+            return (
+                line,
+                f"'{row}' is not TOML. {remedy}: {new.strip()}",
+                _with_line(rows, line, new),
+            )
+    return line, f"'{row}' is not TOML: {said}. Correct this line.", _with_line(rows, line, "")
+
+
+def _with_line(rows: list[str], line: int, new: str) -> str:
+    """The text with another line."""
+    return "\n".join([*rows[: line - 1], new, *rows[line:]])
 
 
 def _table_twice(rows: list[str], line: int) -> tuple[int, str, str]:
@@ -146,7 +154,7 @@ def mistakes_of_toml(
     text: str,
 ) -> tuple[list[tuple[int | None, str]], dict[str, Any] | None, str]:
     r"""
-    Return all mistakes that keep a text from being TOML, what it holds without them, and its rest.
+    Return all mistakes that keep a text from being TOML, what it holds without them, and that text.
 
     Examples
     --------

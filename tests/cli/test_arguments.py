@@ -56,7 +56,7 @@ MISTAKES = {
     "--help=1": "geosurf: --help takes no value.",
     "run a.toml -o b --no-pictures=yes": "geosurf run: --no-pictures takes no value.",
     "render a.toml -o b.png --wells W1=none.xyz": "geosurf render: --wells: none.xyz is not there. Give a name and a file",
-    "run a.toml -o b --only csv,": "geosurf run: --only: 'csv,' has a comma with no word beside it. Write the words without blanks: csv,",
+    "run a.toml -o b --only csv,": "geosurf run: --only: 'csv,' has a comma with no word next to it. Write the words without blanks: csv,",
     "run a.toml -o b -q": "geosurf run: unknown option -q. Did you mean '--quiet'?",
     "new --example field": "geosurf new: --example: 'field' is not known. Give grids, points or network. The folder comes first: geosurf new field --example.",
     "convert a.gri b.gri --length-unit feeet": "geosurf convert: --length-unit: 'feeet' is not known. Give m, metre,",

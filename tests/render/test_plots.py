@@ -48,7 +48,6 @@ PLOTS = {
 }
 
 
-@pytest.mark.parametrize("plot", PLOTS)
 def test_fluid_contacts_do_not_change_the_mean_thickness_of_a_column():
     from geosurf.render.column import column_of
 
@@ -63,6 +62,7 @@ def test_fluid_contacts_do_not_change_the_mean_thickness_of_a_column():
         assert thickness == pytest.approx(found[0])
 
 
+@pytest.mark.parametrize("plot", PLOTS)
 def test_each_plot_is_a_figure_or_goes_into_axes(scene, plot):
     own = PLOTS[plot](scene, None)
     assert isinstance(own, Figure)

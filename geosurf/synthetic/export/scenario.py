@@ -51,6 +51,7 @@ def note_of(truth: FieldTruth) -> bytes:
         )
         notch = " Its upper rim has a notch." if path.suffix == ".ts" else ""
         lines.append(f"{path.name}:{unit}{short}{notch}" if unit + short + notch else path.name)
+    lines += ["", "field.toml: a scenario of these files; scenario.toml: the one of `geosurf new`."]
     lines += ["", "truth/: volumes, cut-off lines and throw as they are, not as they were picked."]
     lines.append("They are elevations, positive up, in metres; volumes are inside outline.pol.")
     return _text(lines)
