@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from importlib import import_module
 from pathlib import Path
@@ -48,6 +49,7 @@ for notebook in sorted(
         shutil.copyfile(notebook, page)
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist"]
 myst_heading_anchors = 4
+os.environ["GEOSURF_PROGRESS"] = "off"  # its line would leave an empty box on the pages
 nb_execution_mode = "cache"  # notebooks are stored without outputs; the build makes them
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True

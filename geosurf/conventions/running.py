@@ -204,7 +204,8 @@ def _notebook_line() -> Show:
         display: Any = import_module("IPython.display").display
 
         # plain text in a mapping: no name of a surface is read as HTML
-        data = {"text/plain": line}
+        # an empty page takes no room in the saved notebook, an empty text does
+        data = {"text/plain": line} if line else {"text/plain": "", "text/html": ""}
         if handle:
             handle[0].update(data, raw=True)
         elif line:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number
+from geosurf.conventions import area_text, is_number
 from geosurf.errors import InputError, SurfaceError
 from geosurf.faults.box_exits import segments_meet_box
 from geosurf.faults.dangling import Fault, Gone, dangling_ends
@@ -270,7 +270,7 @@ def _judge(cut: _Cut, cuts: list[_Cut]) -> tuple[str, str]:
         return "leave", f"{fault} and {main} each end inside the other; extend one of them first"
     if cut.share == 0.0:
         return "leave", f"{fault} ends at {main} already"
-    words = f"{100 * cut.share:.1f} % of {fault} ({min(cut.parts):.4g} m2) are beyond {main}"
+    words = f"{100 * cut.share:.1f} % of {fault} ({area_text(min(cut.parts))}) are beyond {main}"
     if cut.share <= STUB:
         return "truncate", words
     other = next(c for c in cuts if c is not cut)

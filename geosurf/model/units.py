@@ -17,6 +17,7 @@ from geosurf.errors import InputError
 from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
+from geosurf.model.map_area import rows_of_contacts, upper_area
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -111,7 +112,7 @@ class Unit(Shown):
 
         Volume over it is the mean length of the pieces of vertical lines inside the unit.
         """
-        return self._upper_area(())
+        return upper_area(self.local, self.triangles)
 
     @cached_property
     def zone_map_area(self) -> float:
@@ -119,20 +120,8 @@ class Unit(Shown):
 
         Volume over it, summed over the units of a zone, is the mean thickness of the zone.
         """
-        # contacts of blocks are surfaces such as "OWC in F1+"
-        inside = tuple(f"{contact} in " for contact in self.beneath)
-        names = self.surface_names
-        return self._upper_area([n for n in names if n in self.beneath or n.startswith(inside)])
-
-    def _upper_area(self, without: Sequence[str]) -> float:
-        """Map area of the upper side, without that on some surfaces."""
-        # twice the signed map area of each triangle: up-facing ones alone give the upper side
-        a, b, c = (self.local[self.triangles[:, k], :2] for k in range(3))
-        (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-        up = ux * vy - uy * vx
-        left_out = [i for i, name in enumerate(self.surface_names) if name in without]
-        own = (up > 0.0) & ~np.isin(self.surface_of_triangle, left_out)
-        return 0.5 * math.fsum(up[own].tolist())
+        contacts = rows_of_contacts(self.surface_names, self.beneath)
+        return upper_area(self.local, self.triangles[~np.isin(self.surface_of_triangle, contacts)])
 
     def to_pyvista(self) -> pyvista.PolyData:
         """Return the shell as `pyvista.PolyData` with the surface row as cell data."""
