@@ -20,6 +20,7 @@ SURE = 0.5 - 1e-9  # of a step: what a correction may be for its rounding to be 
 MINUS, PLUS, POINT, ZERO = b"-+.0"
 FEW = 0.1  # of the words may have more digits
 TENS = 10.0 ** np.arange(MOST + 1)
+WHOLE_TENS = np.array([10**k if k < 20 else 0 for k in range(WIDTH + 1)], dtype=np.uint64)
 
 
 def plain_decimals(data: bytes) -> np.ndarray | None:
@@ -68,28 +69,37 @@ def _piece(data: bytes) -> np.ndarray | None:
     width = int(lengths.max())
 
     # characters (width, n), right-aligned; those of words before are blanked
-    places = np.arange(-width, 0)[:, None]
-    chars = text[ends + places]
-    chars[places < -lengths] = ord(" ")
+    windows = np.lib.stride_tricks.sliding_window_view(text, width)
+    chars = np.ascontiguousarray(windows[ends - width].T)
+    np.copyto(chars, ord(" "), where=np.arange(width, 0, -1)[:, None] > lengths)
     digit = chars - np.uint8(ZERO)
     is_digit = digit < 10
     is_point = chars == POINT
     first = text[starts]
     signed = (first == MINUS) | (first == PLUS)
-    powers = ((chars | 32) == ord("e")).any(axis=0)
-    n_digit, n_point = is_digit.sum(axis=0), is_point.sum(axis=0)
+    with_powers = b"e" in data or b"E" in data
+    powers = ((chars | 32) == ord("e")).any(axis=0) if with_powers else np.zeros(len(starts), bool)
+    n_digit, n_point = (
+        np.add.reduce(one.view(np.uint8), axis=0, dtype=np.uint8) for one in (is_digit, is_point)
+    )
     odd = (n_digit + n_point + signed != lengths) | (n_point > 1) | (n_digit < 1)
     long = n_digit > MOST
     if (odd & ~powers).any() or long.mean() > FEW:
         return None
     powers |= long
 
-    # digits by Horner's rule, and how many of them follow the point
-    whole = np.zeros(len(starts), dtype=np.int64)
-    for row in range(width):
-        np.copyto(whole, whole * 10 + digit[row], where=is_digit[row])
-    n_after = np.where(n_point > 0, width - 1 - np.argmax(is_point, axis=0), 0)
-    whole[powers] = n_after[powers] = 0
+    # how many digits follow the point: the place of the point, counted from the end
+    from_end = np.arange(width - 1, -1, -1, dtype=np.uint8)[:, None]
+    n_after = np.add.reduce(is_point * from_end, axis=0, dtype=np.uint8).astype(np.int64)
+    n_after[powers] = 0
+
+    # a point stands as a zero among the digits: those before it are shifted by one place
+    whole = _whole(digit * is_digit)
+    with_point = n_point > 0
+    after = whole % WHOLE_TENS[n_after]
+    whole = np.where(with_point, (whole - after) // np.uint64(10) + after, whole)
+    whole[powers] = 0
+    whole = whole.astype(np.int64)
     values, doubtful = _quotients(whole, n_after)
     values = np.where(first == MINUS, -values, values)
     known: dict[bytes, float] = {}
@@ -100,6 +110,19 @@ def _piece(data: bytes) -> np.ndarray | None:
         except ValueError:
             return None
     return values if np.isfinite(values).all() else None
+
+
+def _whole(digits: np.ndarray) -> np.ndarray:
+    """Whole numbers (n,) of digits (width, n), in uint64: neighbours are joined pair by pair."""
+    rows = -(-len(digits) // 8) * 8
+    parts = np.zeros((rows, digits.shape[1]), dtype=np.uint8)
+    parts[rows - len(digits) :] = digits
+    for factor, kind in ((10, np.uint8), (100, np.uint16), (10_000, np.uint32)):
+        parts = parts[::2].astype(kind) * kind(factor) + parts[1::2]
+    whole = parts[0].astype(np.uint64)
+    for part in parts[1:]:
+        whole = whole * np.uint64(100_000_000) + part
+    return whole
 
 
 def _quotients(whole: np.ndarray, n_after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

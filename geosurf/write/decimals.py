@@ -169,7 +169,8 @@ def n_fixed(values: np.ndarray, width: int) -> int:
     largest = float(size.max(initial=0.0))
     room = width - 2 - len(str(int(min(largest, LARGEST)) + 1)) - 1  # blank, sign, point
     for n in SHORT:
-        if n <= room and _is_short(size, n).all():
+        # a few values show that most maps have more decimals
+        if n <= room and _is_short(size[:1000], n).all() and _is_short(size, n).all():
             return n
     return max(1, min(room, MOST_FIXED))
 
@@ -185,14 +186,20 @@ def _field(part: Part, n_row: int, undefined: bytes) -> np.ndarray:
 
 def _whole(values: np.ndarray) -> np.ndarray:
     """Digits of whole numbers, without leading zeros."""
-    rest, low = np.divmod(values.astype(np.int64), 10_000)
-    high, middle = np.divmod(rest, 10_000)
+    rest, low = _split(values.astype(np.int64))
+    high, middle = _split(rest)
     words = np.empty((len(values), 3), dtype=np.uint32)
     words[:, 0] = LEADING[high]
     words[:, 1] = LEADING[middle + 10_000 * (high > 0)]
     words[:, 2] = LEADING[low + 10_000 * (rest > 0)]
     words[values == 0, 2] = ZERO
     return words.view(np.uint8)
+
+
+def _split(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whole numbers without their last four digits, and these; `np.divmod` takes three times it."""
+    high = values // 10_000
+    return high, values - 10_000 * high
 
 
 def _is_short(size: np.ndarray, n: int) -> np.ndarray:
@@ -235,19 +242,25 @@ def _float(values: np.ndarray, undefined: bytes) -> np.ndarray:
     return rows
 
 
-def _words(whole: np.ndarray, digits: np.ndarray) -> np.ndarray:
-    """Characters of whole parts and of fractions of 15 digits, without needless zeros."""
+def _whole_words(whole: np.ndarray) -> np.ndarray:
+    """Characters of whole parts and the point behind them, four in each word."""
     words = np.zeros((len(whole), WIDTH // 4), dtype=np.uint32)
-    high, low = np.divmod(whole, 10_000)
+    high, low = _split(whole)
     words[:, 1] = LEADING[high]
     words[:, 2] = np.where(whole == 0, ZERO, LEADING[low + 10_000 * (high > 0)])
     words[:, 3] = np.frombuffer(b"\0\0\0.", dtype=np.uint32)[0]
+    return words
+
+
+def _words(whole: np.ndarray, digits: np.ndarray) -> np.ndarray:
+    """Characters of whole parts and of fractions of 15 digits, without needless zeros."""
+    words = _whole_words(whole)
 
     # groups of four digits from the right; those before others that are not zero stand whole
     rest = digits * 10
     later = np.zeros(len(whole), dtype=bool)
     for place in (7, 6, 5):
-        rest, group = np.divmod(rest, 10_000)
+        rest, group = _split(rest)
         words[:, place] = TRAILING[group + 10_000 * later]
         later |= group > 0
     first = TRAILING[rest + 10_000 * later]
@@ -265,13 +278,12 @@ def _fixed(values: np.ndarray, n_decimal: int) -> np.ndarray:
     digits = np.where(over, 0, fraction) * 10 ** (N_FRACTION - n_decimal)
 
     # full groups here: trailing zeros stay
-    rows = np.zeros((len(values), WIDTH), dtype=np.uint8)
-    words = rows.view(np.uint32)
-    words[:] = _words(whole, digits).view(np.uint32)
+    words = _whole_words(whole)
     rest = digits * 10
     for place in (7, 6, 5, 4):
-        rest, group = np.divmod(rest, 10_000)
+        rest, group = _split(rest)
         words[:, place] = TRAILING[group + 10_000]
+    rows = words.view(np.uint8)
 
     # the sign stands right before the first digit
     n_digit = 1 + np.searchsorted(10 ** np.arange(1, 9), whole, side="right")
