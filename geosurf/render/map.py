@@ -356,8 +356,8 @@ def _draw_curves(
         if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2])
 
-    # the name goes next to the longest line, 9 design pixels to the right; the longest lines first,
-    # and no name over another: the legend has them all
+    # the name goes next to the longest line, 9 design pixels to the right, or to the left where it
+    # would leave the map; the longest lines first, no name over another: the legend has them all
     unit = sheet.layout.unit
     labels = shortened_apart(curves.names[other] for other in longest)
     for other, (_, at) in sorted(longest.items(), key=lambda item: -item[1][0]):
@@ -365,6 +365,8 @@ def _draw_curves(
         x, y = axes.transData.transform(at)
         x += 9.0 * unit
         wide, high = sheet.text_size(label, 11.5, "bold")
+        if x + wide > axes.bbox.x1:
+            x -= 18.0 * unit + wide
         if not sheet.names.take((x, y - 0.7 * high, x + wide, y + 0.7 * high)):
             continue
         at = axes.transData.inverted().transform((x, y))

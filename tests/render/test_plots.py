@@ -156,6 +156,21 @@ def test_names_on_a_map_do_not_lie_over_each_other():
     assert [word for word in words if word.startswith("Wall")] == ["Wall 2"]
 
 
+@pytest.mark.parametrize("east", [100.0, 870.0, 899.0])
+def test_names_on_a_map_stay_inside_it(east):
+    """Next to the right edge the name stands to the left of its line."""
+    flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [900, 0, 0], [900, 900, 0], [0, 900, 0]],
+                         [[0, 1, 2], [0, 2, 3]])  # fmt: skip
+    wall = gs.TriSurface("A long name", "fault", [[east, 0, -9], [east, 900, -9], [east, 450, 9]],
+                         [[0, 1, 2]])  # fmt: skip
+    figure = plot_map(flat, gs.intersect_surfaces([flat, wall]), faults=["A long name"])
+    axes = figure.axes[1]
+    name = next(text for text in axes.texts if text.get_text() == "A long name")
+    box = name.get_window_extent()
+    assert axes.bbox.x0 <= box.x0
+    assert box.x1 <= axes.bbox.x1
+
+
 def test_zones_of_a_grid_have_the_colours_of_sections(scene, tmp_path):
     """The first zone of a grid is the second of the model."""
     from matplotlib.image import imread
