@@ -95,14 +95,25 @@ def pairs_of(
     faces: np.ndarray, n_vertex: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return both faces of each edge that exactly two faces share, and its place in each (0..2)."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    key = edges[:, 0] * n_vertex + edges[:, 1]
+    key = _edge_keys(faces, n_vertex)
     order = np.argsort(key, kind="stable")
     new = np.diff(key[order], prepend=-1, append=-1) != 0
     start = np.flatnonzero(new[:-1])
     start = start[np.diff(start, append=len(order)) == 2]
     one, other = order[start], order[start + 1]
     return one // 3, other // 3, one % 3, other % 3
+
+
+def _edge_keys(faces: np.ndarray, n_vertex: int) -> np.ndarray:
+    """Numbers of the three edges of each face, face by face; the same for both directions."""
+    return _keys(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), n_vertex)
+
+
+def _keys(edges: np.ndarray, n_vertex: int) -> np.ndarray:
+    """Number of each edge (n, 2)."""
+    low, high = np.sort(edges, axis=1).T
+    found: np.ndarray = low * n_vertex + high
+    return found
 
 
 def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
@@ -122,10 +133,15 @@ def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
     """
     rows = np.flatnonzero(parts.of_face >= 0)
     out = faces.copy()
+
+    # an edge on which a thin unit ends in a flat part belongs to other faces, too: it stays
+    held = np.unique(_edge_keys(faces[parts.of_face < 0], len(x)))
     while len(rows):
         one, other, i, j = pairs_of(out[rows], len(x))
         one, other = rows[one], rows[other]
-        inside = parts.of_face[one] == parts.of_face[other]
+        ends = np.stack([out[one, i], out[one, (i + 1) % 3]], axis=1)
+        free = ~np.isin(_keys(ends, len(x)), held)
+        inside = (parts.of_face[one] == parts.of_face[other]) & free
         one, other, i, j = one[inside], other[inside], i[inside], j[inside]
         a, b, c = (out[one, (i + k) % 3] for k in range(3))
         d = out[other, (j + 2) % 3]

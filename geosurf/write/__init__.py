@@ -53,7 +53,7 @@ def write(
         Curves: ``.pl .vtp .pol .csv .geojson``. Patches: ``.vtp .vtu .glb .gltf``. Unit: ``.vtp
         .ts .stl .vtu .obj .ply .glb .gltf``. Units: ``.vtm`` (and a folder of ``.vtp`` next to
         it), ``.ml`` and ``.epc`` (the sealed model with its regions), ``.glb .gltf``; their table:
-        ``.csv .parquet .nc``. TetMesh: ``.vtu .msh .inp``.
+        ``.csv .parquet .nc``. TetMesh: ``.vtu .msh .inp .exo .e``.
         Horizon: ``.nc``; IRAP text ``.irapasc .irapascii .fgr``; IRAP binary (float32) ``.gri
         .irap .irapbin``; without rotation ``.zmap .zmp .cps3 .cps .asc``; its nodes ``.xyz``.
         Lines (FaultSticks, lists, Datasets such as fault polygons): ``.pol .csv .geojson``.

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.packages import need
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit
 from geosurf.write.written import Loss
@@ -83,14 +82,19 @@ def mesh_of_tets(mesh: TetMesh, name: str | None, suffix: str) -> tuple[bytes, l
         data = _encode(mesh.vertices, tets, suffix, cell_data={"unit": region}, kind="tetra")
         return data, [Loss("name", f"{NAMES_LOST} {rows}"), FACES_LOST]
     if suffix == ".inp":
-        # labels of Abaqus: letters, numbers and underscores, at most 80 of them
-        sets = {
-            f"U{k + 1}_{re.sub('[^A-Za-z0-9]+', '_', unit)}"[:80]: [np.flatnonzero(region == k)]
-            for k, unit in enumerate(mesh.unit_names)
-        }
+        labels = labels_of_units(mesh, 80)
+        sets = {label: [np.flatnonzero(region == k)] for k, label in enumerate(labels)}
         data = _encode(mesh.vertices, tets, suffix, kind="tetra", cell_sets=sets)
         return data, [Loss("name", f"Element sets are named {list(sets)}."), FACES_LOST]
     return _gmsh(mesh), []
+
+
+def labels_of_units(mesh: TetMesh, longest: int) -> list[str]:
+    """Return names of units as letters, numbers and underscores, each another one."""
+    return [
+        f"U{k + 1}_{re.sub('[^A-Za-z0-9]+', '_', unit)}"[:longest]
+        for k, unit in enumerate(mesh.unit_names)
+    ]
 
 
 def _gmsh(mesh: TetMesh) -> bytes:
@@ -137,7 +141,6 @@ def _encode(
 
     With cells of other kinds (`also`), cell data are lists: one array for each kind.
     """
-    need(f"{suffix} files need", "meshio")
     import meshio
 
     # copies: meshio changes what it is given

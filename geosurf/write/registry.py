@@ -60,7 +60,10 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".nc": ("netcdf", "netcdf_of_units"),
         **dict.fromkeys((".glb", ".gltf"), ("gltf", "gltf_of_units")),
     },
-    "TetMesh": dict.fromkeys((".vtu", ".msh", ".inp"), ("mesh", "mesh_of_tets")),
+    "TetMesh": {
+        **dict.fromkeys((".vtu", ".msh", ".inp"), ("mesh", "mesh_of_tets")),
+        **dict.fromkeys((".exo", ".e"), ("exodus", "exodus_of_tets")),
+    },
     "FaultSticks": LINES,
     "horizon (DataArray)": {
         ".nc": ("netcdf", "netcdf_of_horizon"),

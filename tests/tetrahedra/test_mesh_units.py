@@ -175,6 +175,24 @@ def test_walls_get_few_faces_of_good_shape() -> None:
     assert len(flips.faces) == len(wall.faces)
 
 
+def test_an_edge_on_which_a_thin_unit_ends_is_not_flipped() -> None:
+    """The wall has the same units on both sides of the edge, and two more faces end there."""
+    x = np.array(
+        [[0, 0, 0], [9, 0, 0], [4, 0, 1], [5, 0, -1], [12, 0, 0], [4.5, 5, 0.0], [4.5, 5, 0.1]]
+    )
+    wall, tip = [[0, 1, 2], [1, 0, 3], [1, 4, 2], [1, 3, 4]], [[0, 1, 5], [1, 0, 6]]
+
+    def keeps_edge(faces: list[list[int]]) -> bool:
+        kind = (np.arange(len(faces)) >= len(wall)).astype(int)
+        boundary = Boundary(
+            x, np.zeros(3), np.array(faces), np.stack([kind - 1, kind], 1), kind, ("wall", "tip")
+        )
+        return any({0, 1} <= set(face) for face in refined(boundary).faces[:4].tolist())
+
+    assert not keeps_edge(wall)
+    assert keeps_edge(wall + tip)
+
+
 REFUSES = """
 class TetGen:
     def __init__(self, *args):
@@ -250,6 +268,21 @@ def test_files_hold_the_mesh_and_its_units(tmp_path: Path, suffix: str) -> None:
         assert {name: tuple(of) for name, of in again.field_data.items()} == {
             "below Top": (1, 3), "above Top": (2, 3), "Top": (1, 2), "wall": (2, 2),
         }  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".exo", ".e"])
+def test_exodus_has_a_block_for_each_unit(tmp_path: Path, suffix: str) -> None:
+    pv = pytest.importorskip("pyvista")
+    mesh = of_cubes()
+    paths = [gs.write(mesh, tmp_path / f"{k}{suffix}")[0] for k in range(2)]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+    blocks = pv.ExodusIIReader(paths[0]).read()["Element Blocks"]
+    assert list(blocks.keys()) == ["U1_below_Top", "U2_above_Top"]
+    for k, block in enumerate(blocks):
+        tets = mesh.tetrahedra[mesh.region == k]
+        corners = block.points[block.cells.reshape(-1, 5)[:, 1:]]
+        assert np.array_equal(corners, mesh.vertices[tets])
 
 
 @HAS_TETGEN
