@@ -36,7 +36,7 @@ def seconds(run: Callable[[], object]) -> float:
 
 
 def on_boundaries(scene: gs.Scene, n: int) -> dict[str, np.ndarray]:
-    """Local points (n // 4, 3) of four kinds: vertices, middles of edges, on faces, anywhere."""
+    """Local points of four kinds: vertices, middles of edges, on faces, anywhere."""
     rng = np.random.default_rng(3)
     units = list(scene.units.values())
     w, e, s, n_, low, high = scene.box

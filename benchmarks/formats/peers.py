@@ -22,7 +22,10 @@ KNOWN = {
         ".poi", ".xyz", ".egrid", ".roff", ".grdecl",
     ),
     "meshio": (".vtu", ".vtk", ".obj", ".stl", ".ply", ".msh", ".inp"),
-    "pyvista": (".vtp", ".vtm", ".vti", ".vtu", ".vtk", ".obj", ".stl", ".ply", ".glb", ".gltf"),
+    "pyvista": (
+        ".vtp", ".vtm", ".vti", ".vtu", ".vtk", ".obj", ".stl", ".ply", ".glb", ".gltf", ".exo",
+        ".e",
+    ),
     "trimesh": (".obj", ".stl", ".ply", ".glb", ".gltf"),
     "rioxarray": (".asc", ".nc"),
     "geopandas": (".geojson",),

@@ -1,4 +1,4 @@
-"""Which unit is at a point, slow and obvious: rational rays through every shell.
+"""Which unit is at a point, slow and obvious: exact rays through every shell.
 
 A point is really moved by what the rule of `sample` says, infinitely little: no ray meets an edge,
 and no moved point lies in a plane.
@@ -6,12 +6,12 @@ and no moved point lies in a plane.
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 
-TINY = [Fraction(1, 2**200), Fraction(1, 2**400), Fraction(1, 2**600)]
+ONE = 2**700  # coordinates are whole numbers of this fraction of a metre
+TINY = [2**500, 2**300, 2**100]
 SPARE = 1.0  # metres around a triangle in which it is tested, too
+CLEAR = 1e-3  # [m], and [m2] for areas: doubles decide what is off by more
 MOST_BINS = 512  # along each side
 
 
@@ -30,13 +30,14 @@ def unit_by_rays(units, points, shells=None):
         east, north = (1 if point[k] <= middle[k] else -1 for k in (0, 1))
         up = 1 if point[2] == bottom - origin[2] else -1
         p = [
-            Fraction(float(c)) + way * move
+            whole(c) + way * move
             for c, way, move in zip(point, (east, north, up), np.roll(TINY, -1), strict=True)
         ]
-        passed = {}
-        for unit, face in shells.near(point):
-            passed[unit] = passed.get(unit, 0) + above(face, p)
-        inside = [unit for unit, number in passed.items() if number % 2]
+        clear, doubtful = shells.near(point)
+        passed = np.bincount(clear, minlength=len(units))
+        for unit, face in doubtful:
+            passed[unit] += above(face, p)
+        inside = np.flatnonzero(passed % 2).tolist()
         assert len(inside) <= 1  # units do not overlap
         found.append(inside[0] if inside else -1)
     return found
@@ -46,8 +47,8 @@ def is_on_boundary(points, shells):
     """Whether each point (n, 3), local, lies exactly on a triangle of a shell."""
     found = []
     for point in points:
-        p = [Fraction(float(c)) for c in point]
-        found.append(any(holds(face, p) for _, face in shells.near(point)))
+        p = [whole(c) for c in point]
+        found.append(any(holds(face, p) for _, face in shells.near(point)[1]))
     return np.array(found)
 
 
@@ -77,14 +78,35 @@ class Shells:
         return np.clip(np.floor((places - self.low) / self.size), 0, self.n - 1).astype(int)
 
     def near(self, point):
-        """Units and triangles, as fractions, that may be above a point or at it."""
+        """Units of triangles that are above a point; unit and triangle of those in doubt.
+
+        Doubles leave out what is off by a millimetre or more: they err by less than a thousandth of
+        that.
+        """
         i, j = self.bin(point[None, :2])[0]
         rows = self.rows[slice(*self.start[i * self.n + j : i * self.n + j + 2])]
         box = self.box[rows]
-        maybe = (box[:, :2] <= point[:2]).all(axis=1) & (box[:, 2:] >= point).all(axis=1)
-        for row in rows[maybe]:
-            face = [[Fraction(float(c)) for c in corner] for corner in self.corners[row]]
-            yield int(self.unit[row]), face
+        rows = rows[(box[:, :2] <= point[:2]).all(axis=1) & (box[:, 2:] >= point).all(axis=1)]
+        corners = self.corners[rows]
+        edge = np.roll(corners, -1, axis=1) - corners
+        off = point - corners
+        turns = edge[..., 0] * off[..., 1] - edge[..., 1] * off[..., 0]
+        left, right = turns.max(axis=1), turns.min(axis=1)
+        beside = (left > CLEAR) & (right < -CLEAR)
+        over = ((right > CLEAR) | (left < -CLEAR)) & (off[..., 2].max(axis=1) < -CLEAR)
+        under = off[..., 2].min(axis=1) > CLEAR
+        doubtful = [
+            (int(self.unit[row]), [[whole(c) for c in v] for v in self.corners[row].tolist()])
+            for row in rows[~(beside | over | under)]
+        ]
+        return self.unit[rows[over]], doubtful
+
+
+def whole(c):
+    """A double as a whole number: exact, but for numbers below 1e-190."""
+    above, below = float(c).as_integer_ratio()
+    assert ONE % below == 0
+    return above * (ONE // below)
 
 
 def turns_of(face, p):
@@ -102,8 +124,8 @@ def above(face, p):
     turns = turns_of(face, p)
     if not (all(t > 0 for t in turns) or all(t < 0 for t in turns)):
         return False
-    z = (a[2] * turns[1] + b[2] * turns[2] + c[2] * turns[0]) / sum(turns)
-    return z > p[2]
+    height = a[2] * turns[1] + b[2] * turns[2] + c[2] * turns[0] - p[2] * sum(turns)
+    return height * sum(turns) > 0
 
 
 def holds(face, p):
