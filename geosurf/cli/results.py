@@ -30,8 +30,10 @@ def exit_code_of(certificate: Certificate) -> int:
 
 def units_data(units: Units) -> list[dict[str, Any]]:
     """Return one dict per unit, with the columns of the table of volumes."""
-    rows: list[dict[str, Any]] = units.to_dataframe().reset_index().to_dict("records")
-    return rows
+    table = units._plain_table
+    columns = {"unit": table.coords["unit"], **table.data_vars, **table.coords}
+    values = (column.values.tolist() for column in columns.values())
+    return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
 
 
 def warnings_data(warnings: Iterable[GeosurfWarning]) -> list[dict[str, Any]]:

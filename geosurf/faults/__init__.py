@@ -24,10 +24,28 @@ dangling.py         ends in the model box that are left once a network is as pro
 ==================  ================================================================
 """
 
-from geosurf.faults.extend import extend_fault
-from geosurf.faults.lengthen import lengthen_fault
-from geosurf.faults.propose import propose_network
-from geosurf.faults.split import split_fault
-from geosurf.faults.truncate import truncate_faults
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.faults.extend import extend_fault as extend_fault
+    from geosurf.faults.lengthen import lengthen_fault as lengthen_fault
+    from geosurf.faults.propose import propose_network as propose_network
+    from geosurf.faults.split import split_fault as split_fault
+    from geosurf.faults.truncate import truncate_faults as truncate_faults
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "extend_fault": "extend",
+            "lengthen_fault": "lengthen",
+            "propose_network": "propose",
+            "split_fault": "split",
+            "truncate_faults": "truncate",
+        },
+    )
 
 __all__ = ["extend_fault", "lengthen_fault", "propose_network", "split_fault", "truncate_faults"]

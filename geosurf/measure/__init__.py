@@ -20,15 +20,41 @@ sample.py         the same with names, as a dataset
 
 from __future__ import annotations
 
-from geosurf.measure.cutoffs import fault_polygons, wall_lines
-from geosurf.measure.dips import orientation
-from geosurf.measure.faces import faces_of, side_of_words
-from geosurf.measure.juxtaposition import allan_diagram, juxtaposition_table
-from geosurf.measure.misfit import well_misfit
-from geosurf.measure.sample import sample_units
-from geosurf.measure.section import vertical_section
-from geosurf.measure.thickness import thickness_map
-from geosurf.measure.throw import separation
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.measure.cutoffs import fault_polygons as fault_polygons
+    from geosurf.measure.cutoffs import wall_lines as wall_lines
+    from geosurf.measure.dips import orientation as orientation
+    from geosurf.measure.faces import faces_of as faces_of
+    from geosurf.measure.faces import side_of_words as side_of_words
+    from geosurf.measure.juxtaposition import allan_diagram as allan_diagram
+    from geosurf.measure.juxtaposition import juxtaposition_table as juxtaposition_table
+    from geosurf.measure.misfit import well_misfit as well_misfit
+    from geosurf.measure.sample import sample_units as sample_units
+    from geosurf.measure.section import vertical_section as vertical_section
+    from geosurf.measure.thickness import thickness_map as thickness_map
+    from geosurf.measure.throw import separation as separation
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "allan_diagram": "juxtaposition",
+            "faces_of": "faces",
+            "fault_polygons": "cutoffs",
+            "juxtaposition_table": "juxtaposition",
+            "orientation": "dips",
+            "sample_units": "sample",
+            "separation": "throw",
+            "side_of_words": "faces",
+            "thickness_map": "thickness",
+            "vertical_section": "section",
+            "wall_lines": "cutoffs",
+            "well_misfit": "misfit",
+        },
+    )
 
 __all__ = [
     "allan_diagram",

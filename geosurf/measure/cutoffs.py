@@ -17,6 +17,7 @@ from geosurf.errors import InputError
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of, row_of
 from geosurf.measure.lines import chains_of, ragged, rings_of
 from geosurf.model import Patches, Units
+from geosurf.model.plain_dataset import PlainDataset
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -202,6 +203,11 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     >>> rings.fault.values.tolist(), rings.kind.values.tolist()
     (['F1'], ['line'])
     """
+    return rings_of_faults(patches, units, horizon).to_xarray()
+
+
+def rings_of_faults(patches: Patches, units: Units, horizon: str) -> PlainDataset:
+    """Return what `fault_polygons` makes a Dataset of."""
     faces_of(patches, units, horizon, "horizon")
     rings, faults, areas, kinds, parts = [], [], [], [], []
 

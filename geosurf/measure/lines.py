@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from geosurf.kernels.meshes.chains import link_segments
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray
+from geosurf.model.plain_dataset import PlainDataset
 
 
 def chains_of(edges: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
@@ -114,7 +112,7 @@ def ragged(
     columns: Mapping[str, tuple[str, str]],
     labels: Mapping[str, tuple[Sequence[Any], dict[str, str]]],
     attrs: Mapping[str, Any],
-) -> xarray.Dataset:
+) -> PlainDataset:
     """
     Lines of any length as one dataset: points one after the other (CF: contiguous ragged array).
 
@@ -128,11 +126,9 @@ def ragged(
 
     Returns
     -------
-    xarray.Dataset
+    PlainDataset
         Columns over ``point``; labels and ``count`` over ``line``; ``line_of_point``.
     """
-    import xarray as xr
-
     count = np.array([len(line) for line in lines], dtype=np.int64)
 
     # the empty block gives a table with all columns even when there is no line
@@ -151,4 +147,4 @@ def ragged(
     )
     for name, (values, more) in labels.items():
         data[name] = ("line", np.array(values, dtype=None if len(values) else object), more)
-    return xr.Dataset(data, attrs=dict(attrs))
+    return PlainDataset.of(data, attrs=attrs)

@@ -18,6 +18,7 @@ from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.map_area import rows_of_contacts, upper_area
+from geosurf.model.plain_dataset import Column, PlainDataset
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -481,15 +482,18 @@ class Units(Shown, Mapping[str, Unit]):
         """
         import xarray as xr
 
-        volumes = [u.volume for u in self._units.values()]
-        attrs = {"units": "m3", "long_name": "bulk volume", **self._crs}
-        # Float64 even without units, so that an empty model has the same types.
-        found = np.array(volumes, dtype=np.float64)
-        return xr.DataArray(found, self._labels(), "unit", "volume", attrs)
+        return xr.DataArray(
+            self._volume.values, self._labels(), "unit", "volume", self._volume.attrs
+        )
 
     @cached_property
     def table(self) -> xarray.Dataset:
         """Volumes and areas of all units, with units in ``attrs``; ``sliver`` marks the slivers."""
+        return self._plain_table.to_xarray()
+
+    @cached_property
+    def _plain_table(self) -> PlainDataset:
+        """What `table` is made of; writers and reports do without xarray."""
         # computed when first asked for: areas take a pass over all shells, volumes are known
         units = list(self._units.values())
         columns = {
@@ -508,7 +512,15 @@ class Units(Shown, Mapping[str, Unit]):
             for key, (values, unit, name) in columns.items()
         }
         attrs = {"box": list(self.box), "box_units": "m", **self._crs}
-        return self.volumes.to_dataset().assign(data).assign_attrs(attrs)
+        return PlainDataset.of({"volume": self._volume, **data}, self._labels(), attrs)
+
+    @property
+    def _volume(self) -> Column:
+        """The column of volumes."""
+        volumes = [u.volume for u in self._units.values()]
+        attrs = {"units": "m3", "long_name": "bulk volume", **self._crs}
+        # Float64 even without units, so that an empty model has the same types.
+        return Column(("unit",), np.array(volumes, dtype=np.float64), attrs)
 
     @property
     def _crs(self) -> dict[str, str]:

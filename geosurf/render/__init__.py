@@ -43,16 +43,43 @@ centre of the model in float64, because VTK computes in float32. The same pictur
 the same bytes.
 """
 
-from geosurf.render.allan import render_allan
-from geosurf.render.grid_section import render_grid_section
-from geosurf.render.isochores import render_thickness
-from geosurf.render.map import render_map
-from geosurf.render.models import render_scene, render_surfaces, render_units
-from geosurf.render.place import render_place
-from geosurf.render.profile import render_throw
-from geosurf.render.search import render_search
-from geosurf.render.section import render_section
-from geosurf.render.views import VIEWS
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.render.allan import render_allan as render_allan
+    from geosurf.render.grid_section import render_grid_section as render_grid_section
+    from geosurf.render.isochores import render_thickness as render_thickness
+    from geosurf.render.map import render_map as render_map
+    from geosurf.render.models import render_scene as render_scene
+    from geosurf.render.models import render_surfaces as render_surfaces
+    from geosurf.render.models import render_units as render_units
+    from geosurf.render.place import render_place as render_place
+    from geosurf.render.profile import render_throw as render_throw
+    from geosurf.render.search import render_search as render_search
+    from geosurf.render.section import render_section as render_section
+    from geosurf.render.views import VIEWS as VIEWS
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "VIEWS": "views",
+            "render_allan": "allan",
+            "render_grid_section": "grid_section",
+            "render_map": "map",
+            "render_place": "place",
+            "render_scene": "models",
+            "render_search": "search",
+            "render_section": "section",
+            "render_surfaces": "models",
+            "render_thickness": "isochores",
+            "render_throw": "profile",
+            "render_units": "models",
+        },
+    )
 
 __all__ = [
     "VIEWS",

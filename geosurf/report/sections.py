@@ -183,7 +183,8 @@ def _polygons(scene: ReportedModel) -> str:
     if not scene.faults_inside:
         return ""
     names = scene.horizons_inside
-    return page.html_table(fault_tables.polygon_table(scene.fault_polygons(name) for name in names))
+    found = (fault_tables.measured(scene, "fault_polygons", name) for name in names)
+    return page.html_table(fault_tables.polygon_table(found))
 
 
 def _sheets(scene: ReportedModel) -> str:

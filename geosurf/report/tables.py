@@ -46,7 +46,7 @@ def volume_table(units: Units) -> Table:
 
     All slivers share a column of their own.
     """
-    table = units.table
+    table = units._plain_table
     names: Iterable[str] = table["zone"].values
     if "contact" in table.coords:
         pairs = zip(names, table["contact"].values, strict=True)

@@ -9,7 +9,7 @@ from geosurf.conventions import counted
 from geosurf.errors import ScenarioError
 from geosurf.model import FluidContact
 from geosurf.model.network_rows import fault_words, proposal_words
-from geosurf.read import otherwise, read_horizon, read_points, read_tops
+from geosurf.read import otherwise, read_horizon, read_nodes, read_points, read_tops
 from geosurf.scenario.fault_inputs import fault_of
 from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.sealed import scene_of_sealed
@@ -21,7 +21,6 @@ from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import opened_outline
-from geosurf.sheets import extend_horizon
 from geosurf.sheets.lattice.data import are_points
 from geosurf.triangulate import triangulate_horizon
 
@@ -63,12 +62,12 @@ def build_scene(
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene
-    scene, horizons = untorn_scene(scenario, on_step)
+    scene, horizons = untorn_scene(scenario, on_step, labelled=False)
     return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache)
 
 
 def untorn_scene(
-    scenario: Scenario, on_step: OnStep = lambda *_: None
+    scenario: Scenario, on_step: OnStep = lambda *_: None, *, labelled: bool = True
 ) -> tuple[Scene, dict[str, Any]]:
     """
     Read the surfaces of a scenario.
@@ -79,6 +78,9 @@ def untorn_scene(
         Without a sealed model.
     on_step : callable, optional
         As in `build_scene`.
+    labelled : bool
+        False reads grids that are neither torn nor extended without xarray, which takes longer to
+        load than such a model to build.
 
     Returns
     -------
@@ -91,7 +93,7 @@ def untorn_scene(
         As `build_scene`.
     """
     # read here rather than by the scene: files of a scenario have their own units
-    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
+    horizons = {entry.name: _horizon(scenario, entry, labelled) for entry in scenario.horizons}
     faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
 
     shared = _shared(scenario)
@@ -157,7 +159,7 @@ def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, A
     return {**with_empty_blocks(surfaces, filling)}
 
 
-def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
+def _horizon(scenario: Scenario, entry: HorizonInput, labelled: bool) -> Any:
     """A grid or mesh; points where the horizon is torn as it was picked."""
     words = _words(scenario, entry)
     # A file with a grid is read as a grid even if it is torn: its nodes are its data.
@@ -174,7 +176,10 @@ def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
             f"{entry.file}: columns and decimal of horizon {entry.name!r} apply to points that are "
             "torn, and this is a grid, a mesh, or not torn. Leave them out, or add [tear]."
         )
-    return read_horizon(entry.file, variable=entry.variable, name=entry.name, **words)
+    changed = is_torn_as_picked(scenario, entry.name) or scenario.throws
+    changed = changed or entry.extend_m is not None or entry.fill_holes
+    read = read_horizon if labelled or changed else read_nodes
+    return read(entry.file, variable=entry.variable, name=entry.name, **words)
 
 
 def _words(scenario: Scenario, entry: Any) -> dict[str, Any]:
@@ -197,6 +202,8 @@ def _extended(
     made = dict(horizons)
     for entry in scenario.horizons:
         if entry.extend_m is not None or entry.fill_holes:
+            from geosurf.sheets import extend_horizon  # loaded by those who need it
+
             made[entry.name] = extend_horizon(
                 horizons[entry.name], area, distance=entry.extend_m or 0.0,
                 fill_holes=entry.fill_holes, name=entry.name,

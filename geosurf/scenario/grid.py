@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.grid import build_grid
 from geosurf.model import CornerPointGrid
 from geosurf.scenario.grid_keys import GridInput
 from geosurf.scene import Scene
@@ -19,6 +18,8 @@ PICTURE = "section_grid.png"
 
 def write_grid(scene: Scene, wanted: GridInput, folder: Path) -> tuple[CornerPointGrid, list[str]]:
     """Build the grid and write its files; also return what was assumed."""
+    from geosurf.grid import build_grid  # loaded by those who want one
+
     with collected() as found:
         grid = build_grid(scene, wanted.cell_m, wanted.layers, min_dip=wanted.min_dip)
     for name in FILES:

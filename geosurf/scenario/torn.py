@@ -23,9 +23,6 @@ from geosurf.scene.faults import LongerFaults
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
-from geosurf.sheets import EllipticThrow, throw_horizon
-from geosurf.sheets.tear import tear_from
-from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import warn
 
 Make = Callable[[str, dict[str, TriSurface], bool | Sheet], Sheet]
@@ -155,6 +152,9 @@ def _as_picked(
     cache: ResultCache | None,
 ) -> Sheet:
     """A sheet from data that smear the horizon over its faults."""
+    from geosurf.sheets.tear import tear_from  # loaded by those who tear
+    from geosurf.sheets.tie import tied_sheet
+
     tear = scenario.tear
     assert tear is not None
     # One set of settings for all horizons, as [tear] is one table.
@@ -202,6 +202,8 @@ def _by_throw(
     cache: ResultCache | None,
 ) -> Sheet:
     """A sheet from a continuous horizon and the throws that move it."""
+    from geosurf.sheets import EllipticThrow, throw_horizon  # loaded by those who tear
+
     throw: dict[str, Any] = {}
     for entry in throws:
         # One of three forms, as `validate` has made sure.

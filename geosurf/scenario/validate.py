@@ -13,7 +13,6 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import Rule, faults_at, read_truncations
-from geosurf.grid.layers import layers_of
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.compartments import read_compartments
 from geosurf.model.empty_blocks import filling_by_horizon
@@ -249,6 +248,8 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
     """Layers of the simulation grid are of zones that exist: a misspelt zone costs no run."""
     if scenario.grid is None:
         return
+    from geosurf.grid.layers import layers_of  # loaded by those who want a grid
+
     zones = names_of_zones([entry.name for entry in scenario.horizons])
     try:
         layers_of(scenario.grid.layers, zones, zones[1:-1])

@@ -14,7 +14,6 @@ from geosurf.errors import HorizonError
 from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
 from geosurf.scene.inputs import SceneInputs
-from geosurf.sheets.lattice.data import picks_or_points
 
 BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
 
@@ -50,6 +49,8 @@ def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
     nearest node.
     """
     from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt
+
+    from geosurf.sheets.lattice.data import picks_or_points
 
     picks = picks_or_points(data, name, words.get("positive"), words.get("length_unit"), None)
 

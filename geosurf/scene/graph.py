@@ -64,8 +64,8 @@ from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, fluids_of, opened_outline
 from geosurf.scene.virtual_walls import Ended, describe_patches, find_virtual_walls
 from geosurf.scene.wells import opened_tops, remembered_tie
-from geosurf.sheets.extend import as_lattice, warning_of_extrapolation
 from geosurf.triangulate import build_walls
+from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.shared_area import SharedArea
 
 
@@ -217,8 +217,14 @@ class Graph:
 
     def _lattices(self) -> list[TriSurface]:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
-        # sheets as they are before tears: gaps at faults are not holes of the area
-        return horizons_in_map(self.inputs, as_lattice, self.untied)
+
+        def as_grid(sheet: Sheet) -> TriSurface:
+            """The sheet before its tears: gaps at faults are not holes of the area."""
+            from geosurf.sheets.extend import as_lattice  # loaded by those who have sheets
+
+            return as_lattice(sheet)
+
+        return horizons_in_map(self.inputs, as_grid, self.untied)
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
@@ -451,7 +457,10 @@ class Graph:
         for horizon in self._lattices():
             if getattr(self.inputs.horizons[horizon.name], "mesh", None) is not None:
                 continue  # it is pinched out: its sheet warns of that
-            self.memory.warn(*filter(None, [warning_of_extrapolation(horizon)]))
+            if EXTRAPOLATED in horizon.vertex_data:
+                from geosurf.sheets.extend import warning_of_extrapolation
+
+                self.memory.warn(*filter(None, [warning_of_extrapolation(horizon)]))
 
     @property
     def sheets(self) -> dict[str, Sheet]:

@@ -16,6 +16,7 @@ from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.expected import flag_of, name_of
+from geosurf.model.plain_dataset import PlainDataset
 from geosurf.scene.graph import Graph
 from geosurf.scene.reference_systems import check_system_of_places, refuse_other_systems
 from geosurf.scene.wells import opened_tops, warnings_of_names
@@ -29,7 +30,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.measure.locate import Locator
 
 Lines = list[np.ndarray]
-Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
+Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset", PlainDataset)
 
 
 def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
@@ -91,7 +92,7 @@ def crs(graph: Graph) -> str | None:
     return next((one for one in found if one is not None), None)
 
 
-def _sizes(found: xarray.DataArray | xarray.Dataset) -> str:
+def _sizes(found: xarray.DataArray | xarray.Dataset | PlainDataset) -> str:
     return ", ".join(counted(n, str(dim)) for dim, n in found.sizes.items())
 
 
@@ -179,11 +180,11 @@ def _boundaries(graph: Graph) -> Boundaries:
     )  # fmt: skip
 
 
-def juxtaposition(graph: Graph, fault: str) -> xarray.Dataset:
+def juxtaposition(graph: Graph, fault: str) -> PlainDataset:
     """Return the areas of all pairs of units that face each other across a fault [m2]."""
-    from geosurf.measure import juxtaposition_table
+    from geosurf.measure.juxtaposition import juxtaposed_pairs
 
-    run = lambda: juxtaposition_table(graph.patches, graph.units, fault)  # noqa: E731
+    run = lambda: juxtaposed_pairs(graph.patches, graph.units, fault)  # noqa: E731
     return _remembered(graph, f"juxtaposition {fault}", run)
 
 
@@ -206,11 +207,11 @@ def section(graph: Graph, line: Any) -> xarray.Dataset:
     return _remembered(graph, "section", run, corners.tobytes())
 
 
-def fault_polygons(graph: Graph, horizon: str) -> xarray.Dataset:
+def fault_polygons(graph: Graph, horizon: str) -> PlainDataset:
     """Return the fault polygons of a horizon."""
-    from geosurf import measure
+    from geosurf.measure.cutoffs import rings_of_faults
 
-    run = lambda: measure.fault_polygons(graph.patches, graph.units, horizon)  # noqa: E731
+    run = lambda: rings_of_faults(graph.patches, graph.units, horizon)  # noqa: E731
     return _remembered(graph, f"fault polygons {horizon}", run)
 
 

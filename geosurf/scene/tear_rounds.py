@@ -15,7 +15,6 @@ from geosurf.errors import InvariantError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
 from geosurf.scene.progress import OnStart, silent
-from geosurf.sheets.faults.longer_faults import is_unchanged
 from geosurf.warning import collected
 
 ROUNDS = 16  # each makes a fault longer, which a horizon does at most four times at each side
@@ -84,6 +83,8 @@ def _fill(torn: Mapping[str, _Torn], fill: bool | str) -> bool | Sheet:
 
 def _is_valid(torn: Mapping[str, _Torn], name: str, fill: bool | str, faults: Faults) -> bool:
     """Whether a horizon is torn, at faults that are no longer near it than they were."""
+    from geosurf.sheets.faults.longer_faults import is_unchanged  # loaded by those who tear
+
     known = torn.get(name)
     if known is None or _fill(torn, fill) is not known.fill:
         return False

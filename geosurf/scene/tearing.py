@@ -20,10 +20,6 @@ from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
 from geosurf.scene.tear_rounds import Faults, same, sheets_on
-from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
-from geosurf.sheets.report.remedies import WAYS
-from geosurf.sheets.tear import tear_from
-from geosurf.sheets.tie import tied_sheet
 from geosurf.warning import collected
 
 
@@ -123,6 +119,9 @@ def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
 
 def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> list[GeosurfWarning]:
     """Return how much longer faults became, and the warnings of the sheets."""
+    from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
+    from geosurf.sheets.report.remedies import WAYS
+
     found = []
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
@@ -164,6 +163,9 @@ def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet
 
     def make() -> Sheet:
         """Read the data and tear them."""
+        from geosurf.sheets.tear import tear_from  # loaded by those who tear
+        from geosurf.sheets.tie import tied_sheet
+
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
         words["fill_empty_blocks"] = fill

@@ -22,10 +22,28 @@ A room uses rooms below it in this table only. The surface minimises its third d
 `geosurf.rebuild` cuts, `geosurf.triangulate` reads grids and faults: `sheets` lies above both.
 """
 
-from geosurf.sheets.extend import extend_horizon
-from geosurf.sheets.faults.slip import EllipticThrow
-from geosurf.sheets.report.propose_trim import propose_trim
-from geosurf.sheets.tear import tear_horizon
-from geosurf.sheets.throw.throw_horizon import throw_horizon
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.sheets.extend import extend_horizon as extend_horizon
+    from geosurf.sheets.faults.slip import EllipticThrow as EllipticThrow
+    from geosurf.sheets.report.propose_trim import propose_trim as propose_trim
+    from geosurf.sheets.tear import tear_horizon as tear_horizon
+    from geosurf.sheets.throw.throw_horizon import throw_horizon as throw_horizon
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "EllipticThrow": "faults.slip",
+            "extend_horizon": "extend",
+            "propose_trim": "report.propose_trim",
+            "tear_horizon": "tear",
+            "throw_horizon": "throw.throw_horizon",
+        },
+    )
 
 __all__ = ["EllipticThrow", "extend_horizon", "propose_trim", "tear_horizon", "throw_horizon"]

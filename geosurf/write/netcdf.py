@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
     from geosurf.model import Units
+    from geosurf.model.plain_dataset import PlainDataset
     from geosurf.write.written import Loss
 
 MAPPING = "spatial_ref"  # the name that rioxarray looks for
@@ -48,8 +49,8 @@ def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[Los
 
 def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the table of units; names are stored as strings."""
-    data, lost = _bytes(units.table, "table of units")
-    return data, [TABLE_ONLY, *lost]
+    _need_h5netcdf("table of units")
+    return _bytes_of_table(units._plain_table), [TABLE_ONLY]
 
 
 def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
@@ -59,12 +60,7 @@ def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, lis
 
 def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[bytes, list[Loss]]:
     """Return NetCDF-4 bytes; attributes that it cannot hold become text."""
-    if find_spec("h5netcdf") is None:
-        raise DependencyError(
-            f"{what}: writing NetCDF needs h5netcdf, which is not installed. "
-            'Install it with: pip install "geosurf[io]"'
-        )
-
+    _need_h5netcdf(what)
     dataset = dataset.copy()
     # encodings are those of the file it was read from, and may not fit
     dataset = dataset.drop_encoding()
@@ -91,6 +87,42 @@ def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[byte
                 "convert that variable."
             ) from error
         return file.read_bytes(), []
+
+
+def _need_h5netcdf(what: str) -> None:
+    """Raise an error where NetCDF cannot be written."""
+    if find_spec("h5netcdf") is None:
+        raise DependencyError(
+            f"{what}: writing NetCDF needs h5netcdf, which is not installed. "
+            'Install it with: pip install "geosurf[io]"'
+        )
+
+
+def _bytes_of_table(table: PlainDataset) -> bytes:
+    """Return NetCDF-4 bytes of a table with one dimension, as xarray would write it."""
+    import h5netcdf
+    from h5py import string_dtype
+
+    variables = {**table.data_vars, **table.coords}
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        file = Path(folder) / "out.nc"
+        with h5netcdf.File(file, "w") as made:
+            made.attrs.update({**_plain(table.attrs), "Conventions": "CF-1.11"})
+            made.dimensions = table.sizes
+            for key, (dims, values, attrs) in variables.items():
+                words = _plain(attrs)
+                if values.dtype == bool:  # NetCDF has no logical values: as xarray marks them
+                    values, words = values.astype(np.int8), {**words, "dtype": "bool"}
+                kind = string_dtype() if values.dtype == object else None
+                fill = np.nan if key in table.data_vars and values.dtype.kind == "f" else None
+                variable = made.create_variable(
+                    key, dims, kind or values.dtype, data=values, fillvalue=fill
+                )
+                if key in table.data_vars:
+                    others = (name for name in table.coords if name not in table.sizes)
+                    words["coordinates"] = " ".join(sorted(others))
+                variable.attrs.update(words)
+        return file.read_bytes()
 
 
 def _with_mapping(dataset: xr.Dataset, crs: str) -> xr.Dataset:

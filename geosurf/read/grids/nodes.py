@@ -154,6 +154,13 @@ class GridNodes:
         """Number of rows and columns."""
         return self.values.shape
 
+    def copy(self, deep: bool = True) -> GridNodes:
+        """Return the same with arrays of its own."""
+        coords = {
+            key: replace(axis, values=axis.values.copy()) for key, axis in self.coords.items()
+        }
+        return replace(self, values=self.values.copy(), coords=coords)
+
     def to_xarray(self) -> xr.DataArray:
         """Return the same as a DataArray."""
         import xarray as xr
