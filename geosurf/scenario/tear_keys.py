@@ -9,7 +9,7 @@ from typing import Any
 
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
-from geosurf.sheets.faults.dip_lines import DIRECTIONS
+from geosurf.sheets.faults import DIRECTIONS
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -264,7 +264,7 @@ def cutoffs(graph: Graph, horizon: str, fault: str, side: str | None) -> Lines:
 def throw(graph: Graph, horizon: str, fault: str, direction: str) -> xarray.Dataset:
     """Return throw, heave and dip separation of a horizon along a fault."""
     from geosurf.measure import faces_of, separation
-    from geosurf.sheets.faults.dip_lines import DIRECTIONS
+    from geosurf.sheets.faults import DIRECTIONS
 
     if not is_word(direction, DIRECTIONS):
         raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")

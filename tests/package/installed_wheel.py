@@ -1,7 +1,7 @@
 """An installed wheel, tried: frozen kernels, no numba, a faulted model from files to files.
 
-Run by `cibuildwheel` and by hand, with the Python that the wheel is installed in; no other package of
-the tests is needed::
+Run by `cibuildwheel` and by hand, with the Python that the wheel is installed in. It needs no
+package beside those of the wheel::
 
     python tests/package/installed_wheel.py
 """

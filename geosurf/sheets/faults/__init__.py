@@ -15,3 +15,5 @@ slip.py            how walls move along a fault; throw of an ellipse
 given_throw.py     throw in any form that users give: numbers, profiles, functions, maps
 =================  ===============================================================================
 """
+
+DIRECTIONS = ("local", "mean")  # in which walls move and throw is read

@@ -23,7 +23,6 @@ from geosurf.errors import GeometryError
 from geosurf.model import Sheet, TriSurface
 from geosurf.sheets.faults.fault_profile import Section, bilinear, overlapping, section_of
 
-DIRECTIONS = ("local", "mean")  # in which walls move and throw is read
 MOST_STRETCH = 0.5  # of rock along strike by its movement, between neighbouring lines
 STRAIGHT = 1e-12  # q below this is rounding: a fault that does not turn
 STEPS = 2  # of Runge and Kutta's fourth order, for one movement
