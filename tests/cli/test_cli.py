@@ -20,6 +20,7 @@ import pytest
 import geosurf as gs
 from geosurf import cli
 from geosurf.cli.exit_codes import ExitCode
+from geosurf.cli.results import units_data
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
@@ -338,6 +339,38 @@ def test_curves_need_to_know_up_from_down(tmp_path, capsys):
     assert "positive='down' (depth)" in capsys.readouterr().err
     assert cli.main([*words, "--positive", "down"]) == 0
     assert "1 curve, 0 closed, 10 m" in capsys.readouterr().out
+
+
+def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
+    """Grids and meshes in text, tables, files and report: no xarray, and no room that tears."""
+    world, tables = gs.synthetic.graben(n=9), []
+    for kind, surfaces in (("horizons", world.horizons), ("faults", world.faults)):
+        for name, one in surfaces.items():
+            file = f"{name}.gri" if kind == "horizons" else f"{name}.ts"
+            gs.write(
+                one if kind == "horizons" else gs.triangulate_fault(one, name=name), tmp_path / file
+            )
+            tables.append(f'[[{kind}]]\nname = "{name}"\nfile = "{file}"\npositive = "up"\n')
+    (tmp_path / "s.toml").write_text("".join(tables))
+    words = ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "out"), "--no-pictures"]
+    code = f"import sys, geosurf.cli as c; assert c.main({words!r}) == 0; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stdout.splitlines()[-1].split())
+    heavy = {"xarray", "pandas", "matplotlib", "pyvista", "vtkmodules", "meshio"}
+    assert not (heavy | {"geosurf.sheets.tear", "geosurf.grid", "geosurf.render.map"}) & loaded
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        *("certificate.txt", "curves.vtp", "report", "units", "units.vtm"),
+        *("volumes.csv", "volumes.nc"),
+    }
+
+
+def test_units_in_json_are_the_rows_of_their_table():
+    world = gs.synthetic.tilted_planes(n=5)
+    units = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2200.0}).units
+    rows = units.to_dataframe().reset_index().to_dict("records")
+    assert units_data(units) == rows
+    assert [list(row) for row in units_data(units)] == [list(row) for row in rows]
 
 
 def test_doctor_and_warmup(capsys):

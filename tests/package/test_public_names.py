@@ -96,6 +96,24 @@ def test_editors_and_type_checkers_find_the_same_names_in_the_same_places() -> N
     assert Path(geosurf.__file__).with_name("py.typed").is_file()
 
 
+@pytest.mark.parametrize("room", ["faults", "measure", "render", "sheets"])
+def test_rooms_that_load_when_used_have_the_same_names_for_editors(room: str) -> None:
+    module = importlib.import_module(f"geosurf.{room}")
+    tree = ast.parse(Path(module.__file__).read_text(encoding="utf-8"))
+    (branch,) = (node for node in tree.body if isinstance(node, ast.If))
+    (homes,) = (node for node in ast.walk(branch.orelse[0]) if isinstance(node, ast.Dict))
+    for_editors = {
+        name.name: node.module.removeprefix(f"geosurf.{room}.")
+        for node in branch.body
+        for name in node.names
+        if name.asname == name.name
+    }
+    assert for_editors == ast.literal_eval(homes)
+    assert set(for_editors) == set(module.__all__)
+    # a module of the same name would take the place of the function
+    assert not {name for name in for_editors if Path(module.__file__).with_name(name).exists()}
+
+
 def test_an_editor_offers_every_name_with_its_signature() -> None:
     jedi = pytest.importorskip("jedi")
     code = "import geosurf as gs\ngs."

@@ -18,8 +18,8 @@ from geosurf.conventions.running import running
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.sheets.faults import DIRECTIONS
-from geosurf.sheets.faults.dip_lines import beyond
 from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
+from geosurf.sheets.faults.dip_lines import beyond
 from geosurf.sheets.faults.fault_profile import section_of
 from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.heights.state import Heights
