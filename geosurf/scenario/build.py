@@ -176,8 +176,8 @@ def _horizon(scenario: Scenario, entry: HorizonInput, labelled: bool) -> Any:
             f"{entry.file}: columns and decimal of horizon {entry.name!r} apply to points that are "
             "torn, and this is a grid, a mesh, or not torn. Leave them out, or add [tear]."
         )
-    changed = is_torn_as_picked(scenario, entry.name) or scenario.throws
-    changed = changed or entry.extend_m is not None or entry.fill_holes
+    extended = entry.extend_m is not None or entry.fill_holes
+    changed = extended or is_torn_as_picked(scenario, entry.name) or bool(scenario.throws)
     read = read_horizon if labelled or changed else read_nodes
     return read(entry.file, variable=entry.variable, name=entry.name, **words)
 
