@@ -18,8 +18,9 @@ from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.map_area import rows_of_contacts, upper_area
-from geosurf.model.plain_dataset import Column, PlainDataset
+from geosurf.model.plain_dataset import PlainDataset
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
+from geosurf.model.unit_table import labels_of, table_of, volumes_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas
@@ -482,9 +483,8 @@ class Units(Shown, Mapping[str, Unit]):
         """
         import xarray as xr
 
-        return xr.DataArray(
-            self._volume.values, self._labels(), "unit", "volume", self._volume.attrs
-        )
+        _, values, attrs = volumes_of(self)
+        return xr.DataArray(values, labels_of(self), "unit", "volume", attrs)
 
     @cached_property
     def table(self) -> xarray.Dataset:
@@ -494,55 +494,7 @@ class Units(Shown, Mapping[str, Unit]):
     @cached_property
     def _plain_table(self) -> PlainDataset:
         """What `table` is made of; writers and reports do without xarray."""
-        # computed when first asked for: areas take a pass over all shells, volumes are known
-        units = list(self._units.values())
-        columns = {
-            "area": ([u.area for u in units], "m2", "area of the closed shell"),
-            "map_area": ([u.map_area for u in units], "m2", "area of the upper side in the map"),
-            # Mean thickness over the whole footprint adds up: layers of all units sum to the
-            # height.
-            "thickness_mean": (
-                [u.volume / self.footprint for u in units],
-                "m",
-                "volume over the footprint of the whole model, not over map_area",
-            ),
-        }
-        data = {
-            key: ("unit", np.array(values, dtype=np.float64), {"units": unit, "long_name": name})
-            for key, (values, unit, name) in columns.items()
-        }
-        attrs = {"box": list(self.box), "box_units": "m", **self._crs}
-        return PlainDataset.of({"volume": self._volume, **data}, self._labels(), attrs)
-
-    @property
-    def _volume(self) -> Column:
-        """The column of volumes."""
-        volumes = [u.volume for u in self._units.values()]
-        attrs = {"units": "m3", "long_name": "bulk volume", **self._crs}
-        # Float64 even without units, so that an empty model has the same types.
-        return Column(("unit",), np.array(volumes, dtype=np.float64), attrs)
-
-    @property
-    def _crs(self) -> dict[str, str]:
-        """The reference system as an attribute of tables, if there is one."""
-        return {} if self.crs is None else {"crs": self.crs}
-
-    def _labels(self) -> dict[str, tuple[str, np.ndarray]]:
-        """Name, zone and block of each unit, and contact where there are some."""
-        units = list(self._units.values())
-        labels = {
-            "zone": ("unit", np.array([u.zone for u in units], dtype=object)),
-            "block": ("unit", np.array([u.block for u in units], dtype=object)),
-            "zone_index": ("unit", np.array([u.zone_index for u in units], dtype=np.int64)),
-        }
-        if any(u.contact for u in units):
-            labels["contact"] = ("unit", np.array([u.contact for u in units], dtype=object))
-        if any(u.compartment_of for u in units):
-            within = np.array([u.compartment_of for u in units], dtype=object)
-            labels["compartment_of"] = ("unit", within)
-        # Marked rather than left out, so that volumes of the table add up to the model.
-        labels["sliver"] = ("unit", np.array([u.name in self._small for u in units], dtype=bool))
-        return {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
+        return table_of(self)
 
 
 @dataclass(frozen=True)

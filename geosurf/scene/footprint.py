@@ -10,10 +10,11 @@ import numpy as np
 
 from geosurf.conventions import rising_diagonal
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import HorizonError
+from geosurf.errors import GeosurfWarning, HorizonError
 from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
 from geosurf.scene.inputs import SceneInputs
+from geosurf.triangulate.horizon import EXTRAPOLATED
 
 BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
 
@@ -127,6 +128,23 @@ def with_empty_blocks(
         made.crs = found[name].crs
         found[name] = made
     return found
+
+
+def grid_of_sheet(sheet: Sheet) -> TriSurface:
+    """Return a torn horizon as a grid, without gaps at faults."""
+    from geosurf.sheets.extend import as_lattice  # loaded by those who have sheets
+
+    return as_lattice(sheet)
+
+
+def warnings_of_extrapolation(horizon: TriSurface) -> list[GeosurfWarning]:
+    """Return the warning of the nodes that `extend_horizon` gave a horizon, if it has some."""
+    if EXTRAPOLATED not in horizon.vertex_data:
+        return []
+    from geosurf.sheets.extend import warning_of_extrapolation  # loaded by those who extend
+
+    found = warning_of_extrapolation(horizon)
+    return [] if found is None else [found]
 
 
 def horizons_in_map(

@@ -56,7 +56,7 @@ from geosurf.scene.compartment_ends import end_virtual_walls
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
-from geosurf.scene.footprint import horizons_in_map
+from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
 from geosurf.scene.horizon_ends import end_at_horizons
 from geosurf.scene.input_warnings import warn_of_inputs
 from geosurf.scene.inputs import Box, SceneInputs
@@ -65,7 +65,6 @@ from geosurf.scene.surfaces import InputSurfaces, fluids_of, opened_outline
 from geosurf.scene.virtual_walls import Ended, describe_patches, find_virtual_walls
 from geosurf.scene.wells import opened_tops, remembered_tie
 from geosurf.triangulate import build_walls
-from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.shared_area import SharedArea
 
 
@@ -217,14 +216,8 @@ class Graph:
 
     def _lattices(self) -> list[TriSurface]:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
-
-        def as_grid(sheet: Sheet) -> TriSurface:
-            """The sheet before its tears: gaps at faults are not holes of the area."""
-            from geosurf.sheets.extend import as_lattice  # loaded by those who have sheets
-
-            return as_lattice(sheet)
-
-        return horizons_in_map(self.inputs, as_grid, self.untied)
+        # gaps at faults are not holes of the area
+        return horizons_in_map(self.inputs, grid_of_sheet, self.untied)
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
@@ -457,10 +450,7 @@ class Graph:
         for horizon in self._lattices():
             if getattr(self.inputs.horizons[horizon.name], "mesh", None) is not None:
                 continue  # it is pinched out: its sheet warns of that
-            if EXTRAPOLATED in horizon.vertex_data:
-                from geosurf.sheets.extend import warning_of_extrapolation
-
-                self.memory.warn(*filter(None, [warning_of_extrapolation(horizon)]))
+            self.memory.warn(*warnings_of_extrapolation(horizon))
 
     @property
     def sheets(self) -> dict[str, Sheet]:
