@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from geosurf.model.plain_dataset import Column, PlainDataset
 
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.model.units import Units
+Units = Any  # `Units` of geosurf.model.units, which makes its tables here
 
 
 def table_of(units: Units) -> PlainDataset:
