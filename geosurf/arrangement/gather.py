@@ -19,6 +19,7 @@ from geosurf.arrangement.broad import candidate_pairs
 from geosurf.arrangement.chunked import is_chunked, pairs_by_tiles
 from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
 from geosurf.arrangement.known_pairs import Known
+from geosurf.arrangement.lattice_maps import pairs_over_lattice
 from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, refusal
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
@@ -167,6 +168,9 @@ def _pairs_of_two(
     if one_map:
         lattices: Any = surfaces[0].lattice, surfaces[1].lattice
         return pairs_of_one_map(lattices, trees, wholes)
+    torn = pairs_over_lattice(surfaces, origin)
+    if torn is not None:
+        return torn
     if are_alike(surfaces, trees):
         return settled_pairs(surfaces, trees, origin)
     return tree.candidate_pairs(*trees)

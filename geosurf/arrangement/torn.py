@@ -39,11 +39,19 @@ def pairs_with_itself(
     pairs, cost
         As `tree.candidate_pairs` with ``same=True``.
     """
-    if NODE in surface.vertex_data:
+    if NODE in surface.vertex_data and _are_over_nodes(surface):
         rows = _crossing_over_nodes(surface, float(origin[2]))
         return rows, {"nodes": 0, "pairs": len(rows)}
     rows, cost = tree.pairs_of_some(surface, whole, _with_ghosts(surface))
     return rows[over_itself(surface, rows, origin)], cost
+
+
+def _are_over_nodes(surface: TriSurface) -> bool:
+    """Whether all vertices over one node are at one place in the map: repairs may move some."""
+    node, xy = surface.vertex_data[NODE], surface.vertices[:, :2]
+    places = np.empty((int(node.max(initial=-1)) + 1, 2))
+    places[node] = xy
+    return np.array_equal(places[node], xy)
 
 
 def over_itself(surface: TriSurface, pairs: np.ndarray, origin: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from geosurf.conventions.colours import fault as fault_colour
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, Shown, frozen
 from geosurf.model.lattice import Lattice
+from geosurf.model.lattice_nodes import nodes_at
 from geosurf.model.sectors import Sector
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tear_plan import TearPlan
@@ -381,6 +382,7 @@ class Sheet(Shown):
 
         ``vertex_data["ghost"]`` marks vertices without data, ``["outer"]`` those beyond faults:
         `rebuild_surfaces` with all faults, then `trim_sheets`, leaves the sheet itself.
+        ``["node"]`` numbers the node of the lattice, row by row, that each vertex lies over.
         """
         if self.mesh is not None:
             return self.mesh
@@ -413,6 +415,9 @@ class Sheet(Shown):
         ghost = np.arange(len(vertices)) >= n
         outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
         marks = {"ghost": ghost, "outer": outer}
+        over = nodes_at(lattice, self.ghosts[:, :2])
+        if over is not None:
+            marks["node"] = np.concatenate([np.flatnonzero(present), over])
 
         # ghosts are never extrapolated data: they are not data
         if self.extrapolated is not None:

@@ -196,7 +196,6 @@ def _moved(
         vertices[moved, axis] = np.where(stays, vertices[moved, axis], there[:, axis])
 
     marks, triangles = dict(surface.vertex_data), _triangles(surface)
-    marks.pop("node", None)  # what was moved lies over a node no more
     if not marks:  # torn sheets know their triangles by row
         triangles = _without_shut(vertices, triangles)
     made = TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)

@@ -15,7 +15,7 @@ from geosurf.carve.certificate.checks import (
     Size,
     areas_agree,
     crosses_not,
-    is_graph,
+    graphs_of,
     on_parents,
     oriented,
     shared_in_words,
@@ -115,10 +115,7 @@ def _nothing_crosses(patches: Patches, new: np.ndarray) -> Check:
     triangles = patches.triangles
 
     # the test of other pairs takes a third of the time of a test of all
-    surface = patches.surface_of_triangle
-    graph = np.where(is_graph(patches)[surface], surface, -1)
-    graph[new] = -1
-    bad = crossing_pairs(patches.local, triangles, graph=graph)
+    bad = crossing_pairs(patches.local, triangles, graph=graphs_of(patches, new))
     if len(bad) == 0:
         return crosses_not(len(triangles))
     one, two = (patches.names[patches.surface_of_triangle[i]] for i in bad[0])

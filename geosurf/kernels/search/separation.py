@@ -282,6 +282,18 @@ def _meeting(near, marks, i, n, hits):
     return count
 
 
+@scalar
+def _is_one_graph(graph, filled, low, high):
+    """Whether all triangles of a voxel are parts of one graph."""
+    first = graph[filled[low]]
+    if first < 0:
+        return False
+    for s in range(low + 1, high):
+        if graph[filled[s]] != first:
+            return False
+    return True
+
+
 @entry("d2 l2 l l1 d2 l1 l1 l1 l2 l2 -> l")
 def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, pairs):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
@@ -299,7 +311,8 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
     n = 0
     for voxel in range(offsets.shape[0] - 1):
         low, high = offsets[voxel], offsets[voxel + 1]
-        if high - low < 2:
+        # Most voxels next to no fault hold one surface only.
+        if high - low < 2 or _is_one_graph(graph, filled, low, high):
             continue
         # A pair belongs to the voxel of the lower corner of the common box.
         at[2] = voxel % shape[2]

@@ -2,6 +2,7 @@
 
 =================  ===============================================================================
 build.py           attempts to close a sheet, until nothing leaks: start here
+known.py           what attempts have in common, found once
 torn_mesh.py       the mesh torn by virtual nodes (Molino, Bao & Fedkiw 2004)
 ghosts.py          heights of ghosts: each sheet extended beyond the fault by its own energy
 carry_on.py        ghosts of picked sheets: by the energy, and by picks beyond the trace
