@@ -136,7 +136,7 @@ def graphs_of(patches: Patches, new: np.ndarray) -> np.ndarray:
     """Number of the graph over the map that each triangle is a part of, (n,); -1 for none.
 
     Copies of the triangles of a grid whose cells do not fold over lie side by side there; so do
-    those of a torn sheet without ghosts. `new` are rows of triangles that are no copies.
+    those of a torn sheet without ghosts. `new` are rows of triangles that are not copies.
     """
     surface, parent = patches.surface_of_triangle, patches.parent_of_triangle
     graph = np.where(is_graph(patches)[surface], surface, -1)
