@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from geosurf.conventions.packages import warning_without_pictures
-from geosurf.errors import DependencyError
+from geosurf.errors import DependencyError, GeosurfWarning
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
 from geosurf.read.model3d import read_region_faces, volume_inside
@@ -20,6 +20,7 @@ from geosurf.scenario.failure import pictured
 from geosurf.scenario.grid import draw_grid, in_words, write_grid
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
+from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.pictures import choice_of_pictures, will_draw
 from geosurf.scenario.plan import input_files
 from geosurf.scenario.region_units import unit_of_body
@@ -31,6 +32,14 @@ from geosurf.scene.result_cache import ResultCache
 from geosurf.warning import warn
 from geosurf.write import write
 from geosurf.write._files import commit
+
+NO_NETCDF = GeosurfWarning(
+    "format",
+    "volumes.nc",
+    "File 'volumes.nc' was not written: it needs h5netcdf, which is not installed. 'volumes.csv' "
+    "has the same table.",
+    'Install it with: pip install "geosurf[io]"; or leave "nc" out of formats in [output].',
+)
 
 
 @dataclass(frozen=True)
@@ -155,7 +164,8 @@ def run(
     """
     # arguments and formats are checked before the first file is read
     log = StepLog(progress)
-    _check_formats(scenario)
+    asked = scenario
+    scenario = _with_formats_that_can_be_written(scenario)
     wells = wells_of_scenario(scenario)
     choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
     cache = None if cache_dir is None else ResultCache(cache_dir)
@@ -167,6 +177,9 @@ def run(
         certificate = scene.check()
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
         log.begin("write")
+        if scenario is not asked:
+            with scene._graph.memory.collecting():
+                warn(NO_NETCDF)
         _write_files(scene, scenario, folder)
         listed = ", ".join([*scenario.output.formats, *write_wells(scene, wells, folder)])
         log.step("write", listed, "")
@@ -351,14 +364,20 @@ def contacts_left_out(scene: Scene) -> list[str]:
     return notes
 
 
-def _check_formats(scenario: Scenario) -> None:
+def _with_formats_that_can_be_written(scenario: Scenario) -> Scenario:
+    """Return the scenario; without NetCDF if that is missing here, and nobody asked for it."""
     # Asked before the run: the package is needed at its end only.
+    usual = OutputSettings().formats
+    if scenario.output.formats == usual and find_spec("h5netcdf") is None:
+        rest = tuple(word for word in usual if word != "nc")
+        return replace(scenario, output=replace(scenario.output, formats=rest))
     for word, package in (("nc", "h5netcdf"), ("epc", "h5py")):
         if word in scenario.output.formats and find_spec(package) is None:
             raise DependencyError(
                 f"{scenario.path}: output.formats has {word!r}, which needs {package}. Leave it "
                 'out, or install it with: pip install "geosurf[io]"'
             )
+    return scenario
 
 
 def _write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:

@@ -261,12 +261,20 @@ def test_a_folder_that_cannot_be_written_is_found_before_anything_is_read(
     assert path.read_text().startswith("a file")
 
 
-def test_netcdf_without_its_library_is_an_error_before_anything_is_read(
+def test_netcdf_that_was_asked_for_is_an_error_before_anything_is_read_and_else_a_warning(
     scenario, tmp_path, monkeypatch
 ):
     monkeypatch.setattr("geosurf.scenario.execute.find_spec", lambda _: None)
+    asked = read_scenario(scenario(), ['output.formats=["nc"]'])
     with pytest.raises(DependencyError, match=r"output.formats has 'nc'.*Leave it out.*\[io\]"):
-        run_scenario(scenario(), tmp_path / "out")
+        run(asked, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    with pytest.warns(GeosurfWarning, match="'volumes.nc' was not written"):
+        outcome = run(read_scenario(scenario()), tmp_path / "out", pictures=False)
+    assert [note.kind for note in outcome.scene.warnings] == ["format"]
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert "volumes.csv" in names
+    assert "volumes.nc" not in names
 
 
 def test_the_graben_has_the_volumes_of_its_formula():
