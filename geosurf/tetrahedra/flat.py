@@ -104,6 +104,20 @@ def pairs_of(
     return one // 3, other // 3, one % 3, other % 3
 
 
+def _held_edges(faces: np.ndarray, parts: FlatParts, n_vertex: int) -> np.ndarray:
+    """Edges inside flat parts that belong to other faces, too: a thin unit ends there. They stay.
+
+    Nearly always there are none. Flips make no others, since faces of a model meet at edges only.
+    """
+    flat = parts.of_face >= 0
+    one, other, i, _ = pairs_of(faces[flat], n_vertex)
+    of = parts.of_face[flat]
+    edges = _edge_keys(faces[flat], n_vertex).reshape(-1, 3)
+    inner = edges[one, i][of[one] == of[other]]
+    found: np.ndarray = np.intersect1d(inner, _edge_keys(faces[~flat], n_vertex))
+    return found
+
+
 def _edge_keys(faces: np.ndarray, n_vertex: int) -> np.ndarray:
     """Numbers of the three edges of each face, face by face; the same for both directions."""
     return _keys(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), n_vertex)
@@ -134,14 +148,14 @@ def flipped(x: np.ndarray, faces: np.ndarray, parts: FlatParts) -> np.ndarray:
     rows = np.flatnonzero(parts.of_face >= 0)
     out = faces.copy()
 
-    # an edge on which a thin unit ends in a flat part belongs to other faces, too: it stays
-    held = np.unique(_edge_keys(faces[parts.of_face < 0], len(x)))
+    held = _held_edges(faces, parts, len(x))
     while len(rows):
         one, other, i, j = pairs_of(out[rows], len(x))
         one, other = rows[one], rows[other]
-        ends = np.stack([out[one, i], out[one, (i + 1) % 3]], axis=1)
-        free = ~np.isin(_keys(ends, len(x)), held)
-        inside = (parts.of_face[one] == parts.of_face[other]) & free
+        inside = parts.of_face[one] == parts.of_face[other]
+        if len(held):
+            ends = np.stack([out[one, i], out[one, (i + 1) % 3]], axis=1)
+            inside &= ~np.isin(_keys(ends, len(x)), held)
         one, other, i, j = one[inside], other[inside], i[inside], j[inside]
         a, b, c = (out[one, (i + k) % 3] for k in range(3))
         d = out[other, (j + 2) % 3]
