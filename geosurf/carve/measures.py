@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.strips import ROW
 from geosurf.kernels.meshes import level_volumes
 from geosurf.kernels.meshes import volumes as kernels
@@ -19,6 +20,9 @@ BELOW, FLAT = slice(0, 2), 2
 # triangles that look up and of those that look down, two numbers each
 AREA, LOWER, UPPER = slice(0, 2), slice(2, 5), slice(5, 8)
 LOOKS_UP, LOOKS_DOWN = slice(8, 10), slice(10, 12)
+
+
+_MANY_RUNS = 1000  # of all lattices, from which they are summed in threads
 
 
 def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.ndarray:
@@ -43,9 +47,7 @@ def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.nda
     """
     found = np.zeros((n_face, 3))
     kernels.volume_below_triangles(pieces.x, *_triangles(pieces, face), level, found)
-    for lattice, runs, of in _runs(pieces, face):
-        height = level + pieces.origin[2]
-        sums = _of_runs(lattice, runs, height)
+    for lattice, of, sums in _sums(pieces, face, level + pieces.origin[2]):
         kernels.add_runs(lattice.places, sums, of, found)
     return found
 
@@ -104,8 +106,7 @@ def heights(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
     """Lowest and highest local elevation of faces, float64 (n_face, 2) [m]; as for `below`."""
     found = np.repeat([[np.inf, -np.inf]], n_face, axis=0)
     level_volumes.heights_of_triangles(pieces.x, *_triangles(pieces, face), found)
-    for lattice, runs, of in _runs(pieces, face):
-        ends = _of_runs(lattice, runs)
+    for _, of, ends in _sums(pieces, face):
         level_volumes.widen_by_runs(ends, of, float(pieces.origin[2]), found)
     return found
 
@@ -113,6 +114,22 @@ def heights(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
 def _triangles(pieces: Pieces, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """All triangles and the face of each; kernels pass over those that belong to none."""
     return pieces.triangles, face[: len(pieces.triangles)]
+
+
+def _sums(
+    pieces: Pieces, face: np.ndarray, level: float | None = None
+) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
+    """For each lattice the faces that its runs belong to, and what `_of_runs` finds of them."""
+    if any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources):
+        for lattice, runs, of in _runs(pieces, face):  # one band in memory at a time
+            yield lattice, of, _of_runs(lattice, runs, level)
+        return
+    parts = list(_runs(pieces, face))
+    worth = pieces.first_run[-1] > _MANY_RUNS
+    rows = [(lattice, runs, level) for lattice, runs, _ in parts]
+    found = map_threads(_of_runs, rows, worth=bool(worth))
+    for (lattice, _, of), sums in zip(parts, found, strict=True):
+        yield lattice, of, sums
 
 
 def _of_runs(lattice: Lattice, runs: np.ndarray, level: float | None = None) -> np.ndarray:

@@ -441,6 +441,7 @@ class Graph:
 
     def prepare(self) -> None:
         """Read all inputs, check them against each other, and warn of what looks wrong."""
+        self.read.hash_grids()
         _ = self.wholes, self.fluids
         for name in self.inputs.faults:
             if lies_beside(self.whole(name), self.box):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.arrangement.threads import map_threads
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions.crs import refuse_other_crs
@@ -30,6 +31,7 @@ from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
 
+_LARGE = 1 << 21  # bytes of a grid: smaller ones are hashed faster than a thread starts
 Options = Mapping[str, Any]
 Lookup = Callable[[str], TriSurface]
 Found = Callable[[str], TriSurface | None]
@@ -71,6 +73,17 @@ class InputSurfaces:
     def fault(self, name: str) -> TriSurface:
         """Return a fault as given: neither extended nor truncated."""
         return self._surface(name, "fault", self.inputs.faults[name], None)
+
+    def hash_grids(self) -> None:
+        """Hash large horizons in threads: that is a tenth of the time of a large model."""
+        given = self.inputs.horizons
+        large = [
+            name for name, one in given.items()
+            if name not in self._fingerprints
+            and isinstance(getattr(one, "data", None), np.ndarray) and one.nbytes > _LARGE
+        ]  # fmt: skip
+        found = map_threads(self.memory.hold, [(given[name],) for name in large])
+        self._fingerprints.update(zip(large, found, strict=True))
 
     def take_over(self, before: InputSurfaces, changes: Mapping[str, Any]) -> None:
         """Take over what another scene has read of the inputs that a change does not name.
