@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib.util
 import platform
+import re
 import shutil
 import sys
+import tomllib
 import types
 from pathlib import Path
 from typing import Any
@@ -157,3 +159,16 @@ def test_loader_and_hook_agree(hook):
 
     assert hook.NOT_HERE == freeze.NOT_HERE
     assert ROOT.joinpath(hook.INSIDE) == sources.ROOT / "frozen"
+
+
+def test_every_platform_has_a_runner_that_tries_its_wheel_with_every_python():
+    from geosurf.kernels.compile.platforms import PLATFORMS
+
+    workflow = (ROOT / ".github" / "workflows" / "wheels.yml").read_text(encoding="utf-8")
+    assert re.findall(r"platform: ([\w-]+), runner", workflow) == list(PLATFORMS)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    settings = project["tool"]["cibuildwheel"]
+    pythons = re.findall(r"Python :: 3\.(\d+)$", "\n".join(project["project"]["classifiers"]), re.M)
+    assert settings["build"] == [f"cp3{minor}-*" for minor in pythons]
+    tried = settings["test-command"].removeprefix("python {project}/")
+    assert (ROOT / tried).is_file()
