@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from benchmarks.formats.damaged import damaged_rows
+from benchmarks.formats.field_files import field_rows
 from benchmarks.formats.hostile import hostile_rows
 from benchmarks.formats.page import page
 from benchmarks.formats.peers import Peers
@@ -25,7 +27,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--peer", action="append", default=[], metavar="PYTHON",
-        help="interpreter with xtgeo, meshio, pyvista, trimesh, rioxarray, geopandas, pandas",
+        help="interpreter with xtgeo, meshio, pyvista, trimesh, rioxarray, geopandas, pandas, "
+        "opengeode (core, io, geosciences, geosciencesio), resqpy",
     )  # fmt: skip
     parser.add_argument("--quick", action="store_true", help="small maps and meshes for times")
     parser.add_argument("-o", "--out", help="page to write (.md)")
@@ -37,13 +40,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         rows = round_trips(subjects(), folder)
         peers.compare(rows)
         hostile = hostile_rows(folder)
+        damaged = damaged_rows(rows)
+        field = field_rows(peers)
         speed = timings(peers, folder, 0.1 if options.quick else 1.0)
-    text = page(rows, hostile, speed, sorted(peers.home), f"{datetime.now(UTC):%d %B %Y}")
+    text = page(
+        rows, hostile, damaged, field, speed, sorted(peers.home), f"{datetime.now(UTC):%d %B %Y}"
+    )
     if options.out:
         Path(options.out).write_text(text, encoding="utf-8")
     else:
         print(text)
-    return int(any(wrong for *_, wrong in hostile))
+    return int(any(wrong for *_, wrong in (*hostile, *damaged)))
 
 
 if __name__ == "__main__":

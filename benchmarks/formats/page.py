@@ -39,16 +39,36 @@ in a sentence and leaves no file.
 | object | suffix | came back | refused | wrong |
 |---|---|---|---|---|
 """
+DAMAGED = """
+## Hostile files
+
+Each file above is changed: line ends of Windows, a byte order mark, a blank line at its end; and
+cut in the middle, cut at the end of a line, a letter in a number, zero bytes, UTF-16, nothing. It
+reads as before, or is refused in a sentence. A file of points or triangles without counts that is
+cut at the end of a line reads as fewer of them, which nobody can notice.
+
+| object | suffix | read as before | refused | differs |
+|---|---|---|---|---|
+"""
+FIELD = """
+## Files of others
+
+Each file of the [real fields](real_fields.md) and small GOCAD files, as `gs.info` names it, read by
+geosurf and by others with z as it stands in the file.
+
+| file | format | read with | points | other packages: difference [m] |
+|---|---|---|---|---|
+"""
 SPEED = """
 ## Speed
 
 Maps of 1000 x 1000 nodes (rotated where the format has a rotation) and a mesh of 1 000 000
 triangles, all numbers with 16 digits. Asked: for writing and reading together. Ratio: the time of
-the other package to read the same file, over that of geosurf. Memory: the peak while writing, over
-the arrays.
+the other package to read the same file, over that of geosurf. Memory: the peak while writing and
+while reading, over the arrays.
 
-| suffix | write [s] | read [s] | asked [s] | other | its time to read [s] | ratio | memory |
-|---|---|---|---|---|---|---|---|
+| suffix | write [s] | read [s] | asked [s] | other | its read [s] | ratio | memory: write | read |
+|---|---|---|---|---|---|---|---|---|
 """
 READ = """
 ## Read
@@ -64,6 +84,8 @@ where the content is open.
 def page(
     rows: Sequence[Row],
     hostile: Sequence[tuple[str, str, int, int, list[str]]],
+    damaged: Sequence[tuple[str, str, int, int, list[str]]],
+    field: Sequence[tuple[str, ...]],
     speed: Sequence[Timing],
     peers: Sequence[str],
     date: str,
@@ -72,6 +94,8 @@ def page(
     parts = [HEAD.format(date=date, peers=", ".join(peers) or "none")]
     parts += [KINDS, *(_written(row) for row in rows)]
     parts += [HOSTILE, *(_hostile(*row) for row in hostile)]
+    parts += [DAMAGED, *(_hostile(*row) for row in damaged)]
+    parts += [FIELD, *(f"| {' | '.join(row)} |\n" for row in field)] if field else []
     parts += [SPEED, *(_speed(one) for one in speed)]
     parts += [READ, *_read()]
     return "".join(parts)
@@ -112,7 +136,8 @@ def _speed(one: Timing) -> str:
         theirs, ratio = f"{one.peer_read:.2f}", f"{one.peer_read / max(one.read, 1e-9):.1f}"
     return (
         f"| `{one.suffix}` | {one.write:.2f} | {one.read:.2f} | {asked} "
-        f"| {one.peer or 'no peer'} | {theirs} | {ratio} | {one.memory:.1f} |\n"
+        f"| {one.peer or 'no peer'} | {theirs} | {ratio} "
+        f"| {one.memory:.1f} | {one.read_memory:.1f} |\n"
     )
 
 

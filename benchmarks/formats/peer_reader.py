@@ -18,7 +18,10 @@ from typing import Any
 
 import numpy as np
 
-PACKAGES = ("xtgeo", "meshio", "pyvista", "trimesh", "rioxarray", "geopandas", "pandas")
+PACKAGES = (
+    "xtgeo", "meshio", "pyvista", "trimesh", "rioxarray", "geopandas", "pandas", "opengeode",
+    "resqpy",
+)  # fmt: skip
 # what other packages raise for files that they do not take
 REFUSALS = (
     OSError, ValueError, TypeError, LookupError, AttributeError, RuntimeError, ImportError,
@@ -131,6 +134,51 @@ def pandas(path: Path) -> np.ndarray:
     raise ValueError(f"columns {list(names)[:6]}")
 
 
+def opengeode(path: Path) -> np.ndarray:
+    """Vertices of a surface, of points or of lines, or of all surfaces of a structural model."""
+    import opengeode
+    import opengeode_geosciences
+    import opengeode_geosciencesio
+    import opengeode_io
+
+    packages = (opengeode, opengeode_io, opengeode_geosciences, opengeode_geosciencesio)
+    for package in packages:
+        for name in dir(package):
+            if name.endswith("Library"):
+                getattr(package, name).initialize()
+    load = {
+        ".ts": opengeode.load_triangulated_surface3D,
+        ".vs": opengeode.load_point_set3D,
+        ".pl": opengeode.load_edged_curve3D,
+        ".ml": opengeode_geosciences.load_structural_model,
+    }
+    found = load[path.suffix](str(path))
+    meshes = [one.mesh() for one in found.surfaces()] if path.suffix == ".ml" else [found]
+    rows = [mesh.point(k) for mesh in meshes for k in range(mesh.nb_vertices())]
+    return np.array([[row.value(axis) for axis in range(3)] for row in rows])
+
+
+def resqpy(path: Path) -> np.ndarray:
+    """Points of all triangulated sets and grids of a package, with z upwards."""
+    import resqpy.model
+    import resqpy.surface
+
+    model = resqpy.model.Model(str(path))
+    found = []
+    for uuid in model.uuids(obj_type="TriangulatedSetRepresentation"):
+        surface = resqpy.surface.Surface(model, uuid=uuid)
+        found.append((surface.crs_uuid, surface.triangles_and_points()[1]))
+    for uuid in model.uuids(obj_type="Grid2dRepresentation"):
+        mesh = resqpy.surface.Mesh(model, uuid=uuid)
+        found.append((mesh.crs_uuid, mesh.full_array_ref().reshape(-1, 3)))
+    points = []
+    for crs_uuid, part in found:
+        crs = resqpy.crs.Crs(model, uuid=crs_uuid)
+        points.append(part * [1, 1, -1 if crs.z_inc_down else 1] + [crs.x_offset, crs.y_offset, 0])
+    joined = np.concatenate(points)
+    return joined[~np.isnan(joined).any(axis=1)]
+
+
 READ: dict[str, Callable[[Path], np.ndarray]] = {
     "xtgeo": xtgeo,
     "meshio": meshio,
@@ -139,6 +187,8 @@ READ: dict[str, Callable[[Path], np.ndarray]] = {
     "rioxarray": rioxarray,
     "geopandas": geopandas,
     "pandas": pandas,
+    "opengeode": opengeode,
+    "resqpy": resqpy,
 }
 
 
@@ -152,7 +202,7 @@ def run(task: dict[str, Any]) -> dict[str, Any]:
             best = min(best, time.process_time() - start)
     except REFUSALS as error:
         return {"error": f"{type(error).__name__}: {error}"[:200]}
-    target = path.with_name(f"{path.name}.{task['package']}.npy")
+    target = Path(task["out"])
     np.save(target, np.asarray(points, dtype=float))
     return {"seconds": best, "points": str(target)}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import subprocess
@@ -30,6 +31,8 @@ KNOWN = {
     "rioxarray": (".asc", ".nc"),
     "geopandas": (".geojson",),
     "pandas": (".csv", ".parquet"),
+    "opengeode": (".ts", ".vs", ".pl", ".ml"),
+    "resqpy": (".epc",),
 }  # fmt: skip
 
 
@@ -48,6 +51,7 @@ class Peers:
     def __init__(self, interpreters: Sequence[str], folder: Path) -> None:
         self.folder = folder
         self.home: dict[str, str] = {}
+        self._numbers = itertools.count()
         for interpreter in interpreters:
             for package in self._run(interpreter, []):
                 self.home.setdefault(package, interpreter)
@@ -62,7 +66,13 @@ class Peers:
         for interpreter in set(self.home.values()):
             rows = [k for k, (name, _) in enumerate(tasks) if self.home.get(name) == interpreter]
             listed = [
-                {"package": tasks[k][0], "path": str(tasks[k][1]), "repeat": repeat} for k in rows
+                {
+                    "package": tasks[k][0],
+                    "path": str(tasks[k][1]),
+                    "repeat": repeat,
+                    "out": str(self.folder / f"answer_{next(self._numbers)}.npy"),
+                }
+                for k in rows
             ]
             answers = self._run(interpreter, listed) if listed else []
             for k, answer in zip(rows, answers, strict=True):

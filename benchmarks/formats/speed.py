@@ -23,7 +23,7 @@ ASKED: dict[str, tuple[str, str, float | None]] = {
     ".asc": ("read_horizon", "rioxarray", None),
     ".xyz": ("read_points", "xtgeo", 1.0),
     ".nc": ("read_horizon", "rioxarray", None),
-    ".ts": ("read_fault", "xtgeo", None),
+    ".ts": ("read_fault", "opengeode", 3.0),
     ".vtp": ("read_fault", "pyvista", None),
     ".glb": ("read_fault", "pyvista", None),
 }
@@ -40,8 +40,9 @@ class Timing:
     suffix, peer : str
     write, read : float
         Processor time [s], the best of some.
-    memory : float
-        Largest memory that numpy and Python took while writing, over that of the arrays.
+    memory, read_memory : float
+        Largest memory that numpy and Python took while writing and reading, over that of the
+        arrays.
     peer_read : float or None
         Processor time of the other package for the same file [s].
     asked : float or None
@@ -53,6 +54,7 @@ class Timing:
     write: float
     read: float
     memory: float
+    read_memory: float
     peer_read: float | None = None
     asked: float | None = None
 
@@ -69,7 +71,10 @@ def timings(peers: Peers, folder: Path, scale: float = 1.0) -> list[Timing]:
         path = folder / f"large{suffix}"
         read = _reading(function, path, surface or suffix == ".nc")
         write_time = _best(lambda obj=obj, path=path: gs.write(obj, path))
-        found.append(Timing(suffix, peer, write_time, _best(read), _memory(obj, path), asked=asked))
+        memory = [
+            _memory(obj, run) for run in (lambda obj=obj, path=path: gs.write(obj, path), read)
+        ]
+        found.append(Timing(suffix, peer, write_time, _best(read), *memory, asked=asked))
         tasks.append((peer, path))
     known = [k for k, (peer, _) in enumerate(tasks) if peer in peers.home]
     for k, answer in zip(known, peers.read([tasks[k] for k in known], REPEAT), strict=True):
@@ -92,15 +97,15 @@ def _best(run: Callable[[], object]) -> float:
     return min(found)
 
 
-def _memory(obj: Any, path: Path) -> float:
-    """Peak while writing, over the size of the arrays."""
+def _memory(obj: Any, run: Callable[[], object]) -> float:
+    """Peak of a call, over the size of the arrays."""
     if hasattr(obj, "triangles"):
         size = obj.vertices.nbytes + obj.triangles.nbytes
     else:
         size = obj.nbytes + sum(axis.nbytes for axis in obj.coords.values())
     tracemalloc.start()
     try:
-        gs.write(obj, path)
+        run()
         return tracemalloc.get_traced_memory()[1] / size
     finally:
         tracemalloc.stop()

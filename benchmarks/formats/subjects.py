@@ -107,6 +107,9 @@ def places(kind: str, obj: Any) -> np.ndarray | None:
         return np.asarray(obj.vertices)
     if kind == "Units":
         return np.concatenate([unit.vertices for unit in obj.values()])
+    if kind == "surfaces":
+        names = (*obj.horizon_names, *obj.fault_names)
+        return np.concatenate([obj.surface(name).vertices for name in names])
     if kind == "Curves":
         return np.asarray(obj.points)
     if kind in ("Dataset of points", "DataFrame", "Dataset of lines"):

@@ -117,7 +117,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
     doubts: list[str] = []
     with collected(looking=True) as notes:
         try:
-            points = _points(path, key, function)
+            points = points_of_file(path, key, function)
         except GeosurfError as error:
             # the reader's own sentence says what is wrong, or which argument it needs
             sentence = str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
@@ -203,7 +203,7 @@ def _holds_points(path: Path, key: str) -> bool:
     return bool(found.items) and found.items[0].kind == "point"
 
 
-def _points(path: Path, key: str, function: str) -> np.ndarray:
+def points_of_file(path: Path, key: str, function: str) -> np.ndarray:
     """Points (n, 3) of a file with z as elevation in metres, if it states nothing else."""
     from geosurf import read
 

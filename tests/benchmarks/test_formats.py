@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.formats import hostile, page, peers
-from benchmarks.formats.round_trips import Row, reader
-from benchmarks.formats.subjects import difference
+from benchmarks.formats.damaged import damaged_rows
+from benchmarks.formats.round_trips import Row, reader, round_trips
+from benchmarks.formats.subjects import difference, mesh_of, points_of
 from geosurf.write.registry import WRITERS
 
 # one suffix for each function that writes; NetCDF takes long, and its round trips are tested
@@ -36,11 +37,29 @@ def test_the_page_has_every_format():
         for kind, known in WRITERS.items()
         for suffix in known
     ]
-    text = page.page(rows, [("a", ".b", 1, 2, ["x: y"])], [], ["xtgeo"], "1 May 2026")
+    text = page.page(
+        rows,
+        [("a", ".b", 1, 2, ["x: y"])],
+        [("c", ".d", 3, 4, [])],
+        [("f",) * 5],
+        [],
+        ["xtgeo"],
+        "1 May 2026",
+    )
     for kind, known in WRITERS.items():
         for suffix in known:
             assert f"| {kind} | `{suffix}` |" in text
     assert "| a | `.b` | 1 | 2 | x: y |" in text
+    assert "| c | `.d` | 3 | 4 | 0 |" in text
+    assert "| f | f | f | f | f |" in text
+
+
+@pytest.mark.parametrize("suffix", [".ts", ".xyz"])
+def test_law_damaged_files_read_as_before_or_are_refused(tmp_path, suffix):
+    rows = round_trips({"TriSurface": mesh_of(4), "Dataset of points": points_of(9)}, tmp_path)
+    found = damaged_rows([row for row in rows if row.suffix == suffix and row.files])
+    assert found
+    assert all(before and refused and not wrong for _, _, before, refused, wrong in found)
 
 
 def test_differences_are_those_of_places():
