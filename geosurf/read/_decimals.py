@@ -115,10 +115,11 @@ def _piece(data: bytes) -> np.ndarray | None:
 def _whole(digits: np.ndarray) -> np.ndarray:
     """Whole numbers (n,) of digits (width, n), in uint64: neighbours are joined pair by pair."""
     rows = -(-len(digits) // 8) * 8
-    parts = np.zeros((rows, digits.shape[1]), dtype=np.uint8)
+    parts: np.ndarray = np.zeros((rows, digits.shape[1]), dtype=np.uint8)
     parts[rows - len(digits) :] = digits
     for factor, kind in ((10, np.uint8), (100, np.uint16), (10_000, np.uint32)):
-        parts = parts[::2].astype(kind) * kind(factor) + parts[1::2]
+        left: np.ndarray = parts[::2].astype(kind)
+        parts = left * factor + parts[1::2]
     whole = parts[0].astype(np.uint64)
     for part in parts[1:]:
         whole = whole * np.uint64(100_000_000) + part
