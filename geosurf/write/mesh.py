@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.packages import need
 from geosurf.errors import OutputError
 from geosurf.model import Patches, TetMesh, TriSurface, Unit
 from geosurf.write.written import Loss
@@ -141,6 +142,7 @@ def _encode(
 
     With cells of other kinds (`also`), cell data are lists: one array for each kind.
     """
+    need(f"{suffix} files need", "meshio")
     import meshio
 
     # copies: meshio changes what it is given
