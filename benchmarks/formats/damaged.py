@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
+import zlib
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -15,6 +17,11 @@ from geosurf.errors import GeosurfError
 WITHOUT_COUNTS = (".obj", ".xyz", ".poi", ".csv", ".pol", ".dat")
 CUT, MIDDLE, LETTER = "cut at the end of a line", "cut in the middle", "letter in a number"
 ENCODED = (".vtp", ".vtu", ".glb", ".gltf")  # a letter among others that encode bytes is valid
+# what Python and its libraries raise on bytes that they do not expect
+RAISED = (
+    *(ArithmeticError, AssertionError, AttributeError, EOFError, ImportError, LookupError),
+    *(MemoryError, OSError, RuntimeError, TypeError, ValueError, struct.error, zlib.error),
+)
 
 
 def _with_letter(data: bytes) -> bytes:
@@ -76,7 +83,7 @@ def _answer(row: Row, name: str, change: Callable[[bytes], bytes]) -> str:
             found = read_back(row.read_with, target, row.kind)
     except GeosurfError as error:
         return "refused" if len(str(error)) > 30 else f"{name}: refused as {error}"
-    except Exception as error:  # whatever a reader raises besides is looked for
+    except RAISED as error:  # whatever a reader raises besides is looked for
         return f"{name}: {type(error).__name__}: {error}"
     finally:
         target.unlink()
