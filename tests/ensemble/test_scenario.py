@@ -130,7 +130,7 @@ def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, c
         ('[[uncertain]]\nkind = "depth"\n', "kind is 'depth'; it must be one of"),
         ('[[uncertain]]\nkind = "depth shift"\nof = ["Tip"]\nuniform = [0, 1]\n',
          "unknown name 'Tip'; horizons are 'Top', 'Base'"),
-        ('[[uncertain]]\nkind = "depth shift"\n', "give exactly one of normal, uniform, triangular"),
+        ('[[uncertain]]\nkind = "depth shift"\n', "exactly one of normal, uniform, triangular"),
         ('[[uncertain]]\nkind = "depth error"\nnormal = [0, 1]\n', "takes sd_m and range_m"),
         ('[[uncertain]]\nkind = "fault dip"\nsd_m = 5\nuniform = [0, 1]\n',
          "sd_m and range_m are of a depth error"),
