@@ -80,7 +80,7 @@ class InputSurfaces:
         large = [
             name for name, one in given.items()
             if name not in self._fingerprints
-            and isinstance(getattr(one, "data", None), np.ndarray) and one.nbytes > _LARGE
+            and isinstance(getattr(one, "data", None), np.ndarray) and one.data.nbytes > _LARGE
         ]  # fmt: skip
         found = map_threads(self.memory.hold, [(given[name],) for name in large])
         self._fingerprints.update(zip(large, found, strict=True))
