@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.exact.predicates import frame_of, orient3d_rows
 from geosurf.model import Patches
 
 WALL = "wall of "  # before the name of the fault
-SURE = 1e-12  # of the product of three edges: a smaller volume may be rounding
 
 
 def on_wrong_side(
@@ -46,10 +46,13 @@ def on_wrong_side(
     of = patches.surface_of_triangle[triangle]
     x, t = patches.local, patches.triangles
     found = np.zeros(n_part, dtype=bool)
-    for k, fault in enumerate(patches.sources):
-        wall = source.vertex_data.get(WALL + fault.name)
-        if wall is None or fault.role != "fault":
-            continue
+    faults = [k for k, other in enumerate(patches.sources)
+              if other.role == "fault" and WALL + other.name in source.vertex_data]  # fmt: skip
+    if not faults:
+        return found
+    frame = frame_of(x)
+    for k in faults:
+        wall = source.vertex_data[WALL + patches.sources[k].name]
 
         # pairs of a triangle of the sheet and one of the fault at the same edge
         mine, theirs = np.flatnonzero(of == surface), np.flatnonzero(of == k)
@@ -64,17 +67,13 @@ def on_wrong_side(
         # the corner that is not on the edge, seen from the fault: in front of it or behind
         ends = patches.curve_edges[edge[mine[one]][known]]
         corner = t[a][(t[a][:, :, None] != ends[:, None, :]).all(axis=2)]
-        o, p, q = (x[t[b][:, c]] for c in range(3))
-        away = x[corner] - o
-        volume = np.einsum("nc,nc->n", np.cross(p - o, q - o), away)
-        size = np.linalg.norm(p - o, axis=1) * np.linalg.norm(q - o, axis=1)
-        sure = np.abs(volume) > SURE * size * np.linalg.norm(away, axis=1)
-        lies = np.sign(volume)
+        lies = np.empty(len(a), dtype=np.int64)
+        orient3d_rows(x, np.column_stack([t[b], corner]), *frame, lies)
         length = np.linalg.norm(x[ends[:, 1]] - x[ends[:, 0]], axis=1)
 
         # a part has to be on its own side of each fault; slivers may be turned over by rounding,
         # so that the longer part of its edges decides
-        balance = np.bincount(part[a[sure]], (length * lies * belongs)[sure], n_part)
+        balance = np.bincount(part[a], length * lies * belongs, n_part)
         found |= balance < 0.0
     return found
 
