@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -88,7 +89,11 @@ class PlainDataset:
         return PlainDataset(self.data_vars, self.coords, self.attrs | attrs)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return the same as a Dataset."""
+        """Return the same as a Dataset, which is made once."""
+        return self._dataset
+
+    @cached_property
+    def _dataset(self) -> xarray.Dataset:
         import xarray
 
         return xarray.Dataset(dict(self.data_vars), coords=dict(self.coords), attrs=self.attrs)

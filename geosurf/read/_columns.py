@@ -305,7 +305,8 @@ def _one_column(
     """The one column that has one of some names."""
     found = [i for i, word in enumerate(header) if word in spellings]
     if len(found) != 1:
-        if not any(letter.isalpha() for word in header for letter in word):
+        letters = "".join(header)
+        if any(map(str.isdigit, letters)) and not any(map(str.isalpha, letters)):
             raise FormatError(
                 f"{path}, line {line}: found numbers, expected the names of columns. Write them on "
                 "a line above, such as X,Y,Z; decimal commas need another separator than commas."

@@ -29,6 +29,8 @@ from geosurf.scenario.values import KeyPath, read_table
 # Keys that describe the ellipse of `elliptic_m`, and nothing else.
 ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
 
+OF_SEVERAL = (".epc", ".ts")  # files that hold several surfaces
+
 
 def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) -> Scenario:
     r"""
@@ -161,6 +163,8 @@ def _check_files(scenario: Scenario, at: KeyPath) -> None:
     for entry in scenario.horizons:
         data = entry.file.resolve(), entry.variable, entry.columns
         if data[0] == scenario.path.resolve():  # what stands for a file that is not there
+            continue
+        if data[0].suffix.lower() in OF_SEVERAL:  # the name of the horizon picks the surface
             continue
         if data in seen:
             at.refuse(

@@ -87,7 +87,8 @@ def check_marks(name: str, points: np.ndarray) -> None:
     Traceback (most recent call last):
     geosurf.errors.HorizonError: horizon 'Top': 1 point has the value -999.25, a usual no-data \
 value, as at (E 50, N 50, elevation -999.25 m); the others lie \
-between -2010 and -2000 m. Remove them: points[abs(abs(elevation) - 999.25) > 0.01].
+between -2010 and -2000 m. Remove them from the file, or in Python: \
+points[abs(abs(elevation) - 999.25) > 0.01].
     """
     z = points[:, 2]
     for value in _extreme_marks(z.min(initial=np.inf), z.max(initial=-np.inf)):

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-import geosurf as gs
-from geosurf.scenario import read_scenario, run, torn
+from geosurf.scenario import read_scenario, run
 from geosurf.scene import pictures as drawing
+from geosurf.sheets import tear
 from tests.planes import INPUTS, write_grids
 
 OUTPUT = """
@@ -55,7 +55,7 @@ def test_a_second_run_redoes_only_what_changed(folder, tmp_path, monkeypatch):
 
         return counted
 
-    monkeypatch.setattr(torn, "tear_horizon", counting("tear", gs.tear_horizon))
+    monkeypatch.setattr(tear, "tear_from", counting("tear", tear.tear_from))
     monkeypatch.setattr(drawing, "render_map", counting("draw", drawing.render_map))
 
     def results(body: str, cache: Path | None) -> tuple[dict[str, bytes], int, int]:

@@ -86,5 +86,7 @@ def test_points_come_as_a_table(torn_world):
     table = pd.DataFrame(world.truth["points"], columns=["easting", "northing", "elevation"])
     again = gs.tear_horizon(table, world.faults, name="Top", trim=2.25, positive="up")
     assert np.array_equal(again.surface.vertices, sheet.surface.vertices)
-    with pytest.raises(gs.errors.HorizonError, match=r"lack \['elevation'\], there are \['depth'"):
+    with pytest.raises(gs.errors.InputError, match=r"are easting, northing, height; it needs"):
+        gs.tear_horizon(table.rename(columns={"elevation": "height"}), world.faults)
+    with pytest.raises(gs.errors.HorizonError, match=r"depth or elevation\? Set positive='down'"):
         gs.tear_horizon(table.rename(columns={"elevation": "depth"}), world.faults)
