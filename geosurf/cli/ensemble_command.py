@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from geosurf.cli.answer import Answer
+from geosurf.cli.scenario_commands import scenario_of
 from geosurf.errors import OutputError
 
 EVERY = 30.0  # s between two lines of progress in a log file
@@ -20,15 +21,14 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     from geosurf.ensemble import report_ensemble, run_ensemble
     from geosurf.ensemble.tables import quantile_csv, quantile_text
     from geosurf.files.atomic import write_whole
-    from geosurf.scenario import read_scenario
     from geosurf.scenario.plan import input_files
 
     out, start = Path(options.out), time.perf_counter()
+    scenario = scenario_of(options)  # before a folder is made
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
-    scenario = read_scenario(options.scenario, options.set)
     result = run_ensemble(
         scenario,
         options.n,
