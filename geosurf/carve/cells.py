@@ -28,7 +28,7 @@ from geosurf.carve.outside import (
 )
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
-from geosurf.model.pieces import Pieces
+from geosurf.model.pieces import Pieces, same_turn
 
 # surfaces that own a part, and how each is turned: 1 as the part's triangles are, -1 against them
 Owners = tuple[tuple[int, int], ...]
@@ -294,22 +294,6 @@ def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
     for i, of in listed.items():
         owner[i] = number.setdefault(of, len(number))
     return list(number), owner
-
-
-def same_turn(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Whether triangles (n, 3) go round as others (n, 3) with the same three corners do.
-
-    Examples
-    --------
-    >>> same_turn(np.array([[4, 5, 6], [4, 5, 6]]), np.array([[6, 4, 5], [5, 4, 6]])).tolist()
-    [True, False]
-    """
-    rising = [
-        np.sum([t[:, k] < t[:, (k + 1) % 3] for k in range(3)], axis=0) == 2
-        for t in (triangles, others)
-    ]
-    alike: np.ndarray = rising[0] == rising[1]
-    return alike
 
 
 def _numbered(sides: np.ndarray, outside: np.ndarray) -> tuple[np.ndarray, int]:

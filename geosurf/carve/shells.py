@@ -12,15 +12,16 @@ import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.blocks import WHOLE
-from geosurf.carve.cells import Cells, FullCells, same_turn
+from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER, UPPER
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, RoundingError
+from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.kernels.meshes.shells import order_by_corners
 from geosurf.model import Patches, Unit, frozen
-from geosurf.model.pieces import Pieces
+from geosurf.model.pieces import Pieces, same_turn
 
 
 @dataclass(frozen=True)
@@ -122,28 +123,6 @@ class Shells:
         order = order_by_corners(faces, len(used))
         surface = self.cells.in_full.surface_of[rows[order]]
         return x[used], faces[order], surface
-
-
-def renumbered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The distinct numbers in an array (n, 3), rising, and the place of each number among them.
-
-    Examples
-    --------
-    >>> [found.tolist() for found in renumbered(np.array([[4, 9, 7]]))]
-    [[4, 7, 9], [[0, 2, 1]]]
-    """
-    first = int(t.min(initial=0))
-    span = int(t.max(initial=0)) + 1 - first
-    if span > 16 * t.size:  # a small unit in a large model
-        used, place = np.unique(t, return_inverse=True)
-        return used, place.reshape(t.shape)
-
-    # a table over the range of numbers: a tenth of the time of a sort
-    place = np.zeros(span, dtype=np.int64)
-    place[t - first] = 1
-    used = first + np.flatnonzero(place)
-    place[used - first] = np.arange(len(used))
-    return used, place[t - first]
 
 
 def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:

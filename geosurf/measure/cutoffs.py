@@ -14,7 +14,18 @@ import numpy as np
 
 from geosurf.conventions import is_whole
 from geosurf.errors import InputError
-from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of, row_of
+from geosurf.measure.faces import (
+    MINUS,
+    PLUS,
+    POINTS,
+    Faces,
+    are_among,
+    edge_keys,
+    edges_of,
+    faces_of,
+    row_inside,
+    row_of,
+)
 from geosurf.measure.lines import chains_of, ragged, rings_of
 from geosurf.model import Patches, Units
 from geosurf.model.plain_dataset import PlainDataset
@@ -48,34 +59,26 @@ def cutoff_chains(
     Returns
     -------
     list of ndarray of int64
-        Rows of `Patches.local`, see `chains_of`.
+        Rows of `Faces.x`, see `chains_of`.
     """
-    n = len(fault.x)
-    level = [s.name for s in patches.sources if s.role == "horizon"].index(horizon)
-
-    # triangles of the fault with a unit on this wall, and the zone index of that unit
-    told = np.flatnonzero(fault.sides[:, side] >= 0)
-    zone = np.array([unit.zone_index for unit in fault.listed])[fault.sides[told, side]]
-
-    # for each edge of the fault the highest and lowest zone beside it on this wall: upper and lower
-    # (n_edge,), zone indices count downwards
-    key, edge = np.unique(_edge_keys(fault.triangles[told], n), return_inverse=True)
-    upper, lower = np.full(len(key), len(units)), np.full(len(key), -1)
-    np.minimum.at(upper, edge, np.repeat(zone, 3))
-    np.maximum.at(lower, edge, np.repeat(zone, 3))
-
-    # vertices are shared between surfaces that meet, so the edges that horizon and fault have in
-    # common are found by their keys alone
-    mine = patches.triangles[patches.surface_of_triangle == row_of(patches, horizon, "horizon")]
-    on = np.zeros(n, dtype=bool)
-    on[fault.triangles] = True
-    met = np.isin(key, _edge_keys(mine[on[mine].sum(axis=1) > 1], n))
+    row = row_of(patches, horizon, "horizon")
+    level = level_of(patches, row)
 
     # the horizon with index `level` bounds zones `level` and `level + 1`: it cuts off where those
     # above and below it are on different sides of the edge. An edge with the same zones on both
     # sides belongs to a horizon that is clipped away there
-    found = key[met & (upper <= level) & (lower > level)]
-    return chains_of(np.stack(np.divmod(found, n), axis=1), fault.x)
+    edges, upper, lower = fault.borders[side]
+    edges = edges[(upper <= level) & (lower > level)]
+
+    # vertices are shared between surfaces that meet, so the edges that horizon and fault have in
+    # common are found by their keys alone
+    a, b = fault.point[edges].T
+    return chains_of(edges[are_among(a * POINTS + b, edges_of(units, row))], fault.x)
+
+
+def level_of(patches: Patches, row: int) -> int:
+    """Index of a horizon among all horizons: zones `level` and `level + 1` lie on its sides."""
+    return sum(source.role == "horizon" for source in patches.sources[:row])
 
 
 def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
@@ -101,7 +104,7 @@ def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
 
     # as above, with units instead of zones: the two units beside each edge, equal inside one unit
     unit = np.repeat(fault.sides[told, side], 3)
-    key, edge = np.unique(_edge_keys(fault.triangles[told], n), return_inverse=True)
+    key, edge = np.unique(edge_keys(fault.triangles[told], n), return_inverse=True)
     one, two = np.full(len(key), len(fault.listed)), np.full(len(key), -1)
     np.minimum.at(one, edge, unit)
     np.maximum.at(two, edge, unit)
@@ -122,12 +125,6 @@ def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
         name: chains_of(np.stack(np.divmod(np.concatenate(found[name]), n), axis=1), fault.x)
         for name in names
     }
-
-
-def _edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:
-    """One number for each of the three edges of each triangle."""
-    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    return np.minimum(start, end) * n + np.maximum(start, end)
 
 
 def wall_lines(
@@ -153,12 +150,12 @@ def wall_lines(
     InputError, GeometryError
         For names that no horizon or fault has, or that do not reach into the model.
     """
-    faces_of(patches, units, horizon, "horizon")
+    row_inside(patches, units, horizon, "horizon")
     if not is_whole(side) or side not in (PLUS, MINUS):
         raise InputError(f"side is {side!r}, expected 0 for the front of the fault or 1.")
     faces = faces_of(patches, units, fault, "fault")
     chains = cutoff_chains(patches, units, horizon, faces, side)
-    return [patches.local[chain] + patches.origin for chain in chains]
+    return [faces.x[chain] + faces.origin for chain in chains]
 
 
 def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Dataset:
@@ -208,16 +205,15 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
 
 def rings_of_faults(patches: Patches, units: Units, horizon: str) -> PlainDataset:
     """Return what `fault_polygons` makes a Dataset of."""
-    faces_of(patches, units, horizon, "horizon")
+    row = row_inside(patches, units, horizon, "horizon")
     rings, faults, areas, kinds, parts = [], [], [], [], []
 
     # only surfaces with triangles in the model: others have no sides to read
-    inside = np.unique(patches.surface_of_triangle[(units.sides >= 0).any(axis=1)])
-    for i in inside.tolist():
+    for i in sorted(units.rows_inside):
         if patches.sources[i].role != "fault":
             continue
         fault = faces_of(patches, units, patches.names[i], "fault")
-        made = _rings(patches, fault, horizon)
+        made = _rings(fault, level_of(patches, row), edges_of(units, row))
         if not made:  # not torn: the same line on both walls
             lines = cutoff_chains(patches, units, horizon, fault, PLUS)
             made = [_there_and_back(line) for line in lines]
@@ -247,25 +243,25 @@ def _there_and_back(line: np.ndarray) -> np.ndarray:
     return line[:-1] if line[0] == line[-1] else np.concatenate([line, line[-2:0:-1]])
 
 
-def _rings(patches: Patches, fault: Faces, horizon: str) -> list[np.ndarray]:
+def _rings(fault: Faces, level: int, edges: np.ndarray) -> list[np.ndarray]:
     """Rims of where a fault has a horizon's upper side on one wall, its lower side on the other.
 
     Those with the hanging wall down run counter-clockwise, seen from it, the others clockwise.
+    `level` and `edges` are those of the horizon, see `edges_of`.
     """
-    level = [s.name for s in patches.sources if s.role == "horizon"].index(horizon)
-    zone = np.array([unit.zone_index for unit in fault.listed])
-    above = zone[fault.sides] <= level
-    between = (fault.sides >= 0).all(axis=1)
-    n = len(fault.x)
-    of_horizon = patches.surface_of_triangle == row_of(patches, horizon, "horizon")
-    edges = _edge_keys(patches.triangles[of_horizon], n)
+    zones, rows, first = fault.zone_pairs
     found = []
     for down, way in ((PLUS, 1), (MINUS, -1)):
-        torn = between & above[:, down] & ~above[:, 1 - down]
-        for ring in rings_of(fault.triangles[torn], fault.x):
+        # triangles of the pairs of zones that the horizon lies between, and no others
+        pairs = np.flatnonzero((zones[:, down] <= level) & (zones[:, 1 - down] > level)).tolist()
+        torn = [rows[first[k] : first[k + 1]] for k in pairs]
+        if not torn:
+            continue
+        for ring in rings_of(fault.triangles[np.concatenate(torn)], fault.x):
             onward = np.roll(ring, -1)
-            keys = np.minimum(ring, onward) * n + np.maximum(ring, onward)
-            if np.isin(keys, edges).any():  # otherwise others, which clip it away, are torn there
+            low, high = np.minimum(ring, onward), np.maximum(ring, onward)
+            keys = fault.point[low] * POINTS + fault.point[high]
+            if are_among(keys, edges).any():  # otherwise others, which clip it, are torn there
                 found.append(ring[::way])
     return found
 

@@ -10,10 +10,12 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
+from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
 
 PLUS, MINUS = 0, 1
+POINTS = 1 << 31  # more than a model has: keys of its edges fit into int64
 SIDES = {"+": PLUS, "-": MINUS, "hanging wall": PLUS, "footwall": MINUS}
 
 
@@ -25,7 +27,9 @@ class Faces:
     ----------
     name : str
     x : ndarray of float64, shape (n_vertex, 3)
-        Vertices of the patches, local [m].
+        Vertices of these triangles, local [m].
+    point : ndarray of int64, shape (n_vertex,)
+        Number of each vertex, rising: surfaces that meet in one have the same number for it.
     origin : ndarray of float64, shape (3,)
     triangles : ndarray of int64, shape (n, 3)
         Rows of `x`.
@@ -36,6 +40,7 @@ class Faces:
 
     name: str
     x: np.ndarray
+    point: np.ndarray
     origin: np.ndarray
     triangles: np.ndarray
     sides: np.ndarray
@@ -89,6 +94,48 @@ class Faces:
         down = np.array([east, north]) / size
         return np.array([[-down[1], down[0]], down])
 
+    @cached_property
+    def zone_pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Triangles between two units, by the zones of these.
+
+        Pairs of zone indices in front and behind, int64 (n_pair, 2); rows of triangles, pair by
+        pair; and the first of each pair, int64 (n_pair + 1,).
+        """
+        between = np.flatnonzero((self.sides >= 0).all(axis=1))
+        zones = self.zones[self.sides[between]]
+        n = len(self.listed) + 1
+        keys = zones[:, 0] * n + zones[:, 1]
+        order = np.argsort(keys, kind="stable")
+        found, first = np.unique(keys[order], return_index=True)
+        return np.stack(np.divmod(found, n), axis=1), between[order], np.append(first, len(order))
+
+    @cached_property
+    def zones(self) -> np.ndarray:
+        """Zone index of each unit, int64 (n_unit,)."""
+        return np.array([unit.zone_index for unit in self.listed], dtype=np.int64)
+
+    @cached_property
+    def borders(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
+        """For either side: edges between zones, the upper and the lower zone there.
+
+        Edges are rows of `x`, int64 (n, 2), the lower row first; zone indices int64 (n,).
+        """
+        return tuple(self._borders(side) for side in (PLUS, MINUS))
+
+    def _borders(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        # triangles with a unit on this side, and the zone index of that unit
+        n = len(self.x)
+        rows = np.flatnonzero(self.sides[:, side] >= 0)
+        zone = np.repeat(self.zones[self.sides[rows, side]], 3)
+
+        # for each edge the highest and the lowest zone beside it: indices count downwards
+        key, edge = np.unique(edge_keys(self.triangles[rows], n), return_inverse=True)
+        upper, lower = np.full(len(key), len(self.listed)), np.full(len(key), -1)
+        np.minimum.at(upper, edge, zone)
+        np.maximum.at(lower, edge, zone)
+        cut = upper < lower
+        return np.stack(np.divmod(key[cut], n), axis=1), upper[cut], lower[cut]
+
     def along(self, points: np.ndarray) -> np.ndarray:
         """Distance of local points (n, 3) along the mean strike, from the fault's end [m]."""
         # the first vertex along the strike is 0, so that lines of both walls share one axis
@@ -121,6 +168,17 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
     GeometryError
         If it does not reach into the model.
     """
+    i = row_inside(patches, units, name, role)
+    if patches.sources[i].role != "fault":  # large, and seldom asked for twice
+        return _listed(patches, units, i)
+    kept: dict[int, Faces] = units.faces
+    if i not in kept:
+        kept[i] = _listed(patches, units, i)
+    return kept[i]
+
+
+def row_inside(patches: Patches, units: Units, name: str, role: str | None = None) -> int:
+    """Row of a surface that reaches into the model; errors as for `faces_of`."""
     check_model(patches, units)
     if role is not None and not is_word(role, ("horizon", "fault")):
         raise InputError(f"role is {role!r}, expected 'horizon' or 'fault'.")
@@ -131,19 +189,66 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
             f"no {' or '.join(roles)} has the name {name!r}. Names are "
             f"{known}.{did_you_mean(str(name), known)}"
         )
-
-    # a triangle with no unit on either side lies outside the walls, or was cut off with them
-    mine = patches.surface_of_triangle == row_of(patches, name, *roles)
-    rows = np.flatnonzero(mine & (units.sides >= 0).any(axis=1))
-    if len(rows) == 0:
+    i = row_of(patches, name, *roles)
+    if i not in units.rows_inside:
         raise GeometryError(
             f"surface {name!r} lies outside the model. Enlarge the box, or skip this surface.",
             surfaces=(name,),
         )
+    return i
+
+
+def _listed(patches: Patches, units: Units, i: int) -> Faces:
+    """List the triangles of one surface; no other surface is listed."""
+    part = units.piece_sides[0].listed(i)
+
+    # a triangle with no unit on either side lies outside the walls, or was cut off with them
+    beside = units.sides_seen[part.element]
+    rows = (beside >= 0).any(axis=1)
+    used, place = renumbered(part.triangles[rows])
     return Faces(
-        name, patches.local, patches.origin, patches.triangles[rows], units.sides[rows],
+        patches.names[i], part.local(used), used, patches.origin, place, beside[rows],
         list(units.values()),
     )  # fmt: skip
+
+
+def edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:
+    """One number for each of the three edges of each triangle, whose corners are below n."""
+    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    return np.minimum(start, end) * n + np.maximum(start, end)
+
+
+def edges_of(units: Units, i: int) -> np.ndarray:
+    """
+    Keys of the edges that a surface may share with others, rising.
+
+    Parameters
+    ----------
+    units : Units
+    i : int
+        Row of the surface.
+
+    Returns
+    -------
+    ndarray of int64
+        As `edge_keys` has them, for `POINTS` points, which are numbered as in `Faces.point`.
+    """
+    kept: dict[object, np.ndarray] = units.faces
+    key = ("edges", i)
+    if key not in kept:
+        # a surface meets others along edges of triangles that curves touch: runs have none
+        pieces = units.piece_sides[0]
+        low, high = np.searchsorted(pieces.surface, [i, i + 1])
+        kept[key] = np.unique(edge_keys(pieces.triangles[low:high], POINTS))
+    return kept[key]
+
+
+def are_among(keys: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether keys are among others, which rise: at the cost of the keys alone."""
+    if not len(known):
+        return np.zeros(len(keys), dtype=bool)
+    at = np.minimum(np.searchsorted(known, keys), len(known) - 1)
+    return known[at] == keys
 
 
 def check_model(patches: object, units: object) -> None:

@@ -75,11 +75,73 @@ class Pieces(Noun):
     first_run: np.ndarray
     patch: np.ndarray
 
+    def listed(self, i: int) -> Listed:
+        """Return the triangles of surface `i`: no other surface is listed."""
+        from geosurf.kernels.lattices.strip_triangles import (
+            number_nodes,
+            write_labels,
+            write_triangles,
+        )
+
+        # as in `Expanded`, with this surface alone
+        cut = np.searchsorted(self.surface, [i, i + 1])
+        own, strips = np.arange(*cut), self.strips[i]
+        corners, nodes = self.triangles[cut[0] : cut[1]], np.empty(0, dtype=np.int64)
+        if strips is None:
+            return Listed(self, i, corners, own, nodes)
+        n_core = len(self.x)
+        ids, _ = number_nodes(strips.places, strips.runs, strips.nodes, strips.points, n_core)
+        nodes = np.flatnonzero(ids >= n_core)
+
+        # each array is written once, in the order of cells
+        of, keys = (strips.places, strips.runs, strips.start), self.key[cut[0] : cut[1]]
+        n = len(own) + int((strips.runs[:, 2] - strips.runs[:, 1] + 1).sum())
+        triangles, element = np.empty((n, 3), dtype=np.int64), np.empty(n, dtype=np.int64)
+        write_triangles(*of, keys, corners, ids, triangles)
+        first_run = len(self.triangles) + int(self.first_run[i])
+        write_labels(*of, keys, own, first_run, np.empty(n, dtype=np.int64), element)
+        return Listed(self, i, triangles, element, nodes)
+
     @cached_property
     def expanded(self) -> Expanded:
         """Everything as plain arrays."""
         # a twin of the same arrays: two that name each other would outlive their last user
         return Expanded(replace(self))
+
+
+@dataclass(frozen=True, eq=False)
+class Listed(Noun):
+    """The triangles of one surface, in the order of all triangles of the model.
+
+    Attributes
+    ----------
+    pieces : Pieces
+    row : int
+        Of the surface.
+    triangles : ndarray of int64, shape (n, 3)
+        Points: rows of `Pieces.x`, and beyond these the nodes of `nodes`.
+    element : ndarray of int64, shape (n,)
+        The piece that each belongs to.
+    nodes : ndarray of int64
+        Nodes of the lattice that are points of runs alone, rising.
+    """
+
+    pieces: Pieces
+    row: int
+    triangles: np.ndarray
+    element: np.ndarray
+    nodes: np.ndarray
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """Local coordinates (n, 3) of points, which rise."""
+        pieces, n_core = self.pieces, len(self.pieces.x)
+        n = int(np.searchsorted(points, n_core))
+        found = np.empty((len(points), 3))
+        found[:n] = pieces.x[points[:n]]
+        if n < len(points):
+            nodes = self.nodes[points[n:] - n_core]
+            found[n:] = pieces.sources[self.row].places_of_nodes(nodes) - pieces.origin
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,3 +262,41 @@ class Expanded(Noun):
     def element(self) -> np.ndarray:
         """The piece (triangle, or run behind those) that each belongs to, int64 (n_triangle,)."""
         return frozen(self._labels[1], np.int64)
+
+
+def same_turn(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Whether triangles (n, 3) go round as others (n, 3) with the same three corners do.
+
+    Examples
+    --------
+    >>> same_turn(np.array([[4, 5, 6], [4, 5, 6]]), np.array([[6, 4, 5], [5, 4, 6]])).tolist()
+    [True, False]
+    """
+    rising = [
+        np.sum([t[:, k] < t[:, (k + 1) % 3] for k in range(3)], axis=0) == 2
+        for t in (triangles, others)
+    ]
+    alike: np.ndarray = rising[0] == rising[1]
+    return alike
+
+
+def sides_seen(pieces: Pieces, sides: np.ndarray) -> np.ndarray:
+    """Return the units on both sides of each piece, for triangles that coincide with others, too.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    sides : ndarray of int64, shape (n_piece, 2)
+        As ``Units.piece_sides`` has them: -1 for all but the first of coinciding triangles.
+    """
+    others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
+    others = others[(sides[others] < 0).all(axis=1)]
+    if not len(others):
+        return sides
+
+    # each sees what the first one sees, turned as it is turned
+    first = pieces.twin[others]
+    alike = same_turn(pieces.triangles[others], pieces.triangles[first])
+    out = sides.copy()
+    out[others] = np.where(alike[:, None], sides[first], sides[first, ::-1])
+    return out

@@ -18,6 +18,7 @@ from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.map_area import rows_of_contacts, upper_area
+from geosurf.model.pieces import sides_seen
 from geosurf.model.plain_dataset import PlainDataset
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 from geosurf.model.unit_table import labels_of, table_of, volumes_of
@@ -313,6 +314,26 @@ class Units(Shown, Mapping[str, Unit]):
         if self._piece_sides is None:
             raise InputError(NO_PATCHES)
         return self._piece_sides()
+
+    @cached_property
+    def sides_seen(self) -> np.ndarray:
+        """As `piece_sides`; a triangle that coincides with an earlier one has its sides, too."""
+        return frozen(sides_seen(*self.piece_sides), np.int64)
+
+    @cached_property
+    def rows_inside(self) -> frozenset[int]:
+        """Rows of the surfaces with a unit in front or behind: those that reach into the model."""
+        pieces = self.piece_sides[0]
+        inside = (self.sides_seen >= 0).any(axis=1)
+        n_core = len(pieces.triangles)
+        rows = np.repeat(np.arange(len(pieces.sources)), np.diff(pieces.first_run))
+        found = np.concatenate([pieces.surface[inside[:n_core]], rows[inside[n_core:]]])
+        return frozenset(np.unique(found).tolist())
+
+    @cached_property
+    def faces(self) -> dict[Any, Any]:
+        """What measures have listed of single surfaces: see ``geosurf.measure.faces``."""
+        return {}
 
     @property
     def volume(self) -> float:

@@ -35,12 +35,9 @@ Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset", PlainDatase
 
 def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
     """Return names of surfaces of a role that bound units, in the order of the scene."""
-    patches = graph.patches
-
-    # a surface bounds units if one of its triangles has a unit in front or behind
-    inside = np.unique(patches.surface_of_triangle[(graph.units.sides >= 0).any(axis=1)])
-    sources = [patches.sources[i] for i in inside.tolist()]
-    return tuple(source.name for source in sources if source.role == role)
+    inside, sources = graph.units.rows_inside, graph.patches.sources
+    found = (source for i, source in enumerate(sources) if i in inside)
+    return tuple(source.name for source in found if source.role == role)
 
 
 def to_pyvista(graph: Graph) -> pyvista.MultiBlock:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.carve.shells import renumbered
+from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.kernels.meshes.shells import (
     are_copies,
     count_open_edges,

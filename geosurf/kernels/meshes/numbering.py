@@ -35,6 +35,28 @@ def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return found[order], rank[number]
 
 
+def renumbered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The distinct numbers in an array (n, 3), rising, and the place of each number among them.
+
+    Examples
+    --------
+    >>> [found.tolist() for found in renumbered(np.array([[4, 9, 7]]))]
+    [[4, 7, 9], [[0, 2, 1]]]
+    """
+    first = int(t.min(initial=0))
+    span = int(t.max(initial=0)) + 1 - first
+    if span > 16 * t.size:  # a small unit in a large model
+        used, place = np.unique(t, return_inverse=True)
+        return used, place.reshape(t.shape)
+
+    # a table over the range of numbers: a tenth of the time of a sort
+    place = np.zeros(span, dtype=np.int64)
+    place[t - first] = 1
+    used = first + np.flatnonzero(place)
+    place[used - first] = np.arange(len(used))
+    return used, place[t - first]
+
+
 @entry("l1 -> l1 l1")
 def first_seen(keys):
     """Distinct keys in the order in which they come, and the number of each key among them."""
