@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NoReturn
 
 import numpy as np
 
+from geosurf.carve import measures
 from geosurf.carve.beyond import first_beyond
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
@@ -24,6 +26,7 @@ from geosurf.conventions import METRES_PER_UNIT, place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 
 ABOVE, BELOW, UNKNOWN = 1, -1, 0
 FOOT = METRES_PER_UNIT["ft"]
@@ -270,6 +273,8 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     """State where the rim of a horizon or contact is open, inside cells where that matters."""
     source = patches.sources[surface]
     what, name = source.role, source.name
+    if any(isinstance(one.lattice, ChunkedLattice) for one in patches.sources):
+        _raise_leak_of_stored(patches, cells, surface, torn)
     if not torn[own_sides(cells, surface)[2]].any():
         cells = cells.in_full
         rows = torn[cells.cell_of_side].any(axis=1)
@@ -306,6 +311,28 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         f"inside the model box, for example at {place(middle)}.{_gap(patches, middle, surface)} "
         f"Shrink the box to the {what}, or extend or fill the {what}.",
         place=middle,
+        surfaces=(name,),
+    )
+
+
+def _raise_leak_of_stored(
+    patches: Patches, cells: Cells, surface: int, torn: np.ndarray
+) -> NoReturn:
+    """The same for horizons that stay in their store, whose rim is not measured."""
+    what, name = patches.sources[surface].role, patches.sources[surface].name
+    faces = owned_by(cells, surface)
+    faces = faces[torn[cells.cell_of_side[faces]].any(axis=1)]
+    rim = "The rim of the"
+    if not len(faces):
+        faces = np.flatnonzero(torn[cells.cell_of_side].any(axis=1))
+        rim = "A block without the"
+    found = cells.extent_of(faces[:1])[0]
+    where = 0.5 * (found[measures.LOWER] + found[measures.UPPER]) + patches.origin
+    raise OpenUnitError(
+        f"units leak around {what} {name!r}, which does not separate the space above from the "
+        f"space below everywhere. {rim} {what} is near {place(where)}. Shrink the box to the "
+        f"{what}, or extend or fill the {what}.",
+        place=where,
         surfaces=(name,),
     )
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from geosurf.errors import HorizonError
 from geosurf.model.base import frozen
+from geosurf.model.holes import Holes, TriangleNumbers
 from geosurf.model.lattice import Lattice
 from geosurf.model.survey import Survey
 
@@ -124,8 +125,8 @@ class ChunkBounds:
         As `Survey.n_triangles`.
     in_use : ndarray of float64, shape (6,)
         Box around the nodes that triangles use.
-    n_present : int
-        Number of nodes that exist.
+    holes : ndarray of int64, shape (n_hole, 3)
+        Absent nodes: row, first and last column, as `geosurf.model.holes.holes_in` returns them.
     last_rows : ndarray of float64, shape (n_tile_row, n_col)
         Elevations of the last row of each row of chunks [m]: the tiles after it begin there.
     last_cols : ndarray of float64, shape (n_tile_col, n_row)
@@ -137,7 +138,7 @@ class ChunkBounds:
     starts: np.ndarray
     n_triangles: tuple[int, int]
     in_use: np.ndarray
-    n_present: int
+    holes: np.ndarray
     last_rows: np.ndarray
     last_cols: np.ndarray
 
@@ -201,7 +202,33 @@ class ChunkedLattice(Lattice):
     @property
     def n_present(self) -> int:
         """Number of nodes that exist."""
-        return self.bounds.n_present
+        return self.n_node - self.holes.n_absent
+
+    @cached_property
+    def holes(self) -> Holes:
+        """The absent nodes, as intervals of columns."""
+        return Holes(self.shape, self.bounds.holes)
+
+    def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Rows of `build_triangles` for keys of triangles that exist."""
+        return keys if self.whole else self._numbers.rows_of_keys(keys)
+
+    def keys_of_rows(self, rows: np.ndarray) -> np.ndarray:
+        """Keys of triangles for rows of `build_triangles`."""
+        return rows if self.whole else self._numbers.keys_of_rows(rows)
+
+    @cached_property
+    def _numbers(self) -> TriangleNumbers:
+        return TriangleNumbers(self.shape, self.rising, self.gaps)
+
+    def presence(self, rows: tuple[int, int]) -> np.ndarray:
+        """Mask (n, n_col) of the nodes that exist in some rows (first, last + 1)."""
+        return self.holes.present(rows)
+
+    @property
+    def present(self) -> np.ndarray:
+        """Mask of the nodes that exist: an error, as for elevations; `holes` has the same."""
+        raise self._too_large()
 
     @property
     def keys(self) -> np.ndarray:
@@ -219,12 +246,10 @@ class ChunkedLattice(Lattice):
     def _too_large(self) -> HorizonError:
         """The error of whoever needs all nodes at once."""
         n_row, n_col = self.shape
-        without = "Curves, units and volumes do not."
-        if not self.whole:
-            without = "Curves do not; units and volumes do because nodes are absent (NaN)."
         return HorizonError(
             f"horizon {self.store.name!r} stays in its store ({n_row} x {n_col} nodes, "
-            f"{8e-9 * self.n_node:.2g} GB), and this result needs all nodes in memory. {without} "
+            f"{8e-9 * self.n_node:.2g} GB), and this result needs all nodes in memory. Curves, "
+            "units and volumes do not. "
             "Load it with da.load(), or select a part with da.isel(...).",
             surfaces=[self.store.name],
         )
@@ -250,7 +275,7 @@ class ChunkedLattice(Lattice):
         """What is known of all nodes; the pyramid is one box."""
         bounds = self.bounds
         low, high = bounds.boxes[:, :3].min(axis=0), bounds.boxes[:, 3:].max(axis=0)
-        complete = bounds.n_present == self.n_node
+        complete = len(bounds.holes) == 0
         unknown = np.full(2, np.nan), np.full(2, np.inf), np.inf, 0.0, np.full((2, 3), np.nan)
         return Survey(
             frozen(np.concatenate([low, high])[None], np.float64),
@@ -317,7 +342,7 @@ class ChunkedLattice(Lattice):
             (int(of[k]), int(of[k + 1]))
             for of, k in ((self.store.row_starts, i), (self.store.col_starts, j))
         )
-        chunk = self._same(self.store.read(rows, cols), rows)
+        chunk = self._same(self.store.read(rows, cols), rows, cols)
         with held.lock:
             if (i, j) not in held.chunks:
                 held.chunks[i, j] = chunk
@@ -326,10 +351,11 @@ class ChunkedLattice(Lattice):
                 held.size -= held.chunks.popitem(last=False)[1].nbytes
         return chunk
 
-    def _same(self, z: np.ndarray, rows: tuple[int, int]) -> np.ndarray:
+    def _same(self, z: np.ndarray, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
         """Elevations that were read, or an error if nodes have gone since the store was opened."""
         # a chunk whose file is gone reads as NaN
-        if self.whole and np.isnan(z.sum()):
+        n_absent = self.holes.count(rows, cols)
+        if (n_absent or np.isnan(z.sum())) and np.count_nonzero(np.isnan(z)) != n_absent:
             raise HorizonError(
                 f"horizon {self.store.name!r}: in rows {rows[0]} to {rows[1] - 1} nodes are absent "
                 "that were there when the store was opened. Check that its files are complete, and "
@@ -394,7 +420,7 @@ class ChunkedLattice(Lattice):
                 z[0] = self.bounds.last_rows[i - 1]
             start = int(self.store.row_starts[i])
             self.store.read((start, last), (0, n_col), z[start - first :])
-            self._same(z, (first, last))
+            self._same(z, (first, last), (0, n_col))
             yield first, self._part((first, last), (0, n_col), z)
 
 

@@ -15,11 +15,12 @@ import numpy as np
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
+from geosurf.model.holes import Holes, holes_in
 from geosurf.model.survey import Survey
 
 # what does not ask how cells are split and turned
 _OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
-             "present", "vertex_of_node")  # fmt: skip
+             "present", "vertex_of_node", "holes")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,6 +255,21 @@ class Lattice(Noun):
         )
         mask.flags.writeable = False
         return mask
+
+    def presence(self, rows: tuple[int, int]) -> np.ndarray:
+        """Mask (n, n_col) of the nodes that exist in some rows (first, last + 1)."""
+        return self.present[slice(*rows)]
+
+    @cached_property
+    def holes(self) -> Holes:
+        """The absent nodes, as intervals of columns."""
+        none = np.empty((0, 3), dtype=np.int64)
+        return Holes(self.shape, frozen(none if self.whole else holes_in(~self.present), np.int64))
+
+    @cached_property
+    def gaps(self) -> np.ndarray:
+        """Triangles that do not exist, in the form of `geosurf.kernels.lattices.strips`."""
+        return frozen(self.holes.gaps(self.rising), np.int64)
 
     @cached_property
     def vertex_of_node(self) -> np.ndarray:

@@ -161,13 +161,9 @@ def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray)
     assert lattice is not None  # only lattices have strips
     a = lattice.places
 
-    # Keys of the triangles that are listed one by one, and marks of those that do not exist.
+    # Keys of the triangles that are listed one by one, and gaps where some do not exist.
     taken = contacts.key_of_face.take(touched)
-    absent = _NO_KEYS
-    if not lattice.whole:
-        n_row, n_col = lattice.shape
-        absent = np.ones(2 * (n_row - 1) * (n_col - 1), dtype=np.int64)
-        absent[lattice.keys] = 0
+    absent = lattice.gaps
 
     # Each row of cells has one run and one more for each triangle taken out of it; a second call if
     # that is too little.

@@ -24,11 +24,12 @@ from geosurf.arrangement.earlier import Earlier, compare, cut_changed
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import place
-from geosurf.errors import RoundingError, SurfaceError
+from geosurf.errors import HorizonError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
 from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
@@ -141,6 +142,10 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         if surface.role == "wall":
             continue
         vertices = nodes[ids[of_node]]
+        if len(vertices) == 0:
+            continue
+        if isinstance(surface.lattice, ChunkedLattice):
+            raise _stays(surface, vertices[0])
         if surface.lattice is not None:
             vertices = surface.lattice.vertex_of_node.ravel()[vertices]
 
@@ -149,6 +154,19 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         if first is not None:
             vertices = first[vertices]
         marked[vertices] = True
+
+
+def _stays(surface: TriSurface, node: int) -> HorizonError:
+    """The error for a horizon in its store, of which a repair would move nodes."""
+    (at,) = surface.places_of_nodes(np.array([node]))
+    return HorizonError(
+        f"horizon {surface.name!r} almost touches another surface at {place(at)}, so that float64 "
+        "cannot represent the exact result. geosurf repairs that by moving nodes, but not of a "
+        "horizon that stays in its store. Round its elevations, as in (da * 1024).round() / 1024, "
+        "or load it with da.load().",
+        place=at,
+        surfaces=[surface.name],
+    )
 
 
 def _held(surfaces: Sequence[TriSurface]) -> list[np.ndarray]:

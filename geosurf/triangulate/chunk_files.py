@@ -20,7 +20,7 @@ from geosurf.kernels.compile.cache_folder import cache_root
 from geosurf.model.chunked import ChunkBounds, Store
 
 _FORM = f"geosurf bounds of chunks 1 {list(ChunkBounds.__dataclass_fields__)}"
-_ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols")
+_ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols", "holes")
 _LARGEST = 1 << 32
 _SUFFIX = ".geosurf-bounds"
 
@@ -55,17 +55,16 @@ def load_bounds(place: Path, key: str) -> ChunkBounds | None:
             continue
         if payload is not None:  # its checksum is right: what follows was written by `save_bounds`
             with np.load(io.BytesIO(payload), allow_pickle=False) as found:
-                falling, rising, n_present = found["counts"].tolist()
+                falling, rising = found["counts"].tolist()
                 arrays = {key: found[key] for key in _ARRAYS}
-                triangles = falling, rising
-                return ChunkBounds(n_triangles=triangles, n_present=n_present, **arrays)
+                return ChunkBounds(n_triangles=(falling, rising), **arrays)
     return None
 
 
 def save_bounds(place: Path, key: str, bounds: ChunkBounds) -> None:
     """Keep bounds next to their store, else in the cache; without either they are made again."""
     buffer = io.BytesIO()
-    counts = np.array([*bounds.n_triangles, bounds.n_present], dtype=np.int64)
+    counts = np.array(bounds.n_triangles, dtype=np.int64)
     arrays = {key: getattr(bounds, key) for key in _ARRAYS}
     np.savez(buffer, allow_pickle=False, counts=counts, **arrays)
     data = sealed(key, buffer.getvalue())

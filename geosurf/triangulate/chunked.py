@@ -16,6 +16,7 @@ from geosurf.errors import HorizonError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkBounds, ChunkedLattice, Store
+from geosurf.model.holes import holes_in
 from geosurf.triangulate.chunk_files import key_of_store, load_bounds, save_bounds
 
 STAYS = 1 << 26  # nodes: smaller grids are read as a whole, which takes half a GB
@@ -84,8 +85,8 @@ def chunked_lattice(
 
 def survey_chunks(store: Store, axes: tuple[np.ndarray, np.ndarray]) -> ChunkBounds:
     """Return bounds of all tiles from one pass over a store, a row of chunks at a time."""
-    boxes, blocks, sizes = [], [], []
-    triangles, used, n_present = np.zeros(2, dtype=np.int64), [], 0
+    boxes, blocks, sizes, holes = [], [], [], [np.empty((0, 3), dtype=np.int64)]
+    triangles, used = np.zeros(2, dtype=np.int64), []
     rising = rising_diagonal(*axes)
     longest, n_col = int(np.diff(store.row_starts).max()), store.shape[1]
     room = np.empty((longest + 1, n_col))
@@ -100,26 +101,28 @@ def survey_chunks(store: Store, axes: tuple[np.ndarray, np.ndarray]) -> ChunkBou
         store.read((int(store.row_starts[i]), last), (0, n_col), band[0 if i == 0 else 1 :])
         last_rows[i] = band[-1]
         last_cols[:, first:last] = band[:, store.col_starts[1:] - 1].T
+        complete = True
         for j in range(len(store.col_starts) - 1):
             _, (left, right) = store.tile(i, j)
             part = np.ascontiguousarray(band[:, left:right])
             lattice = Lattice(axes[0][left:right], axes[1][first:last], part, rising)
-            found = lattice.survey
-            _refuse_values(store, found.box, (first, left), part)
-            boxes.append(found.box)
-            triangles += found.n_triangles
+            seen = lattice.survey
+            _refuse_values(store, seen.box, (first, left), part)
+            boxes.append(seen.box)
+            triangles += seen.n_triangles
             if lattice.n_triangle:  # of its nodes in use, where some are absent
                 used.append(TriSurface(store.name, "horizon", lattice=lattice).bounds)
 
-            # nodes of its own: the first row and column may be those of the chunks before
-            own = part[1 if i else 0 :, 1 if j else 0 :]
-            n_present += own.size if found.numbers[2] else int(np.isfinite(own).sum())
+            complete = complete and seen.numbers[2]
 
             # blocks of 64 x 64 cells; tiles without cells have none
-            level = found.levels[min(_LEVEL, len(found.levels) - 1)].tolist()
+            level = seen.levels[min(_LEVEL, len(seen.levels) - 1)].tolist()
             n = level[1] * level[2] if min(part.shape) > 1 else 0
-            blocks.append(found.nodes[level[0] : level[0] + n])
+            blocks.append(seen.nodes[level[0] : level[0] + n])
             sizes.append(n)
+        if not complete:  # of its own rows: the first one may be that of the chunks before
+            start = int(store.row_starts[i])
+            holes.append(holes_in(np.isnan(band[start - first :]), start))
     starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     both = int(triangles[0]), int(triangles[1])
     box = np.full(6, np.nan)
@@ -127,10 +130,8 @@ def survey_chunks(store: Store, axes: tuple[np.ndarray, np.ndarray]) -> ChunkBou
         west, east, south, north, bottom, top = zip(*used, strict=True)
         low, high = map(min, (west, south, bottom)), map(max, (east, north, top))
         box = np.array([*low, *high])
-    found_blocks = np.concatenate(blocks)
-    return ChunkBounds(
-        np.array(boxes), found_blocks, starts, both, box, n_present, last_rows, last_cols
-    )
+    found = np.array(boxes), np.concatenate(blocks), starts, both, box, np.concatenate(holes)
+    return ChunkBounds(*found, last_rows, last_cols)
 
 
 def _refuse_values(

@@ -43,11 +43,11 @@ def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     # Two steps span the lattice: along rows and along columns [m].
     easting, northing = lattice.horizontal()
     n_row, n_col = lattice.shape
-    corner = np.array([easting[0, 0], northing[0, 0]])
-    along = (np.array([easting[0, -1], northing[0, -1]]) - corner) / (n_col - 1)
-    up = (np.array([easting[-1, 0], northing[-1, 0]]) - corner) / (n_row - 1)
+    first = np.array([easting[0, 0], northing[0, 0]])
+    along = (np.array([easting[0, -1], northing[0, -1]]) - first) / (n_col - 1)
+    up = (np.array([easting[-1, 0], northing[-1, 0]]) - first) / (n_row - 1)
     # Four corners of a parallelogram; otherwise steps cannot be even.
-    far = corner + along * (n_col - 1) + up * (n_row - 1)
+    far = first + along * (n_col - 1) + up * (n_row - 1)
     size = np.hypot(*along) + np.hypot(*up)
     if np.hypot(*(far - (easting[-1, -1], northing[-1, -1]))) > 1e-3 * size:
         raise InputError(
@@ -57,7 +57,7 @@ def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
     # Invert the two steps: row and column of the cell below each place.
     det = along[0] * up[1] - along[1] * up[0]
-    dx, dy = x - corner[0], y - corner[1]
+    dx, dy = x - first[0], y - first[1]
     j = np.floor((dx * up[1] - dy * up[0]) / det).astype(np.int64)
     i = np.floor((along[0] * dy - along[1] * dx) / det).astype(np.int64)
 
@@ -65,6 +65,8 @@ def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     i, j = np.where(inside, i, 0), np.where(inside, j, 0)
 
     # All four nodes of the cell have to exist.
-    present = lattice.present
-    four = present[i, j] & present[i + 1, j] & present[i, j + 1] & present[i + 1, j + 1]
+    node = i * n_col + j
+    four = np.ones(inside.shape, dtype=bool)
+    for corner in (node, node + n_col, node + 1, node + n_col + 1):
+        four &= lattice.holes.is_present(corner)
     return inside & four

@@ -9,6 +9,7 @@ import numpy as np
 from geosurf.model import Lattice, TriSurface
 
 _SAMPLE = 4000  # nodes that a lattice is fitted to
+_AT_ONCE = 1 << 22  # nodes whose links are looked at together
 REGULAR = 1e-2  # cells: a lattice whose nodes are farther from even steps has no frame
 
 
@@ -128,33 +129,9 @@ def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
 def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
     n_row, n_col = lattice.shape
-    first, second = _triangles(lattice)
-
-    # which triangle of a cell touches its east and its west side depends on the diagonal
-    right, left = (first, second) if lattice.rising else (second, first)
-    node = np.arange(n_row * n_col).reshape(n_row, n_col)
-    found = []
-
-    # along rows: the second triangle of a cell has its upper side, the first its lower one
-    below, above = np.zeros((n_row, n_col - 1), bool), np.zeros((n_row, n_col - 1), bool)
-    below[1:], above[:-1] = second, first
-    found += _directed(above & ~below, node[:, :-1], node[:, 1:])
-    found += _directed(below & ~above, node[:, 1:], node[:, :-1])
-
-    # along columns
-    west, east = np.zeros((n_row - 1, n_col), bool), np.zeros((n_row - 1, n_col), bool)
-    west[:, 1:], east[:, :-1] = right, left
-    found += _directed(west & ~east, node[:-1], node[1:])
-    found += _directed(east & ~west, node[1:], node[:-1])
-
-    # diagonals
-    start, end, left, right = node[:-1, :-1], node[1:, 1:], second, first
-    if not lattice.rising:
-        start, end, left, right = node[:-1, 1:], node[1:, :-1], first, second
-    found += _directed(left & ~right, start, end)
-    found += _directed(right & ~left, end, start)
-
-    links = np.concatenate(found)
+    step = max(_AT_ONCE // n_col, 1)
+    bands = [_links_of_rows(lattice, k, min(k + step, n_row)) for k in range(0, n_row, step)]
+    links = np.concatenate([part for kind in zip(*bands, strict=True) for part in kind])
     links = links if lattice.right_handed else links[:, ::-1]
     row, col = np.divmod(links, n_col)
     if lattice.easting.ndim == 1:
@@ -162,23 +139,51 @@ def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     return np.stack([lattice.easting[row, col], lattice.northing[row, col]], axis=-1)
 
 
-def _triangles(lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
-    """Whether the first and the second triangle of each cell exist, bool (n_row - 1, n_col - 1)."""
-    n = lattice.present
+def _links_of_rows(lattice: Lattice, low: int, high: int) -> list[np.ndarray]:
+    """Links (n, 2) of the rim that begin in some rows of nodes, one array for each kind."""
+    n_row, n_col = lattice.shape
+    n = np.zeros((high - low + 2, n_col), dtype=bool)  # one row before them and one behind
+    start, stop = max(low - 1, 0), min(high + 1, n_row)
+    n[start - low + 1 : stop - low + 1] = lattice.presence((start, stop))
+
+    # first and second triangle of each cell: in the row before and in these rows
     a, b, c, d = n[:-1, :-1], n[:-1, 1:], n[1:, 1:], n[1:, :-1]
-    return (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
+    first, second = (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
+    node = np.arange(low * n_col, (high + 1) * n_col).reshape(-1, n_col)
+
+    # along rows: the second triangle of a cell has its upper side, the first its lower one
+    below, above = second[:-1], first[1:]
+    found = [_directed(above & ~below, node[:-1, :-1], node[:-1, 1:]),
+             _directed(below & ~above, node[:-1, 1:], node[:-1, :-1])]  # fmt: skip
+
+    # which triangle of a cell touches its east and its west side depends on the diagonal
+    first, second = first[1:], second[1:]
+    right, left = (first, second) if lattice.rising else (second, first)
+    west, east = (np.zeros((high - low, n_col), bool) for _ in range(2))
+    west[:, 1:], east[:, :-1] = right, left
+    found += [_directed(west & ~east, node[:-1], node[1:]),
+              _directed(east & ~west, node[1:], node[:-1])]  # fmt: skip
+
+    # diagonals
+    ends = node[:-1, :-1], node[1:, 1:]
+    on_left, on_right = second, first
+    if not lattice.rising:
+        ends, on_left, on_right = (node[:-1, 1:], node[1:, :-1]), first, second
+    found += [_directed(on_left & ~on_right, *ends),
+              _directed(on_right & ~on_left, *ends[::-1])]  # fmt: skip
+    return found
 
 
-def _directed(where: np.ndarray, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+def _directed(where: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Links (n, 2) from node to node, where there are some."""
-    return [np.stack([start[where], end[where]], axis=1)]
+    return np.stack([start[where], end[where]], axis=1)
 
 
 def _axes_of(lattice: Lattice) -> Axes | None:
     """The frame of a lattice with even steps, turned right-handed; None if it has none."""
     n_col = lattice.shape[1]
-    known = np.flatnonzero(lattice.present)
-    known = known[np.linspace(0, len(known) - 1, min(len(known), _SAMPLE)).astype(np.int64)]
+    n = lattice.n_present
+    known = lattice.holes.present_nodes(np.linspace(0, n - 1, min(n, _SAMPLE)).astype(np.int64))
     row, col = np.divmod(known, n_col)
     easting, northing = lattice.horizontal()
     xy = np.stack([easting[row, col], northing[row, col]], axis=1)

@@ -25,6 +25,7 @@ from geosurf.warning import warn
 # Parts of the size of the area: a rim nearer to a side than NEAR runs along it (8 mm in 1 km, as
 # with corners of two decimals), and a side is moved by at least LEAST.
 NEAR, LEAST = 2.0**-17, 2.0**-34
+_AT_ONCE = 1 << 22  # nodes that are looked at together
 FURTHER = 4.0  # times as far inside as the farthest of these rim nodes
 
 
@@ -155,14 +156,22 @@ def _rim(horizon: TriSurface) -> np.ndarray:
         return _frame(lattice.easting, lattice.northing)
 
     # A node is on the rim unless all eight neighbours exist.
-    there = np.pad(lattice.present, 1)
-    inner = np.ones(lattice.shape, dtype=bool)
-    for i in (0, 1, 2):
-        for j in (0, 1, 2):
-            inner &= there[i : i + inner.shape[0], j : j + inner.shape[1]]
-    rim = lattice.present & ~inner
+    n_row, n_col = lattice.shape
     easting, northing = lattice.horizontal()
-    return np.column_stack([easting[rim], northing[rim]])
+    found = []
+    step = max(_AT_ONCE // n_col, 1)
+    for low in range(0, n_row, step):
+        high = min(low + step, n_row)
+        start, stop = max(low - 1, 0), min(high + 1, n_row)
+        there = np.zeros((high - low + 2, n_col + 2), dtype=bool)
+        there[start - low + 1 : stop - low + 1, 1:-1] = lattice.presence((start, stop))
+        inner = np.ones((high - low, n_col), dtype=bool)
+        for i in (0, 1, 2):
+            for j in (0, 1, 2):
+                inner &= there[i : i + high - low, j : j + n_col]
+        row, col = np.nonzero(there[1:-1, 1:-1] & ~inner)
+        found.append(np.column_stack([easting[row + low, col], northing[row + low, col]]))
+    return np.concatenate(found)
 
 
 def _frame(easting: np.ndarray, northing: np.ndarray) -> np.ndarray:

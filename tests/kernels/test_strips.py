@@ -54,11 +54,7 @@ def edges_of(lattice):
 def test_runs_hold_what_is_left_and_know_their_neighbours(case):
     lattice, taken = case
     a = lattice.places
-    n_key = 2 * (lattice.shape[0] - 1) * (lattice.shape[1] - 1)
-    absent = np.ones(n_key, dtype=np.int64)
-    absent[lattice.keys] = 0
-    if lattice.whole:
-        absent = absent[:0]
+    absent = lattice.gaps
     runs = np.empty((200, 4), dtype=np.int64)
     start, n = strips.find_runs(a, taken, absent, runs)
     runs = runs[:n]
@@ -87,9 +83,7 @@ def test_runs_hold_what_is_left_and_know_their_neighbours(case):
 def test_measures_are_those_of_the_triangles(case):
     lattice, taken = case
     surface = TriSurface("Top", "horizon", lattice=lattice)
-    n_key = 2 * (lattice.shape[0] - 1) * (lattice.shape[1] - 1)
-    absent = np.ones(n_key, dtype=np.int64)
-    absent[lattice.keys] = 0
+    absent = lattice.gaps
     runs = np.empty((200, 4), dtype=np.int64)
     _, n = strips.find_runs(lattice.places, taken, absent, runs)
     run = run_of_keys(lattice.places, runs[:n])

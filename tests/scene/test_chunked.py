@@ -127,17 +127,48 @@ def test_what_needs_all_nodes_names_the_size_and_the_remedy(path):
             ask()
 
 
-def test_holes_leave_curves_and_refuse_units(path):
-    def scene(change):
-        grids = {k: change(v.where(v.easting != 500.0)) for k, v in opened(path).items()}
-        return gs.Scene(grids, faults(), box=(110, 480, 110, 800, -1500, -800))
+def holed(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    """Where nodes are absent: along a rim that is no row or column, and here and there."""
+    row, col = np.indices(shape)
+    rim = (row + col < 4) | (row - col > shape[0] - 3) | (col > shape[1] - 2)
+    return rim | (rng.random(shape) < 0.03)
 
-    lazy, loaded = scene(lambda v: v), scene(lambda v: v.compute())
-    assert lazy.surface("Top").bounds == loaded.surface("Top").bounds
-    assert repr(lazy.surface("Top")) == repr(loaded.surface("Top"))
-    assert lazy.curves.local.tobytes() == loaded.curves.local.tobytes()
-    with pytest.raises(gs.errors.HorizonError, match="nodes are absent"):
-        _ = lazy.volumes
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+@pytest.mark.parametrize("seed", range(6))
+def test_law_absent_nodes_give_the_units_of_grids_in_memory(seed):
+    # chunks without a node, holes across chunks, islands; areas and boxes proposed and given
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(9, 24, size=2).tolist())
+    axes = {"northing": 25.0 * np.arange(shape[0]), "easting": 25.0 * np.arange(shape[1])}
+    chunks = {k: (3, n - 3) if seed % 2 else 5 for k, n in zip(axes, shape, strict=True)}
+    grids, lazy = {}, {}
+    for name, shift in (("Top", 0.0), ("Base", 7.0 + 20.0 * (seed % 2))):
+        z = rng.integers(-2, 3, size=shape) * 4.0 - shift
+        grid = xr.DataArray(
+            np.where(holed(rng, shape), np.nan, z), axes, ("northing", "easting"), name,
+            {"units": "m", "positive": "up"},
+        )  # fmt: skip
+        grids[name] = grid
+        lazy[name] = gs.triangulate_horizon(grid.chunk(chunks), name=name, lazy=True)
+    plane = [[60, -50, -90], [120, 700, -90], [150, 700, 90], [90, -50, 90]]
+    fault = {"F": gs.TriSurface("F", "fault", plane, [[0, 1, 2], [0, 2, 3]])}
+    options = [{}, {"aoi": "rectangle"}, {"box": (60.0, 140.0, 70.0, 150.0, -90.0, 90.0)}]
+    found = []
+    for of in (grids, lazy):
+        for option in options:
+            scene = gs.Scene(of, fault, contacts={"OWC": -9.0}, **option)
+            try:
+                parts = [scene.units.table, scene.volumes]
+                words = [scene.units.report, scene.box, scene.warnings]
+            except gs.errors.OpenUnitError:  # in memory the rim is measured, too
+                parts, words = [], ["leaks"]
+            except gs.errors.GeosurfError as error:
+                parts, words = [], [error]
+            found.append((parts, repr(words)))
+    for one, two in zip(found[: len(options)], found[len(options) :], strict=True):
+        assert one[1] == two[1]
+        assert all(p.identical(q) for p, q in zip(one[0], two[0], strict=True))
 
 
 def test_no_data_values_are_refused(path):

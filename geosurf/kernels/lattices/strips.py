@@ -9,7 +9,8 @@ thousand runs, and its patches, sides and volumes follow from those.
 Notation
     a        layout, as in `tree`
     keys     removed triangles (``2 * cell + half``), increasing
-    absent   1 for triangles without three nodes, by key; empty if there are none
+    absent   gaps: places without a triangle. First where the gaps of each row begin in this array,
+             (n_row,) with the end, then first and last place of each; empty if there are none
     runs     int64 (n_run, 4): row, first place, last place, and 1 if the run is at the boundary
     start    int64 (n_row + 1,): first run of each row
 """
@@ -55,7 +56,50 @@ def _is_missing(a, absent, row, place):
     """Whether there is no triangle: outside the lattice, or without its nodes."""
     if row < 0 or row >= a[N_ROW] - 1 or place < 0 or place >= 2 * (a[N_COL] - 1):
         return True
-    return absent.shape[0] > 0 and absent[key_at(a, row, place)] == 1
+    if absent.shape[0] == 0:
+        return False
+    gap = _gap_from(absent, row, place)
+    return gap < absent[row + 1] and absent[gap] <= place
+
+
+@scalar
+def _gap_from(absent, row, place):
+    """Where the first gap of a row is that does not end before a place."""
+    low, high = absent[row] // 2, absent[row + 1] // 2
+    odd = absent[row] % 2
+    while low < high:
+        middle = (low + high) // 2
+        if absent[2 * middle + odd + 1] < place:
+            low = middle + 1
+        else:
+            high = middle
+    return 2 * low + odd
+
+
+@scalar
+def _misses_across(a, absent, row, first, last, parity):
+    """Whether a place of one parity between two others has no triangle across the rows."""
+    half = parity if a[RISING] == 0 else 1 - parity
+    first += (first + parity) % 2
+    last -= (last + parity) % 2
+    if first > last:
+        return False
+    other = row - 1 if half == 0 else row + 1
+    if other < 0 or other >= a[N_ROW] - 1:
+        return True
+    if absent.shape[0] == 0:
+        return False
+
+    # across an even place is the odd one after it, across an odd place the even one before
+    step = 1 - 2 * parity
+    gap = _gap_from(absent, other, first + step)
+    while gap < absent[other + 1] and absent[gap] <= last + step:
+        begin = max(first + step, absent[gap])
+        begin += (begin + parity + 1) % 2
+        if begin <= min(last + step, absent[gap + 1]):
+            return True
+        gap += 2
+    return False
 
 
 @scalar
@@ -65,12 +109,8 @@ def _is_at_boundary(a, absent, row, first, last):
         return True
 
     # Neighbours in the strip were tested; now those across the rows.
-    stop = last
-    if absent.shape[0] == 0:
-        stop = min(last, first + 1)  # rows above and below are complete: two places suffice
-    for place in range(first, stop + 1):
-        other_row, other = _across(a, row, place)
-        if _is_missing(a, absent, other_row, other):
+    for parity in range(2):
+        if _misses_across(a, absent, row, first, last, parity):
             return True
     return False
 
@@ -90,27 +130,64 @@ def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
     """Runs between the removed places (sorted) of a strip."""
     first = 0
     width = 2 * (a[N_COL] - 1)
+    gap, end = 0, 0
+    if absent.shape[0] > 0:
+        gap, end = absent[row], absent[row + 1]
+
     # The last turn takes what follows the last removed place.
     for k in range(n_taken + 1):
-        # Between two removed places, missing triangles divide runs further.
+        # Between two removed places, gaps divide runs further; no removed place is in a gap.
         stop = taken[k] if k < n_taken else width
-        if absent.shape[0] == 0:
-            if stop > first:
-                n = _add_run(a, absent, runs, n, row, first, stop - 1)
-        else:
-            # A run starts at a triangle and ends before a missing one.
-            begin = -1
-            for place in range(first, stop):
-                gone = absent[key_at(a, row, place)] == 1
-                if not gone and begin < 0:
-                    begin = place
-                if gone and begin >= 0:
-                    n = _add_run(a, absent, runs, n, row, begin, place - 1)
-                    begin = -1
-            if begin >= 0:
-                n = _add_run(a, absent, runs, n, row, begin, stop - 1)
+        while gap < end and absent[gap] < stop:
+            if absent[gap] > first:
+                n = _add_run(a, absent, runs, n, row, first, absent[gap] - 1)
+            first = absent[gap + 1] + 1
+            gap += 2
+        if stop > first:
+            n = _add_run(a, absent, runs, n, row, first, stop - 1)
         first = stop + 1
     return n
+
+
+@scalar
+def _add_gap(gaps, n, begin, first, last):
+    """Write a gap, joined to the one before in its row if they meet; the new length."""
+    if n > begin and first <= gaps[n - 1] + 1:
+        gaps[n - 1] = max(gaps[n - 1], last)
+        return n
+    gaps[n], gaps[n + 1] = first, last
+    return n + 2
+
+
+@entry("l l b l1 l2 -> l1")
+def gaps_of_holes(n_row, n_col, rising, start, holes):
+    """The gaps (`absent`) of a lattice with holes: row, first and last column of absent nodes."""
+    gaps = np.zeros(n_row + 4 * holes.shape[0], dtype=np.int64)
+    n = n_row
+    gaps[0] = n
+    width = 2 * (n_col - 1)
+    for row in range(n_row - 1):
+        begin = n
+        i, j = start[row], start[row + 1]
+
+        # Nodes of the lower row take out other places than those of the upper row.
+        while i < start[row + 1] or j < start[row + 2]:
+            low, high = 2 * width, 2 * width
+            if i < start[row + 1]:
+                low = 2 * holes[i, 1] - (1 if rising else 2)
+            if j < start[row + 2]:
+                high = 2 * holes[j, 1] - (2 if rising else 1)
+            if low <= high:
+                first, last = low, 2 * holes[i, 2] + (1 if rising else 0)
+                i += 1
+            else:
+                first, last = high, 2 * holes[j, 2] + (0 if rising else 1)
+                j += 1
+            first, last = max(first, 0), min(last, width - 1)
+            if first <= last:
+                n = _add_gap(gaps, n, begin, first, last)
+        gaps[row + 1] = n
+    return gaps[:n].copy()
 
 
 @entry("l1 l1 l1 l2 -> l1 l")
