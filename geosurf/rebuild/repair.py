@@ -13,9 +13,8 @@ after the other. The largest move is reported, and if that does not help, the ca
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -31,6 +30,7 @@ from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
+from geosurf.rebuild.moved_vertices import moved_surface, rounded, shifted
 from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
 
@@ -94,12 +94,14 @@ def cut_soundly(
     moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
     first, held = (contacts, bad), _held(given)
 
-    shifts = [(partial(_shifted, draw=draw), SHIFT) for draw in range(DRAWS)]
-    for move, step in (*((_rounded, step) for step in STEPS), *shifts):
+    tries: list[tuple[Callable[..., np.ndarray], float]] = [(rounded, step) for step in STEPS]
+    tries += [(partial(shifted, draw=draw), SHIFT) for draw in range(DRAWS)]
+    for move, step in tries:
         for _ in range(3):
             # New contacts may need more vertices: up to three rounds for each step.
             _mark(contacts, bad, moved)
-            surfaces = [_moved(s, m, move, step, held) for s, m in zip(given, moved, strict=True)]
+            both = zip(given, moved, strict=True)
+            surfaces = [moved_surface(s, m, move, step, held) for s, m in both]
             try:
                 contacts = with_own_contacts(find_contacts(surfaces, **contacts.options))
             except SurfaceError:
@@ -177,64 +179,6 @@ def _held(surfaces: Sequence[TriSurface]) -> list[np.ndarray]:
     ]
 
 
-def _rounded(places: np.ndarray, step: float) -> np.ndarray:
-    """Multiples of a step (of world coordinates)."""
-    rounded: np.ndarray = np.rint(places / step) * step + 0.0
-    return rounded
-
-
-def _shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
-    """Multiples of a step, up to one step off on each axis: equal places move alike.
-
-    One draw may move two ends of a line so that it goes through the same place as before.
-    """
-    # A hash of the bits of all three coordinates; equal places have equal bits.
-    bits = np.ascontiguousarray(places + 0.0).view(np.uint64)
-    mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-    mixed ^= mixed >> np.uint64(29)
-    one = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
-
-    # Bits of the hash decide between -1, 0 and 1 step on each axis.
-    thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)]
-    return _rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
-
-
-def _moved(
-    surface: TriSurface, moved: np.ndarray, move: Any, step: float, held: Sequence[np.ndarray]
-) -> TriSurface:
-    """The surface with some vertices rounded or shifted to multiples of a step."""
-    if not moved.any():
-        return surface
-
-    vertices = surface.vertices.copy()
-    there = move(vertices[moved], step)
-    # Coordinates of the box stay as they are, axis by axis.
-    for axis in range(3):
-        stays = np.isin(vertices[moved, axis], held[axis])
-        vertices[moved, axis] = np.where(stays, vertices[moved, axis], there[:, axis])
-
-    marks, triangles = dict(surface.vertex_data), _triangles(surface)
-    if not marks:  # torn sheets know their triangles by row
-        triangles = _without_shut(vertices, triangles)
-    made = TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)
-    made.sectors = surface.sectors
-    return made
-
-
-def _without_shut(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Triangles but for those with two corners in one place, whose neighbours then meet there."""
-    # Each corner against the next one.
-    corners = vertices[triangles]
-    shut = (corners == np.roll(corners, 1, axis=1)).all(axis=2).any(axis=1)
-    return triangles if shut.all() else triangles[~shut]
-
-
-def _triangles(surface: TriSurface) -> np.ndarray:
-    """Triangles over the first of equal vertices, so that equals stay together."""
-    first = first_of_equals(surface)
-    return surface.triangles if first is None else first[surface.triangles]
-
-
 def _moves(
     given: Sequence[TriSurface], surfaces: Sequence[TriSurface], moved: Sequence[np.ndarray]
 ) -> dict[str, float]:
@@ -242,6 +186,7 @@ def _moves(
     moves = [
         np.linalg.norm(new.vertices[mask] - old.vertices[mask], axis=1)
         for old, new, mask in zip(given, surfaces, moved, strict=True)
+        if mask.any()
     ]
     far = np.concatenate(moves)
     return {"moved_vertices": int((far > 0).sum()), "largest_move": float(far.max(initial=0.0))}

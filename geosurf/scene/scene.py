@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.arrangement import search_voxels
-from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.certificate import certify_repeated
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
@@ -600,8 +600,7 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
             One line per promise, see ``geosurf.carve.certificate.certify``. The last line repeats
             the rebuild and compares all bytes.
         """
-        repeat = same_bytes(self.patches, self._graph.rebuild())
-        return Certificate((*certify(self.patches, self.units).checks, repeat))
+        return certify_repeated(self.patches, self.units, self._graph.rebuild)
 
     def explain(self, *, seconds: bool = True) -> str:
         """Return what ran, what came from memory, and what was skipped and why.

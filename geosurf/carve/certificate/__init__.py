@@ -15,6 +15,6 @@ adjacency.py         adjacency of units, recomputed for the checks
 ===================  ==================================================================
 """
 
-from geosurf.carve.certificate.certify import certify, same_bytes
+from geosurf.carve.certificate.certify import certify, certify_repeated, same_bytes
 
-__all__ = ["certify", "same_bytes"]
+__all__ = ["certify", "certify_repeated", "same_bytes"]

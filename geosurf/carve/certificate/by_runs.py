@@ -35,15 +35,7 @@ Stored = tuple[np.ndarray, np.ndarray]
 def same_runs(one: Patches, two: Patches) -> bool:
     """Whether all that the arrays of both are made of has the same bytes, runs for triangles."""
     first, second = (patches.__dict__.get("pieces") for patches in (one, two))
-    if (
-        first is None
-        or second is None
-        or any(
-            strips is None and source.lattice is not None
-            for pieces in (first, second)
-            for strips, source in zip(pieces.strips, pieces.sources, strict=True)
-        )
-    ):
+    if first is None or second is None:
         return False
 
     def arrays(patches: Patches, pieces: Pieces) -> Iterator[np.ndarray]:

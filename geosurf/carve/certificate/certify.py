@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
 from geosurf.carve.certificate.by_runs import checks_by_runs, same_runs
 from geosurf.carve.certificate.by_triangles import checks_by_triangles
+from geosurf.carve.certificate.lines import Half, in_two_threads
 from geosurf.errors import InputError
 from geosurf.model import Certificate, Check, Patches, Units
 
@@ -66,6 +68,43 @@ def certify(
     _refuse_if_too_large(patches.n_triangle)
 
     return Certificate(tuple(checks_by_triangles(patches, units)))
+
+
+def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patches]) -> Certificate:
+    """
+    Check a model, and that a second run of its rebuild gives the same bytes.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units
+    rebuild : callable
+        Splits the surfaces of the patches again, from nothing. In large models it shares the cores
+        with the checks.
+
+    Returns
+    -------
+    Certificate
+        The lines of `certify`, then that of the second run.
+
+    Raises
+    ------
+    InputError
+        As `certify`.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes()
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> certify_repeated(scene.patches, scene.units, scene._graph.rebuild).ok
+    True
+    """
+    halves: list[Half] = [
+        lambda: list(certify(patches, units).checks),
+        lambda: [same_bytes(patches, rebuild())],
+    ]
+    return Certificate(tuple(in_two_threads(halves, patches.n_triangle) or ()))
 
 
 def _refuse_if_too_large(n_triangle: int) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.carve.outside import box_of
+from geosurf.kernels.meshes.triangle_facts import facts_of_triangles
 from geosurf.model import Patches, TriSurface
 
 N_SUM = 14  # columns of `sums_of_runs`
@@ -141,18 +142,8 @@ def keys_of_runs(a: np.ndarray, runs: np.ndarray) -> np.ndarray:
     return 2 * (np.repeat(runs[:, 0], n) * (n_col - 1) + place // 2) + half
 
 
-def sums_of_listed(x: np.ndarray, t: np.ndarray, level: float) -> np.ndarray:
-    """The columns of `sums_of_runs` for triangles."""
-    a, b, c = (x[t[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    normal = np.cross(u, v)
-    out = np.zeros((len(t), N_SUM))
-    out[:, 6] = rise_of(x, t)
-    height = (a[:, 2] - level) + (b[:, 2] - level) + (c[:, 2] - level)
-    out[:, 0] = out[:, 6] * height
-    out[:, 2] = np.sqrt(np.square(normal).sum(axis=1))
-    one, two, three = (np.abs(part).sum(axis=1) for part in (u, v, u - v))
-    out[:, 4], out[:, 5], out[:, 7] = one * two, one + two + three, 1.0
-    out[:, 8:11] = np.minimum(np.minimum(a, b), c)
-    out[:, 11:14] = np.maximum(np.maximum(a, b), c)
+def sums_of_listed(x: np.ndarray, t: np.ndarray, level: float, n_run: int) -> np.ndarray:
+    """The columns of `sums_of_runs` for triangles, and rows of zeros for runs behind them."""
+    out = np.zeros((len(t) + n_run, N_SUM))
+    facts_of_triangles(x, t, level, out[: len(t)])
     return out

@@ -328,9 +328,7 @@ def _listed(
 
     # elements: triangles first, then runs
     n_run = int(pieces.first_run[-1])
-    sums = np.concatenate(
-        [sums_of_listed(pieces.x, pieces.triangles, level), np.zeros((n_run, N_SUM))]
-    )
+    sums = sums_of_listed(pieces.x, pieces.triangles, level, n_run)
     surface = np.concatenate([pieces.surface, np.zeros(n_run, dtype=np.int64)])
     joined = [np.empty((0, 2), dtype=np.int64)]
     no_units = np.empty((0, 3), dtype=np.int64)
