@@ -15,7 +15,15 @@ from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
-from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, number_parents, parts_of
+from geosurf.kernels.meshes.parts import (
+    DONE,
+    NEEDS_EXACT,
+    join_parts,
+    mark_around,
+    number_parents,
+    open_edges,
+    parts_of,
+)
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
@@ -42,11 +50,12 @@ class Parts:
 
 @dataclass(frozen=True, eq=False)
 class Parents:
-    """Input triangles that triangles are parts of.
+    """Input triangles that triangles around open edges, and the first of parts, are parts of.
 
     Attributes
     ----------
     of_triangle : ndarray of int64, shape (n_triangle,)
+        -1 for other triangles.
     corners : ndarray of float64, shape (n_parent, 3, 3)
         Local coordinates.
     """
@@ -147,7 +156,11 @@ def joined_sides(
     # the rim of a surface inside the model: front and back see each other around it
     torn = _with_rims(pieces, parts)
     sides[2 * torn + 1] = 2 * torn
-    parents = parents_of(pieces)
+    open_at = open_edges(pieces.triangles, pieces.ring, pieces.link, parts.of_element)
+    wanted = np.zeros(len(pieces.triangles), dtype=bool)
+    wanted[parts.first[: np.searchsorted(parts.first, len(wanted))]] = True
+    mark_around(pieces.ring, open_at, wanted)
+    parents = parents_of(pieces, wanted)
     px = parents.corners.reshape(-1, 3)
     of = np.arange(len(px)).reshape(-1, 3)
 
@@ -155,7 +168,7 @@ def joined_sides(
     m = w = np.empty(0, dtype=np.int64)
     while True:
         found = join_parts(
-            pieces.x, pieces.triangles, pieces.ring, pieces.link, parts.of_element,
+            pieces.x, pieces.triangles, pieces.ring, open_at, parts.of_element,
             parents.of_triangle, px, of, m, w, sides, piece,
         )  # fmt: skip
         if found != NEEDS_EXACT:
@@ -180,11 +193,11 @@ def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
     return np.unique(of_run[of_run >= 0])
 
 
-def parents_of(pieces: Pieces) -> Parents:
-    """Find the input triangle of each triangle; pieces of one follow each other."""
+def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
+    """Find the input triangles of the triangles that are wanted: a few around curves."""
     surface, key = pieces.surface, pieces.key
 
-    number, first = number_parents(surface, key)
+    number, first = number_parents(surface, key, wanted)
     corners = np.empty((3 * len(first), 3))
     cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
     for source, low, high in zip(pieces.sources, cut[:-1], cut[1:], strict=True):

@@ -6,7 +6,9 @@ assemble.py        pieces and patches from cut and uncut triangles
 soundness.py       which triangles could cross after rounding: those are tested exactly
 repair.py          vertices moved where rounding would make triangles cross
 moves.py           warning: vertices that a repair moved
-ghosts.py          `trim_sheets`: torn horizons trimmed at their faults; triangles dropped
+ghosts.py          `trim_sheets`: torn horizons trimmed at their faults
+dropped.py         `drop_triangles`: patches without some of their triangles
+listed.py          the triangles of patches that are listed one by one
 wall_sides.py      parts of torn sheets on the wrong side of a fault
 own.py             intersections of a surface with itself
 equal_vertices.py  vertices of one surface in the same place
@@ -15,7 +17,8 @@ equal_vertices.py  vertices of one surface in the same place
 Cut triangles get a constrained Delaunay triangulation of implicit points (Attene 2020, Levy 2024).
 """
 
-from geosurf.rebuild.ghosts import drop_triangles, trim_sheets
+from geosurf.rebuild.dropped import drop_triangles
+from geosurf.rebuild.ghosts import trim_sheets
 from geosurf.rebuild.patches import patches_from, rebuild_surfaces
 
 __all__ = ["drop_triangles", "patches_from", "rebuild_surfaces", "trim_sheets"]

@@ -11,48 +11,38 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.exact.predicates import frame_of, orient3d_rows
-from geosurf.model import Patches
+from geosurf.rebuild.listed import Listed
 
 WALL = "wall of "  # before the name of the fault
 
 
-def on_wrong_side(
-    patches: Patches,
-    surface: int,
-    edge: np.ndarray,
-    triangle: np.ndarray,
-    part: np.ndarray,
-    n_part: int,
-) -> np.ndarray:
+def on_wrong_side(mesh: Listed, surface: int, part_of: np.ndarray) -> np.ndarray:
     """
     Return which parts of a sheet lie on the other side of a fault than their vertices belong to.
 
     Parameters
     ----------
-    patches : Patches
+    mesh : Listed
     surface : int
-        Row of `patches.sources`. Without walls of vertices no part is on a wrong side.
-    edge, triangle : ndarray of int64, shape (n,)
-        Sides of triangles on curves: row of `patches.curve_edges`, and triangle.
-    part : ndarray of int64, shape (n_triangle,)
-        Part of each triangle of the sheet.
-    n_part : int
+        Row of its sources. Without walls of vertices no part is on a wrong side.
+    part_of : ndarray of int64, shape (n_patch,)
+        Part of each patch of the sheet; as many as there are patches, at most.
 
     Returns
     -------
-    ndarray of bool, shape (n_part,)
+    ndarray of bool, shape (n_patch,)
     """
-    source = patches.sources[surface]
-    of = patches.surface_of_triangle[triangle]
-    x, t = patches.local, patches.triangles
+    source, (edge, triangle, _) = mesh.sources[surface], mesh.at_curves
+    of, n_part = mesh.surface_of_triangle[triangle], len(part_of)
+    x, t = mesh.local, mesh.triangles
     found = np.zeros(n_part, dtype=bool)
-    faults = [k for k, other in enumerate(patches.sources)
+    faults = [k for k, other in enumerate(mesh.sources)
               if other.role == "fault" and WALL + other.name in source.vertex_data]  # fmt: skip
     if not faults:
         return found
     frame = frame_of(x)
     for k in faults:
-        wall = source.vertex_data[WALL + patches.sources[k].name]
+        wall = source.vertex_data[WALL + mesh.sources[k].name]
 
         # pairs of a triangle of the sheet and one of the fault at the same edge
         mine, theirs = np.flatnonzero(of == surface), np.flatnonzero(of == k)
@@ -60,12 +50,12 @@ def on_wrong_side(
         a, b = triangle[mine[one]], triangle[theirs[two]]
 
         # a triangle of one wall only: around a tip the two are one
-        belongs = wall[source.triangles[patches.parent_of_triangle[a]]]
+        belongs = wall[source.triangles[mesh.parent_of_triangle[a]]]
         known = (belongs == belongs[:, :1]).all(axis=1)
         a, b, belongs = a[known], b[known], belongs[known, 0]
 
         # the corner that is not on the edge, seen from the fault: in front of it or behind
-        ends = patches.curve_edges[edge[mine[one]][known]]
+        ends = mesh.curve_edges[edge[mine[one]][known]]
         corner = t[a][(t[a][:, :, None] != ends[:, None, :]).all(axis=2)]
         lies = np.empty(len(a), dtype=np.int64)
         orient3d_rows(x, np.column_stack([t[b], corner]), *frame, lies)
@@ -73,7 +63,7 @@ def on_wrong_side(
 
         # a part has to be on its own side of each fault; slivers may be turned over by rounding,
         # so that the longer part of its edges decides
-        balance = np.bincount(part[a], length * lies * belongs, n_part)
+        balance = np.bincount(part_of[mesh.patch_of_triangle[a]], length * lies * belongs, n_part)
         found |= balance < 0.0
     return found
 

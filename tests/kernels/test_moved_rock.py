@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.sheets.moved_rock import across_fault, heights_on_triangles, values_in_table
+from geosurf.kernels.sheets.moved_rock import (
+    across_fault,
+    distances_from_fault,
+    heights_on_triangles,
+    move_rock,
+    settle,
+    values_in_table,
+)
+from geosurf.sheets.faults.dip_lines import DipLines
 
 
 def bilinear(table, u, v):
@@ -32,7 +40,7 @@ def test_places_of_a_fault(seed):
     low, length = rng.uniform(-9, 0), rng.uniform(1, 5)
     high = low + rng.uniform(1, 9)
     s, z, out = some(rng, 40, 0.0, length), some(rng, 40, low, high), np.empty(40)
-    across_fault(table, low, high, length, 0.3, s, z, out)
+    across_fault(table, np.array([low, high, length, 0.3]), s, z, out)
     within = np.clip(z, low, high)
     u = np.clip(s / length, 0.0, 1.0) * (table.shape[0] - 1)
     v = (within - low) / (high - low) * (table.shape[1] - 1)
@@ -63,3 +71,78 @@ def test_heights_on_triangles_and_beyond_their_rim(rising, seed):
         first, second = np.where(low, f, 1 - g), np.where(low, g, 1 - f)
         expected = base + first * (b - base) + second * (d - base)
     assert out.tobytes() == expected.tobytes()
+
+
+def moved_by_numpy(axes, first, table, fault, lines, steps, reach, xy, z, part, throw):
+    """The same movement, array by array."""
+
+    def across(s, z):
+        out = np.empty(len(s))
+        across_fault(table, fault, s, z, out)
+        return out
+
+    s, r = axes @ xy.T
+    s = s - first
+    here = across(s, z)
+    down = part * throw
+    if np.isfinite(reach):
+        away = np.where(part > 0, r - here, here - r)
+        down = down * np.clip(1.0 - away / reach, 0.0, None) ** 2
+    lower = z - down
+    to = s if not len(lines) else DipLines(lines, fault[2], fault[:2]).moved(s, z, lower, steps)
+    places = np.stack([to + first, r + across(to, lower) - here], axis=-1) @ axes
+    return places, lower
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans(), st.booleans(), st.booleans())
+def test_movement_along_a_fault(seed, is_curved, dies, is_even):
+    rng = np.random.default_rng(seed)
+    turn, n = rng.uniform(0, 7), 40
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    table, fault = rng.normal(size=(5, 4)), np.array([-6.0, 3.0, 5.0, 0.3])
+    lines = rng.normal(size=(5, 4)) if is_curved else np.empty((0, 0))
+    xy, z = rng.uniform(-9, 9, (n, 2)), some(rng, n, -6.0, 3.0)
+    part = rng.choice([-0.4, 0.0, 0.6, 1.0], n)
+    throw = np.array([2.0]) if is_even else rng.normal(size=n)
+    of = (axes, 0.7, table, fault, lines, 2, 4.0 if dies else np.inf, xy, z, part, throw)
+    places, lower = np.empty((n, 2)), np.empty(n)
+    move_rock(*of, places, lower)
+    expected, level = moved_by_numpy(*of)
+    np.testing.assert_allclose(places, expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(lower, level, rtol=0, atol=1e-12)
+    still = part == 0.0
+    assert (places[still] == xy[still]).all()
+    assert (lower[still] == z[still]).all()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_distances_across_strike(seed):
+    rng = np.random.default_rng(seed)
+    table, fault = rng.normal(size=(5, 4)), np.array([-6.0, 3.0, 5.0, 0.3])
+    xy, z = rng.uniform(-9, 9, (40, 2)), some(rng, 40, -6, 3)
+    out, there = np.empty(40), np.empty(40)
+    distances_from_fault(np.eye(2), 0.7, table, fault, xy, z, out)
+    across_fault(table, fault, xy[:, 0] - 0.7, z, there)
+    assert (out == xy[:, 1] - there).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_particles_that_arrive(seed, both):
+    rng = np.random.default_rng(seed)
+    n = 20
+    todo = np.sort(rng.permutation(30)[:n])
+    where, at = rng.uniform(-1, 1, (2, n, 2))
+    now = where + rng.choice([0.0, 1e-3, 0.5], (n, 2))
+    old, height = rng.uniform(size=(2, n))
+    height = np.where(rng.random(n) < 0.5, old, height)
+    z, was = np.zeros(30), np.zeros((30, 2))
+    left = (np.abs(where - now) > 0.01).any(axis=1)
+    if both:
+        left |= np.abs(height - old) > 0.01
+    found = settle(todo, where, at, old, now, height, both, 0.01, z, was)
+    expected = todo[left], where[left], (at + (where - now))[left], height[left]
+    for one, other in zip(found, expected, strict=True):
+        assert one.tolist() == other.tolist()
+    assert z[todo[~left]].tolist() == height[~left].tolist()
+    assert was[todo[~left]].tolist() == at[~left].tolist()
+    assert np.count_nonzero(was) == 2 * (~left).sum()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, parts_of
+from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, open_edges, parts_of
 from geosurf.kernels.meshes.radial_order import (
     N_AROUND,
     main_axis,
@@ -191,7 +191,8 @@ def test_neighbours_in_angle_see_each_other(made):
     px, pt = x[t].reshape(-1, 3), np.arange(3 * n).reshape(-1, 3)
     sides, pieces = np.arange(2 * n + 2), np.arange(n + 1)
     m, w = frame_of(px)
-    found = join_parts(x, t, ring, link - n, part, np.arange(n), px, pt, m, w, sides, pieces)
+    first = open_edges(t, ring, link - n, part)
+    found = join_parts(x, t, ring, first, part, np.arange(n), px, pt, m, w, sides, pieces)
     assert found == DONE
     assert set(pieces[:n]) == {0}
     for one, other in zip(expected, expected[1:] + expected[:1], strict=True):
@@ -215,7 +216,7 @@ def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
     link = np.where(ring == np.arange(9), FREE, PAIRED)
     px, pt, none = x[t].reshape(-1, 3), np.arange(9).reshape(-1, 3), np.empty(0, dtype=np.int64)
     sides, pieces = np.arange(6), np.arange(3)
-    arguments = (x, t, ring, link, part, part, px, pt)
+    arguments = (x, t, ring, open_edges(t, ring, link, part), part, part, px, pt)
     assert join_parts(*arguments, none, none, sides, pieces) == NEEDS_EXACT
     assert join_parts(*arguments, *frame_of(px), sides, pieces) == DONE
 

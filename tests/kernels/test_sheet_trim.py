@@ -5,10 +5,14 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from geosurf.kernels.meshes.kept import kept_rings
+from geosurf.kernels.meshes.mesh import edges
 from geosurf.kernels.sheets.sheet_trim import classify_parts, sides_of_edges
+from geosurf.model.pieces import FREE, PAIRED
 
 N = 6
 TRIANGLES = st.lists(st.permutations(range(N)).map(lambda p: p[:3]), max_size=40)
@@ -30,24 +34,52 @@ def test_sides_of_edges(triangles, edges, random):
     assert list(zip(edge.tolist(), triangle.tolist(), strict=True)) == expected
 
 
+@pytest.mark.parametrize("is_named", [True, False])
 @given(TRIANGLES, st.lists(st.booleans(), min_size=N, max_size=N), st.integers(0, 2**32 - 1))
-def test_what_corners_tell(triangles, outer, seed):
+def test_what_corners_tell(is_named, triangles, outer, seed):
+    # as in patches: points have numbers of their own, and are vertices of the sheet by place
     random = np.random.default_rng(seed)
     n, outer = len(triangles), np.array(outer)
-    ghost = outer | (random.random(N) < 0.4)
-    on_fault = random.random(N) < 0.3
+    ghost, on_fault = outer | (random.random(N) < 0.4), random.random(N) < 0.3
+    vertices = random.permutation(3 * N).reshape(N, 3).astype(np.float64)
+    point, origin = random.permutation(N), np.array([1.0, 2.0, 0.0])
+    local = vertices[point] - origin
+    local[random.random(N) < 0.3, 2] += 0.5  # a point that was made
     t = np.array(triangles, dtype=np.int64).reshape(-1, 3)
-    rows = np.flatnonzero(random.random(n) < 0.8)
-    named = np.where(random.random((len(rows), 3)) < 0.3, -1, random.integers(0, N, (len(rows), 3)))
-    faces, part = random.integers(0, N, (len(rows), 3)), random.integers(0, 3, len(rows))
-    held, beyond = {0: False, 1: False, 2: False}, {0: False, 1: False, 2: False}
-    for k, row in enumerate(rows.tolist()):
-        p = int(part[k])
-        held[p] |= not ghost[faces[k]].any()
+    faces = np.array([random.permutation(N)[:3] for _ in range(4)])
+    parent, patch = random.integers(0, 4, n), random.integers(0, 5, n)
+    part_of = random.integers(0, 3, 5)
+    held, beyond, expected = [False] * 3, [False] * 3, np.full((n, 3), -1)
+    for k in range(n):
+        face, p = faces[parent[k]], int(part_of[patch[k]])
+        held[p] |= not ghost[face].any()
         for c in range(3):
-            v = named[k, c]
-            if v >= 0 and not on_fault[t[row, c]]:
-                held[p] |= not ghost[v]
-                beyond[p] |= bool(outer[v])
-    found = classify_parts(t, rows, named, faces, on_fault, ghost, outer, part, 3)
-    assert [mask.tolist() for mask in found] == [list(held.values()), list(beyond.values())]
+            same = [v for v in face.tolist() if (local[t[k, c]] == vertices[v] - origin).all()]
+            if same:
+                expected[k, c] = same[0]
+                if not on_fault[t[k, c]]:
+                    held[p] |= not ghost[same[0]]
+                    beyond[p] |= bool(outer[same[0]])
+    named = np.zeros((n if is_named else 0, 3), dtype=np.int64)
+    found = classify_parts(
+        local, t, parent, faces, vertices, origin, on_fault, ghost, outer, patch, part_of, 3, named
+    )
+    assert [mask.tolist() for mask in found] == [held, beyond]
+    if is_named:
+        assert named.tolist() == expected.tolist()
+
+
+@given(TRIANGLES, st.integers(0, 2**32 - 1))
+def test_rings_of_what_stays(triangles, seed):
+    t = np.array(triangles, dtype=np.int64).reshape(-1, 3)
+    keep = np.random.default_rng(seed).random(len(t)) < 0.6
+    ring, _ = edges(t, N)
+    link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
+    link[(link == FREE) & (np.arange(len(ring)) % 5 == 0)] = 7  # a run goes on there
+    rows = np.flatnonzero(keep)
+    found, onward = kept_rings(keep, rows, ring, link)
+    expected, _ = edges(np.ascontiguousarray(t[rows]), N)
+    assert found.tolist() == expected.tolist()
+    before = link.reshape(-1, 3)[rows].ravel()
+    alone = expected == np.arange(len(expected))
+    assert onward.tolist() == np.where(alone & (before == PAIRED), FREE, before).tolist()

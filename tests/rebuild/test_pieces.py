@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
 from geosurf.model import Lattice
 from geosurf.model.pieces import PAIRED
+from geosurf.rebuild import drop_triangles, trim_sheets
+from geosurf.rebuild.ghosts import kept_parts
 
 
 @st.composite
@@ -110,3 +112,31 @@ def test_units_of_lattices_and_lists_have_the_same_volumes(rng):
     assert list(one) == list(two)
     for name in one:
         np.testing.assert_allclose(one[name].volume, two[name].volume, rtol=1e-13)
+
+
+@settings(max_examples=120, deadline=None)
+@given(gridded_scenes(), st.integers(0, 2**32 - 1))
+def test_sheets_are_trimmed_without_listing_runs(surfaces, seed):
+    rng = np.random.default_rng(seed)
+    sheets = []
+    for one in as_lists(surfaces[:-1]):
+        outer = rng.random(one.n_vertex) < 0.2
+        marks = {"ghost": outer | (rng.random(one.n_vertex) < 0.3), "outer": outer}
+        sheets.append(
+            TriSurface(one.name, one.role, one.vertices, one.triangles, vertex_data=marks)
+        )
+    patches = rebuild_surfaces([*sheets, surfaces[-1]])
+    trimmed = trim_sheets(patches)
+    plain = drop_triangles(patches, kept_parts(patches)[0])
+    for name in ("local", "triangles", "surface_of_triangle", "parent_of_triangle",
+                 "patch_of_triangle", "curve_edges"):  # fmt: skip
+        np.testing.assert_array_equal(getattr(trimmed, name), getattr(plain, name), name)
+    assert trimmed.report == plain.report
+    assert trimmed.n_patch == plain.n_patch
+
+    # rings are those of the mesh as a whole, as far as it is listed
+    pieces = trimmed.pieces
+    rows = np.flatnonzero(trimmed.pieces.expanded.element < len(pieces.triangles))
+    if len(rows) == trimmed.n_triangle:
+        np.testing.assert_array_equal(pieces.ring, plain.pieces.ring)
+        np.testing.assert_array_equal(pieces.link, plain.pieces.link)

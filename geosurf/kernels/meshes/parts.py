@@ -132,8 +132,8 @@ def _is_inner_edge(t, ring, link, part, last):
     return part[i] < 0 or t[i, last % 3] != t[j // 3, j % 3]
 
 
-@scalar
-def _open_edges(t, ring, link, part):
+@entry("l2 l1 l1 l1 -> l1")
+def open_edges(t, ring, link, part):
     """First half-edges of all edges that are not inside a part."""
     first = np.empty(1024, dtype=np.int64)
     n = 0
@@ -148,7 +148,19 @@ def _open_edges(t, ring, link, part):
             first = longer
         first[n] = start
         n += 1
-    return first[:n]
+    return first[:n].copy()
+
+
+@entry("l1 l1 b1 -> .")
+def mark_around(ring, first, marked):
+    """Mark the triangles around some edges, by a half-edge of each."""
+    for k in range(first.shape[0]):
+        j = first[k]
+        while True:
+            marked[j // 3] = True
+            j = ring[j]
+            if j == first[k]:
+                break
 
 
 @scalar
@@ -185,16 +197,19 @@ def _side_after(part, direction):
     return 2 * part if direction > 0 else 2 * part + 1
 
 
-@entry("l1 l1 -> l1 l1")
-def number_parents(surface, key):
+@entry("l1 l1 b1 -> l1 l1")
+def number_parents(surface, key, wanted):
     """Number of the input triangle of each triangle, and the first triangle of each.
 
-    Triangles of one input triangle follow each other.
+    Triangles of one input triangle follow each other. Only those that are wanted are numbered; the
+    others have -1.
     """
-    number, first = np.empty_like(key), np.empty_like(key)
+    number, first = np.full(key.shape[0], -1, dtype=np.int64), np.empty_like(key)
     n = 0
     for i in range(key.shape[0]):
-        if i == 0 or key[i] != key[i - 1] or surface[i] != surface[i - 1]:
+        if not wanted[i]:
+            continue
+        if n == 0 or key[i] != key[first[n - 1]] or surface[i] != surface[first[n - 1]]:
             first[n] = i
             n += 1
         number[i] = n - 1
@@ -202,8 +217,10 @@ def number_parents(surface, key):
 
 
 @entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
-def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
+def join_parts(x, t, ring, first, part, parent, px, pt, m, w, sides, pieces):
     """Unite sides that face each other across edges, and in `pieces` all parts that touch.
+
+    `first` are the edges that are not inside a part (`open_edges`).
 
     Returns `DONE`; `NEEDS_EXACT` if `m` is empty and doubles do not decide: call again with it; or
     a half-edge at which two triangles lie in one half-plane.
@@ -211,7 +228,7 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
     # Sixteen triangles around an edge are plenty for most models; the arrays grow.
     order = np.empty(16, dtype=np.int64)
     directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
-    first, halves = _open_edges(t, ring, link, part), np.empty(_BLOCK, dtype=np.int64)
+    halves = np.empty(_BLOCK, dtype=np.int64)
     for k in range(first.shape[0]):
         if k % _BLOCK == 0:
             _look_ahead(t, ring, part, parent, px, first, k, halves)

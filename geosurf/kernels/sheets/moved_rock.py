@@ -1,10 +1,16 @@
 """Places of faults and of beds, for each particle of rock that throw moves.
 
 The same sums in the same order as numpy would do them, one particle at a time: numpy makes twenty
-arrays for each of these questions, which take most of its time.
+arrays for each of these questions, which take most of its time. Products with the axes of a fault
+are sums of two terms, each rounded: those of a matrix product differ between processors.
 
 Notation
+    axes      horizontal unit vectors along strike and in the dip direction, float64 (2, 2)
+    first     where s is 0, along the first axis
     table     a fault across strike, over its length and its height, float64 (n_s, n_z)
+    fault     low, high, length, slope: its elevations, its length, and how it goes on above and
+              below, float64 (4,)
+    lines     slopes of the lines down its dip, over its length and height; empty if all are 0
     s, z      places along strike and elevations [m]
     u, v      rows and columns of the table
     grid      elevations of the horizon before it was moved, float64 (n_row, n_col)
@@ -36,37 +42,160 @@ def values_in_table(table, u, v, out):
         out[k] = _bilinear(table, u[k], v[k])
 
 
-@entry("d2 d d d d d1 d1 d1 -> .")
-def across_fault(table, low, high, length, slope, s, z, out):
+@scalar
+def _in_table(table, fault, s, z):
+    """Value of a table at a distance along strike and an elevation within the fault."""
+    u = min(max(s / fault[2], 0.0), 1.0) * (table.shape[0] - 1)
+    v = (z - fault[0]) / (fault[1] - fault[0]) * (table.shape[1] - 1)
+    return _bilinear(table, u, v)
+
+
+@scalar
+def _across(table, fault, s, z):
+    """Where a fault is across strike: straight on past its ends, sloping on beyond."""
+    within = min(max(z, fault[0]), fault[1])
+    return _in_table(table, fault, s, within) + fault[3] * (z - within)
+
+
+@entry("d2 d1 d1 d1 d1 -> .")
+def across_fault(table, fault, s, z, out):
     """Write where a fault is across strike: straight on past its ends, sloping on beyond."""
-    n_s, n_z = table.shape
     for k in range(s.shape[0]):
-        within = min(max(z[k], low), high)
-        u = min(max(s[k] / length, 0.0), 1.0) * (n_s - 1)
-        v = (within - low) / (high - low) * (n_z - 1)
-        out[k] = _bilinear(table, u, v) + slope * (z[k] - within)
+        out[k] = _across(table, fault, s[k], z[k])
+
+
+@entry("d2 d d2 d1 d2 d1 d1 -> .")
+def distances_from_fault(axes, first, table, fault, xy, z, out):
+    """Write how far places are from a fault at their elevation, across strike."""
+    for k in range(z.shape[0]):
+        s = axes[0, 0] * xy[k, 0] + axes[0, 1] * xy[k, 1] - first
+        r = axes[1, 0] * xy[k, 0] + axes[1, 1] * xy[k, 1]
+        out[k] = r - _across(table, fault, s, z[k])
+
+
+@scalar
+def _line_slope(lines, fault, s, z):
+    """Slope of a line down the dip at a place; no line turns above or below the fault."""
+    if z < fault[0] or z > fault[1]:
+        return 0.0
+    return _in_table(lines, fault, s, z)
+
+
+@scalar
+def _along_line(lines, fault, s, z, to, steps):
+    """Where a line down the dip is along strike at another elevation: Runge and Kutta's order 4."""
+    step = (to - z) / steps
+    for k in range(steps):
+        at = z + k * step
+        one = _line_slope(lines, fault, s, at)
+        two = _line_slope(lines, fault, s + 0.5 * step * one, at + 0.5 * step)
+        three = _line_slope(lines, fault, s + 0.5 * step * two, at + 0.5 * step)
+        four = _line_slope(lines, fault, s + step * three, at + step)
+        s = s + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+    return s
+
+
+@entry("d2 d d2 d1 d2 l d d2 d1 d1 d1 d2 d1 -> .")
+def move_rock(
+    axes, first, table, fault, lines, steps, reach, xy, z, part, throw, moved, lower
+):  # fmt: skip
+    """Write where particles are after the movement along a fault, `part` of its throw, down.
+
+    `throw` has one value for all, or one for each. Movement dies away from the fault over `reach`,
+    which may be infinite. A particle with no part stays where it is, to the last digit.
+    """
+    for k in range(z.shape[0]):
+        if part[k] == 0.0:
+            moved[k, 0], moved[k, 1], lower[k] = xy[k, 0], xy[k, 1], z[k]
+            continue
+        s = axes[0, 0] * xy[k, 0] + axes[0, 1] * xy[k, 1] - first
+        r = axes[1, 0] * xy[k, 0] + axes[1, 1] * xy[k, 1]
+
+        # how far down: throw at the place along strike where the particle leaves from
+        here = _across(table, fault, s, z[k])
+        down = part[k] * throw[k if throw.shape[0] > 1 else 0]
+        if reach < np.inf:
+            away = r - here if part[k] > 0 else here - r
+            # smooth on past the fault, where ghosts are
+            left = max(1.0 - away / reach, 0.0)
+            down = down * (left * left)
+
+        # and along: as the fault's dip line does between both levels; what is off the fault keeps
+        # its distance across it, so that rock neither detaches from the fault nor sinks into it
+        low = z[k] - down
+        to = s
+        if lines.shape[0] > 0:
+            to = _along_line(lines, fault, s, z[k], low, steps)
+        r = r + _across(table, fault, to, low) - here
+        to = to + first
+        moved[k, 0] = to * axes[0, 0] + r * axes[1, 0]
+        moved[k, 1] = to * axes[0, 1] + r * axes[1, 1]
+        lower[k] = low
+
+
+@entry("l1 d2 d2 d1 d2 d1 b d d1 d2 -> l1 d2 d2 d1")
+def settle(todo, where, at, old, now, height, both, close, z, was):
+    """Take the particles that have arrived, and shift the origin of the others by what they miss.
+
+    Particle `todo[k]` was thought to come from `at[k]`, and comes to `now[k]` and `height[k]`
+    from there, instead of to `where[k]`; with `both` its height has to be that of the last round,
+    `old[k]`, too. Elevation and origin of those that arrive within `close` are written to `z` and
+    `was`; `todo`, `where`, `at` and `old` of the others come back.
+    """
+    n = 0
+    left, place = np.empty_like(todo), np.empty_like(where)
+    origin, level = np.empty_like(at), np.empty_like(old)
+    for k in range(todo.shape[0]):
+        x, y = where[k, 0] - now[k, 0], where[k, 1] - now[k, 1]
+        missed = abs(x) > close or abs(y) > close
+        if both and abs(height[k] - old[k]) > close:
+            missed = True
+        if not missed:
+            z[todo[k]] = height[k]
+            was[todo[k], 0], was[todo[k], 1] = at[k, 0], at[k, 1]
+            continue
+        left[n], level[n] = todo[k], height[k]
+        place[n, 0], place[n, 1] = where[k, 0], where[k, 1]
+        origin[n, 0], origin[n, 1] = at[k, 0] + x, at[k, 1] + y
+        n += 1
+    return left[:n].copy(), place[:n].copy(), origin[:n].copy(), level[:n].copy()
+
+
+@scalar
+def _on_triangles(grid, rising, x, y):
+    """Elevation of the triangles of a grid; those at its rim go on beyond it."""
+    n_row, n_col = grid.shape
+    j = int(min(max(np.floor(x), 0.0), n_col - 2.0))
+    i = int(min(max(np.floor(y), 0.0), n_row - 2.0))
+    f, g = x - j, y - i
+
+    # corners a b c d anticlockwise, a at the lower left; a node comes back bit for bit
+    if rising:  # a joins c
+        base = grid[i, j]
+        large, small = max(f, g), min(f, g)
+        middle = grid[i, j + 1] if f >= g else grid[i + 1, j]
+        first, second = large - small, small
+        one, two = middle - base, grid[i + 1, j + 1] - base
+    else:
+        low = f + g <= 1.0
+        base = grid[i, j] if low else grid[i + 1, j + 1]
+        first = f if low else 1 - g
+        second = g if low else 1 - f
+        one, two = grid[i, j + 1] - base, grid[i + 1, j] - base
+    return base + first * one + second * two
 
 
 @entry("d2 b d1 d1 d1 -> .")
 def heights_on_triangles(grid, rising, x, y, out):
-    """Write elevations of the triangles of a grid; those at its rim go on beyond it."""
-    n_row, n_col = grid.shape
+    """Write elevations of the triangles of a grid at columns x and rows y."""
     for k in range(x.shape[0]):
-        j = int(min(max(np.floor(x[k]), 0.0), n_col - 2.0))
-        i = int(min(max(np.floor(y[k]), 0.0), n_row - 2.0))
-        f, g = x[k] - j, y[k] - i
+        out[k] = _on_triangles(grid, rising, x[k], y[k])
 
-        # corners a b c d anticlockwise, a at the lower left; a node comes back bit for bit
-        if rising:  # a joins c
-            base = grid[i, j]
-            large, small = max(f, g), min(f, g)
-            middle = grid[i, j + 1] if f >= g else grid[i + 1, j]
-            first, second = large - small, small
-            one, two = middle - base, grid[i + 1, j + 1] - base
-        else:
-            low = f + g <= 1.0
-            base = grid[i, j] if low else grid[i + 1, j + 1]
-            first = f if low else 1 - g
-            second = g if low else 1 - f
-            one, two = grid[i, j + 1] - base, grid[i + 1, j] - base
-        out[k] = base + first * one + second * two
+
+@entry("d2 b d2 d2 d1 -> .")
+def heights_at_places(grid, rising, to_columns, xy, out):
+    """Write elevations of the triangles of a grid at places; `to_columns` gives column and row."""
+    for k in range(out.shape[0]):
+        x = xy[k, 0] * to_columns[0, 0] + xy[k, 1] * to_columns[1, 0]
+        y = xy[k, 0] * to_columns[0, 1] + xy[k, 1] * to_columns[1, 1]
+        out[k] = _on_triangles(grid, rising, x, y)

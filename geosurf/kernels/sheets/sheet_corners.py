@@ -1,6 +1,4 @@
-"""Which corners of the pieces of a torn sheet are vertices of the sheet, and which of its triangles
-overlap in the map?
-"""
+"""Which triangles of a torn sheet overlap in the map?"""
 
 from __future__ import annotations
 
@@ -8,32 +6,6 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import orient2d
-
-
-@entry("d2 l2 l1 l2 d2 d1 -> l2")
-def named_corners(local, triangles, rows, faces, vertices, origin):
-    """Vertex (n, 3) of the sheet at each corner of some triangles, -1 for constructed points.
-
-    `faces` (n, 3) are the corners of their parents, `vertices` those of the sheet in the world.
-    """
-    out = np.full((rows.shape[0], 3), -1, dtype=np.int64)
-    # Constructed points have no counterpart among the corners of the parent.
-    for k in range(rows.shape[0]):
-        for c in range(3):
-            p = triangles[rows[k], c]
-            for d in range(3):
-                v = faces[k, d]
-
-                # A vertex of the parent with the very same coordinates.
-                same = True
-                for axis in range(3):
-                    if local[p, axis] != vertices[v, axis] - origin[axis]:
-                        same = False
-                        break
-                if same:
-                    out[k, c] = v
-                    break
-    return out
 
 
 @scalar

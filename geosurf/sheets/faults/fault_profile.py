@@ -14,13 +14,13 @@ Legend
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.kernels.sheets.moved_rock import across_fault, values_in_table
+from geosurf.kernels.sheets.moved_rock import across_fault, distances_from_fault, values_in_table
 from geosurf.model import TriSurface
 from geosurf.model.content import Content
 from geosurf.sheets.faults.fault_distance import Blocks
@@ -83,9 +83,20 @@ class Section:
     def across(self, s: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Where the fault is across strike: straight on past its ends, at its mean dip beyond."""
         out = np.empty(len(s))
-        of = (*self.z.tolist(), self.length, self.slope)
-        across_fault(self.table, *of, np.ascontiguousarray(s), np.ascontiguousarray(z), out)
+        across_fault(self.table, self.shape, np.ascontiguousarray(s), np.ascontiguousarray(z), out)
         return out
+
+    def distance(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """How far (n,) places (n, 2) are from the fault at their elevations, across strike."""
+        out = np.empty(len(z))
+        of = (self.axes, self.first, self.table, self.shape)
+        distances_from_fault(*of, np.ascontiguousarray(xy), np.ascontiguousarray(z), out)
+        return out
+
+    @cached_property
+    def shape(self) -> np.ndarray:
+        """Lowest and highest elevation, length, and slope, as kernels take them."""
+        return np.array([*self.z.tolist(), self.length, self.slope])
 
 
 def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from geosurf.conventions import (
 )
 from geosurf.errors import InputError
 from geosurf.sheets.faults.fault_profile import Section
-from geosurf.sheets.faults.slip import Amount, EllipticThrow, Slip
+from geosurf.sheets.faults.slip import Amount, EllipticThrow, EvenThrow, Slip
 
 
 def slips_of(
@@ -79,7 +79,7 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
     except (TypeError, ValueError):
         values = np.empty((0, 0, 0))
     if values.ndim == 0 and np.isfinite(values) and not isinstance(given, bool):
-        return lambda s, z, xy: np.full(s.shape, float(values))
+        return EvenThrow(float(values))
     if values.ndim == 2 and values.shape[1] == 2 and len(values):
         return _of_profile(values[:, 0], values[:, 1], what)
     raise InputError(

@@ -18,8 +18,11 @@ from geosurf.conventions import (
     is_number,
 )
 from geosurf.errors import InputError
+from geosurf.kernels.sheets.moved_rock import move_rock
 from geosurf.sheets.faults.dip_lines import STEPS, DipLines
 from geosurf.sheets.faults.fault_profile import Section
+
+_STRAIGHT = np.empty((0, 0))  # slopes of lines that run across the mean strike
 
 # throw [m] at distances along strike, elevations, and places (easting, northing)
 Amount = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -115,6 +118,22 @@ class EllipticThrow:
         return found
 
 
+@dataclass(frozen=True)
+class EvenThrow:
+    """The same throw everywhere [m]."""
+
+    value: float
+
+    @property
+    def everywhere(self) -> np.ndarray:
+        """One value (1,) that stands for all."""
+        return np.array([self.value])
+
+    def __call__(self, s: np.ndarray, z: np.ndarray, xy: np.ndarray) -> np.ndarray:
+        """Throw (n,) at places."""
+        return np.full(s.shape, self.value)
+
+
 @dataclass(frozen=True, eq=False)
 class Slip:
     """Movement along one fault.
@@ -146,22 +165,19 @@ class Slip:
         """
         if not part.any():
             return xy, z
-        section = self.section
-
-        # how far down: throw at the place along strike where the particle leaves from
-        s, r = section.of(xy)
-        here = section.across(s, z)
-        down = part * self.amount(np.clip(s, 0.0, section.length), z, xy)
-        if np.isfinite(self.reach):
-            away = np.where(part > 0, r - here, here - r)
-            # smooth on past the fault, where ghosts are
-            down = down * np.clip(1.0 - away / self.reach, 0.0, None) ** 2
-
-        # and along: as the fault's dip line does between both levels; what is off the fault keeps
-        # its distance across it, so that rock neither detaches from the fault nor sinks into it
-        lower = z - down
-        to = self.along(s, z, lower)
-        return section.places(to, r + section.across(to, lower) - here), lower
+        section, lines = self.section, self.lines
+        if isinstance(self.amount, EvenThrow):
+            throw = self.amount.everywhere
+        else:
+            s, _ = section.of(xy)
+            throw = self.amount(np.clip(s, 0.0, section.length), z, xy)
+        moved, lower = np.empty_like(xy), np.empty_like(z)
+        move_rock(
+            section.axes, section.first, section.table, section.shape,
+            _STRAIGHT if lines is None else lines.table, STEPS, self.reach,
+            xy, z, part, throw, moved, lower,
+        )  # fmt: skip
+        return moved, lower
 
     def along(self, s: np.ndarray, z: np.ndarray, to: np.ndarray, steps: int = STEPS) -> np.ndarray:
         """Where the lines down dip through places (s, z) are along strike at elevations `to`."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.kernels.sheets.moved_rock import heights_on_triangles
+from geosurf.kernels.sheets.moved_rock import heights_at_places, settle
 from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.lattice.frame import Frame
 
@@ -61,9 +61,9 @@ class Before:
 
     def at(self, xy: np.ndarray) -> np.ndarray:
         """Elevation (n,) at places (n, 2) from the corner; holes take the nearest value."""
-        x, y = (xy @ self.to_columns).T.copy()
         out = np.empty(len(xy))
-        heights_on_triangles(self.filled, self.rising, x, y, out)
+        at = np.ascontiguousarray(xy)
+        heights_at_places(self.filled, self.rising, self.to_columns, at, out)
         return out
 
     def lost(self, xy: np.ndarray) -> np.ndarray:
@@ -134,19 +134,10 @@ def sheet_heights(
         for slip, part in zip(reversed(slips), reversed(list(share)), strict=True):
             now, height = slip.move(now, height, part)
 
-        # Picard iteration: shift the origin by as much as the particle misses its place
-        miss = where - now
-        far = np.maximum(np.abs(miss[:, 0]), np.abs(miss[:, 1]))
-        if callable(parts):
-            far = np.maximum(far, np.abs(height - old))
-
-        # only particles that have not arrived go on: after a few rounds nearly all have
-        left = far > close
-        if left.all():
-            at, old = at + miss, height
-            continue
-        z[todo[~left]], was[todo[~left]] = height[~left], at[~left]
-        todo, where, old, at = todo[left], where[left], height[left], at[left] + miss[left]
+        # Picard iteration: the origin is shifted by as much as the particle misses its place; only
+        # particles that have not arrived go on, after a few rounds hardly any
+        both = callable(parts)
+        todo, where, at, old = settle(todo, where, at, old, now, height, both, close, z, was)
         if len(todo) == 0:
             break
     if len(todo):

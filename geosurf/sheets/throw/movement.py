@@ -80,9 +80,7 @@ class Movement:
 
     def distance(self, fault: int, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Distance (n,) across strike from a fault at their elevation, into its hanging wall."""
-        section = self.slips[fault].section
-        s, r = section.of(xy)
-        return r - section.across(s, z)
+        return self.slips[fault].section.distance(xy, z)
 
     def in_hanging_walls(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Walls (n_slip, n) of places: 1 hanging wall, 0 footwall or on the fault."""

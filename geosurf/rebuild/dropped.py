@@ -1,0 +1,155 @@
+"""Patches without some of their triangles: vertices, curves and patches numbered again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from geosurf.kernels.meshes.kept import kept_rings
+from geosurf.kernels.meshes.merged_pieces import number_used
+from geosurf.model import Patches, frozen
+from geosurf.rebuild.listed import Listed
+
+
+def drop_triangles(patches: Patches, keep: np.ndarray) -> Patches:
+    """
+    Return patches without some triangles, with vertices, curves and patches numbered again.
+
+    Parameters
+    ----------
+    patches : Patches
+    keep : ndarray of bool, shape (n_triangle,)
+
+    Returns
+    -------
+    Patches
+        ``report["dropped_area"]`` has the area of what is gone by surface [m2], with what was gone
+        before.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [8, 0, 0], [0, 8, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[4, -9, -9], [4, 9, -9], [4, 4, 9]], [[0, 1, 2]])
+    >>> patches = rebuild_surfaces([flat, wall])
+    >>> keep = (patches.local[patches.triangles][:, :, 2] <= 0).all(axis=1)
+    >>> drop_triangles(patches, keep).surface("F1").bounds[4:]
+    (-9.0, 0.0)
+    """
+    mesh = Listed.all_of(patches)
+    joined, curve = _without(mesh, keep)
+    label = joined[patches.patch_of_triangle[keep]]
+
+    # Patches are numbered by their first triangle.
+    _, at, patch = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(at))
+
+    used = np.zeros(len(patches.local), dtype=bool)
+    used[patches.triangles[keep]] = True
+    number = np.cumsum(used) - 1
+    return patches.changed(
+        local=frozen(patches.local[used], np.float64),
+        triangles=frozen(number[patches.triangles[keep]], np.int64),
+        surface_of_triangle=frozen(patches.surface_of_triangle[keep], np.int64),
+        parent_of_triangle=frozen(patches.parent_of_triangle[keep], np.int64),
+        patch_of_triangle=frozen(rank[patch], np.int64),
+        curve_edges=frozen(number[curve], np.int64),
+        report=_with_area(patches.report, mesh, keep),
+    )
+
+
+def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
+    """
+    Return patches without some that have no runs, as `drop_triangles` does.
+
+    Runs of grids stay, and so do rings of half-edges: those of the dropped triangles are left out.
+
+    Parameters
+    ----------
+    patches : Patches
+    mesh : Listed
+        Its listed triangles.
+    keep : ndarray of bool, shape (n_patch,)
+        Patches with runs have to stay.
+    """
+    pieces = patches.pieces
+    if (pieces.twin != np.arange(len(pieces.twin))).any() or patches.report.get(
+        "rounding_collisions"
+    ):
+        # the first of triangles with the same corners may be dropped
+        return drop_triangles(patches, keep[patches.patch_of_triangle])
+    stays = keep[mesh.patch_of_triangle]
+    joined, curve = _without(mesh, stays)
+
+    # patches are numbered by their first triangle: a joined one by the lowest that it is made of
+    kept = np.flatnonzero(keep)
+    first = np.full(int(joined.max(initial=-1)) + 1, mesh.n_patch)
+    np.minimum.at(first, joined[kept], kept)
+    rank = np.argsort(np.argsort(first, kind="stable"), kind="stable")
+    patch_of = rank[joined]
+
+    rows = np.flatnonzero(stays)
+    triangles = mesh.triangles.take(rows, axis=0)
+    number, _ = number_used(triangles, len(mesh.local))
+    ring, link = kept_rings(stays, rows, pieces.ring, pieces.link)
+    of_run = patch_of[pieces.patch[len(mesh.triangles) :]]
+    made = replace(
+        pieces,
+        x=mesh.local.take(np.flatnonzero(number >= 0), axis=0),
+        triangles=triangles,
+        surface=pieces.surface.take(rows),
+        key=pieces.key.take(rows),
+        twin=np.arange(len(rows)),
+        ring=ring,
+        link=link,
+        strips=[
+            None if one is None else replace(one, points=number.take(one.points))
+            for one in pieces.strips
+        ],
+        patch=np.concatenate([patch_of[mesh.patch_of_triangle.take(rows)], of_run]),
+    )
+    return Patches.of_pieces(made, number[curve], _with_area(patches.report, mesh, stays))
+
+
+def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A label of each patch, the same where they become one; and the edges that stay curves."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    # What is left at each curve edge, the surfaces in order.
+    edge, triangle, _ = mesh.at_curves
+    edge, triangle = edge[keep[triangle]], triangle[keep[triangle]]
+    order = np.lexsort((mesh.surface_of_triangle[triangle], edge))
+    edge, triangle = edge[order], triangle[order]
+
+    numbers, first, times = np.unique(edge, return_index=True, return_counts=True)
+    surface = mesh.surface_of_triangle[triangle]
+    last = first + times - 1
+    plain = (times <= 2) & (surface[first] == surface[last])
+    # patches on both sides of an edge that has ceased to be a curve become one
+    inner = plain & (times == 2)
+
+    a, b = (mesh.patch_of_triangle[triangle[at[inner]]] for at in (first, last))
+    links = coo_array((np.ones(len(a)), (a, b)), shape=(mesh.n_patch, mesh.n_patch))
+    return connected_components(links, directed=False)[1], mesh.curve_edges[numbers[~plain]]
+
+
+def _with_area(report: Mapping[str, Any], mesh: Listed, keep: np.ndarray) -> dict[str, Any]:
+    """A report with the areas that were dropped before and now, by surface [m2]."""
+    before: Mapping[int, float] = report.get("dropped_area", {})
+    now = _dropped(mesh, np.flatnonzero(~keep))
+    added = {i: before.get(i, 0.0) + now.get(i, 0.0) for i in sorted({*before, *now})}
+    return {**report, "dropped_area": added}
+
+
+def _dropped(mesh: Listed, rows: np.ndarray) -> dict[int, float]:
+    """Area of the dropped triangles of each surface [m2]."""
+    # Half the norm of the cross product of two sides [m2]; `fsum` does not depend on the order.
+    a, b, c = (mesh.local[mesh.triangles[rows, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    surface = mesh.surface_of_triangle[rows]
+    return {int(i): math.fsum(area[surface == i]) for i in np.unique(surface)}

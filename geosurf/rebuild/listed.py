@@ -1,0 +1,91 @@
+"""Patches as their listed triangles: all but the runs of gridded surfaces that no curve touches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.kernels.sheets.sheet_trim import sides_of_edges
+from geosurf.model import Patches, TriSurface
+
+
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """Triangles of patches, surface by surface; names of arrays are those of `Patches`.
+
+    Attributes
+    ----------
+    sources : sequence of TriSurface
+    origin : ndarray of float64, shape (3,)
+    local : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_triangle, 3)
+    surface_of_triangle, parent_of_triangle, patch_of_triangle : ndarray of int64
+    curve_edges : ndarray of int64, shape (n_edge, 2)
+    n_patch : int
+    """
+
+    sources: Sequence[TriSurface]
+    origin: np.ndarray
+    local: np.ndarray
+    triangles: np.ndarray
+    surface_of_triangle: np.ndarray
+    parent_of_triangle: np.ndarray
+    patch_of_triangle: np.ndarray
+    curve_edges: np.ndarray
+    n_patch: int
+
+    @classmethod
+    def all_of(cls, patches: Patches) -> Listed:
+        """Every triangle of some patches."""
+        return cls(
+            patches.sources, patches.origin, patches.local, patches.triangles,
+            patches.surface_of_triangle, patches.parent_of_triangle, patches.patch_of_triangle,
+            patches.curve_edges, patches.n_patch,
+        )  # fmt: skip
+
+    @classmethod
+    def without_runs(cls, patches: Patches) -> Listed:
+        """The triangles that are listed already; parents in a grid are keys, not rows."""
+        pieces = patches.pieces
+        return cls(
+            patches.sources, patches.origin, pieces.x, pieces.triangles, pieces.surface,
+            pieces.key, pieces.patch[: len(pieces.triangles)], patches.curve_edges, patches.n_patch,
+        )  # fmt: skip
+
+    @cached_property
+    def _first(self) -> list[int]:
+        found: list[int] = np.searchsorted(
+            self.surface_of_triangle, np.arange(len(self.sources) + 1)
+        ).tolist()
+        return found
+
+    def rows(self, surface: int) -> slice:
+        """The triangles of a surface: they follow each other."""
+        return slice(self._first[surface], self._first[surface + 1])
+
+    @cached_property
+    def is_fault(self) -> np.ndarray:
+        """Whether each surface is a fault, bool (n_surface,)."""
+        return np.array([source.role == "fault" for source in self.sources], dtype=bool)
+
+    @cached_property
+    def on_fault(self) -> np.ndarray:
+        """Vertices on any fault: there a sheet may end, bool (n_vertex,)."""
+        found = np.zeros(len(self.local), dtype=bool)
+        for i in np.flatnonzero(self.is_fault).tolist():
+            found[self.triangles[self.rows(i)]] = True
+        return found
+
+    @cached_property
+    def at_curves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Half-edges on curves: number of the curve edge, triangle; and whether a fault is there.
+
+        The third is by curve edge.
+        """
+        edge, triangle = sides_of_edges(self.triangles, self.curve_edges, len(self.local))
+        fault = np.zeros(len(self.curve_edges), dtype=bool)
+        fault[edge[self.is_fault[self.surface_of_triangle[triangle]]]] = True
+        return edge, triangle, fault
