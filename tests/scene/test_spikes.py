@@ -8,6 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import HorizonError
+from geosurf.kernels.lattices.lattice_corners import steepest_step
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.spikes import MARKS, check_spikes, mark_of
 
@@ -195,3 +196,16 @@ def test_data_with_marks_are_not_torn(kind, mark):
         options = {"positive": "up"}
     with pytest.raises(gs.errors.HorizonError, match="a usual no-data value"):
         gs.tear_horizon(data, world.faults, name="Top", **options)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_steepest_step_is_that_of_all_differences(seed):
+    rng = np.random.default_rng(seed)
+    z = rng.integers(-9, 9, rng.integers(1, 6, 2)) * 1.5
+    z[rng.random(z.shape) < 0.2] = np.nan
+    if seed % 3 == 0:
+        z = np.broadcast_to(z[:1], z.shape)
+    lattice = Lattice(np.arange(z.shape[1]), np.arange(z.shape[0]), z)
+    every = [np.abs(np.diff(z, axis=axis)).ravel() for axis in (0, 1)]
+    expected = np.nanmax(np.append(np.concatenate(every), 0.0))
+    assert steepest_step(lattice.coordinates[2], lattice.places) == expected

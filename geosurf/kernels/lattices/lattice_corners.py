@@ -32,6 +32,24 @@ def may_be_degenerate(ax, ay, az, bx, by, bz):
     )
 
 
+@entry("d1 l1 -> d")
+def steepest_step(r, a):
+    """Largest step in elevation between two neighbours; absent nodes have none."""
+    steepest = 0.0
+    for i in range(a[N_ROW]):
+        here, above = a[6] + i * a[7], a[6] + max(i - 1, 0) * a[7]
+        before = r[here]
+        for j in range(a[N_COL]):
+            z = r[here + j * a[8]]
+            across, along = abs(z - r[above + j * a[8]]), abs(z - before)
+
+            # comparisons with not-a-number are false
+            steepest = across if across > steepest else steepest
+            steepest = along if along > steepest else steepest
+            before = z
+    return steepest
+
+
 @entry("d1 d1 d1 l1 -> d1 l1")
 def lattice_normals(p, q, r, a):
     """Sum of all normals (length: area) and of areas, and the keys of possibly degenerate
