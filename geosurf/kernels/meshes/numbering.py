@@ -43,11 +43,11 @@ def renumbered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     >>> [found.tolist() for found in renumbered(np.array([[4, 9, 7]]))]
     [[4, 7, 9], [[0, 2, 1]]]
     """
-    first = int(t.min(initial=0))
-    span = int(t.max(initial=0)) + 1 - first
+    first = int(np.min(t, initial=0))
+    span = int(np.max(t, initial=0)) + 1 - first
     if span > 16 * t.size:  # a small unit in a large model
         used, place = np.unique(t, return_inverse=True)
-        return used, place.reshape(t.shape)
+        return used, np.reshape(place, t.shape)
 
     # a table over the range of numbers: a tenth of the time of a sort
     place = np.zeros(span, dtype=np.int64)
