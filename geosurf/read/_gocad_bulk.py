@@ -1,4 +1,4 @@
-"""Vertices and triangles of large plain GOCAD files, all at once.
+"""Vertices and triangles of large plain GOCAD files, block by block.
 
 A plain file has VRTX and TRGL lines in runs, and no other words for vertices. All other files go
 to the reader of lines, which names what is wrong.
@@ -7,21 +7,22 @@ to the reader of lines, which names what is wrong.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
-from geosurf.read._common import plain_numbers
-from geosurf.read._table import words_per_line
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._decimals import TENS, Words
 
-FEWEST = 100_000  # characters; below, lines are as fast
-LINES_IN_A_RUN = 8  # on average; below, lines are as fast
+FEWEST = 100_000  # bytes; below, lines are as fast
+BYTES_IN_A_RUN = 250  # on average; below, lines are as fast
+SHORTEST = 9  # bytes of a vertex or a triangle, with its line end
 OTHERS = re.compile(r"^\s*(?:P?VRTX|P?ATOM|TRGL)\b", re.MULTILINE | re.IGNORECASE)
-NOT_WHOLE = re.compile(r"VRTX[ \t]+\d*[^\d\s]")  # an id that is no plain whole number
 OBJECT = re.compile(r"^\s*GOCAD\b", re.MULTILINE | re.IGNORECASE)
-OTHER, VERTEX, TRIANGLE = 0, 1, 2  # kinds of lines
-WORDS = {VERTEX: b"VRTX ", TRIANGLE: b"TRGL "}
+BEGINNING = re.compile(rb"^(?:VRTX|TRGL)[ \t]", re.MULTILINE)
 
 
 @dataclass
@@ -29,8 +30,9 @@ class _Object:
     """One object while its runs go by."""
 
     others: list[str] = field(default_factory=list)
-    vertices: list[str] = field(default_factory=list)
-    triangles: list[str] = field(default_factory=list)
+    ids: list[np.ndarray] = field(default_factory=list)
+    points: list[np.ndarray] = field(default_factory=list)
+    corners: list[np.ndarray] = field(default_factory=list)
     defined: list[int] = field(default_factory=list)  # vertices above each run of triangles
     n_vertex: int = 0
 
@@ -55,58 +57,97 @@ class PlainObject:
     triangles: np.ndarray
 
 
-def plain_objects(text: str) -> list[PlainObject] | None:
+def plain_objects(path: Path) -> list[PlainObject] | None:
     """
     Return the objects of a large plain file, or None if it has to be read line by line.
 
     Parameters
     ----------
-    text : str
+    path : pathlib.Path
+
+    Raises
+    ------
+    FormatError
+        If the file is empty or no text.
     """
-    if len(text) < FEWEST or not text.isascii():
+    blocks = TextBlocks(path, final_line_end=False)
+    if blocks.size < FEWEST:
         return None
     found: list[_Object] = []
-    runs = _runs(text)
-    if runs is None:
-        return None
-    for kind, start, stop, n_line in runs:
-        part = text[start:stop]
-        if kind == OTHER:
-            heads = [match.start() for match in OBJECT.finditer(part)]
-            cuts = [0, *heads, len(part)]
-            if found:
-                found[-1].others.append(part[: cuts[1]])
-            elif part[: cuts[1]].strip():
-                return None  # lines before the first object
-            found += [_Object([part[a:b]]) for a, b in pairwise(cuts[1:])]
-        elif not found:
+    n_run = 0
+    for _, piece in blocks:
+        if not piece.isascii():
             return None
-        elif kind == VERTEX:
-            found[-1].vertices.append(part)
-            found[-1].n_vertex += n_line
-        else:
-            found[-1].triangles.append(part)
-            found[-1].defined.append(found[-1].n_vertex)
-    plain = [_arrays(one) for one in found]
-    return [one for one in plain if one is not None] if None not in plain else None
+        for part in _parts(piece):
+            n_run += 1
+            if not _take(found, part):
+                return None
+        if n_run * BYTES_IN_A_RUN > blocks.size:
+            return None
+    plain = []
+    while found:
+        one = _arrays(found.pop(0))
+        if one is None:
+            return None
+        plain.append(one)
+    return plain
 
 
-def _runs(text: str) -> list[tuple[int, int, int, int]] | None:
-    """Kind, start, end and number of lines of each run, or None if runs are short."""
-    data = np.frombuffer(text.encode() + b"\n" * 8, dtype=np.uint8)
-    starts = np.concatenate([[0], np.flatnonzero(data[: len(text)] == ord("\n")) + 1])
-    kind = np.zeros(len(starts), dtype=np.int8)
-    for value, word in WORDS.items():
-        same = np.ones(len(starts), dtype=bool)
-        for k, letter in enumerate(word):
-            same &= data[starts + k] == letter
-        kind[same] = value
-    first = np.flatnonzero(np.concatenate([[True], np.diff(kind) != 0]))
-    if len(first) * LINES_IN_A_RUN > len(starts):
-        return None
-    ends = np.append(starts[first[1:]], len(text)).tolist()
-    n_line = np.diff(np.append(first, len(starts))).tolist()
-    return list(zip(kind[first].tolist(), starts[first].tolist(), ends, n_line, strict=True))
+def _take(found: list[_Object], part: str | tuple[np.ndarray, ...]) -> bool:
+    """Add a part of the text to its object; False if it belongs to none."""
+    if isinstance(part, str):
+        heads = [match.start() for match in OBJECT.finditer(part)]
+        cuts = [0, *heads, len(part)]
+        if found:
+            found[-1].others.append(part[: cuts[1]])
+        elif part[: cuts[1]].strip():
+            return False  # lines before the first object
+        found += [_Object([part[a:b]]) for a, b in pairwise(cuts[1:])]
+        return True
+    if not found:
+        return False
+    one = found[-1]
+    if len(part) == 2:
+        one.ids.append(part[0])
+        one.points.append(part[1])
+        one.n_vertex += len(part[0])
+    else:
+        one.corners.append(part[0])
+        one.defined.append(one.n_vertex)
+    return True
+
+
+def _parts(piece: str) -> Iterator[str | tuple[np.ndarray, ...]]:
+    """Yield what whole lines hold: other lines, ids and points of a run, or corners of a run."""
+    from geosurf.kernels.text.gocad_lines import triangle_run, vertex_run
+
+    words = Words.of(piece.encode())
+    data, end = words.data, len(words.data)
+    most = end // SHORTEST + 1
+    ids, points = np.empty(most, dtype=np.int64), np.empty((most, 3))
+    hard = np.empty((3 * most, 3), dtype=np.int64)
+    corners = np.empty((most, 3), dtype=np.int64)
+    at = 0
+    while at < end:
+        start = at
+        if data.startswith(b"VRTX", at):
+            n, n_hard, at = vertex_run(words.packed, at, end, TENS, ids, points, hard)
+            if not words.read_hard(points.reshape(-1), hard[:n_hard]):
+                yield data[start:].decode()
+                return
+            if n:
+                yield ids[:n].copy(), points[:n].copy()
+                continue
+        elif data.startswith(b"TRGL", at):
+            n, at = triangle_run(words.packed, at, end, corners)
+            if n:
+                yield (corners[:n].copy(),)
+                continue
+        # other lines, up to the next vertex or triangle after this line
+        line_end = data.find(b"\n", start) + 1 or end
+        following = BEGINNING.search(data, line_end)
+        at = following.start() if following else end
+        yield data[start:at].decode()
 
 
 def _arrays(one: _Object) -> PlainObject | None:
@@ -114,57 +155,36 @@ def _arrays(one: _Object) -> PlainObject | None:
     rest = "".join(one.others)
     if OTHERS.search(rest):
         return None
-    if not one.vertices and not one.triangles:
+    if not one.ids and not one.corners:
         return PlainObject(rest, np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
-    vertex_text = "".join(one.vertices)
-    if NOT_WHOLE.search(vertex_text) or not one.triangles:
+    if not one.corners or not one.ids:
         return None
-    vertices = _table(vertex_text.replace("VRTX", " ").replace("CNXYZ", " "), 4)
-    corners = [_whole_table(part.replace("TRGL", " "), 3) for part in one.triangles]
-    tables = [part for part in corners if part is not None]
-    if vertices is None or len(vertices) == 0 or len(tables) < len(corners):
-        return None
-    rows = _rows(vertices[:, 0], np.concatenate(tables))
+    points, ids = np.concatenate(one.points), np.concatenate(one.ids)
+    one.points.clear()
+    counts = [len(part) for part in one.corners]
+    corners = np.concatenate(one.corners)
+    one.corners.clear()
+    rows = _rows(ids, corners)
     if rows is None:
         return None
     # vertices stand above the triangles that use them
-    defined = np.repeat(one.defined, [len(part) for part in tables])
-    if (rows.max(axis=1) >= defined).any():
-        return None
-    return PlainObject(rest, vertices[:, 1:].copy(), rows)
-
-
-def _table(text: str, width: int) -> np.ndarray | None:
-    """Numbers (n, width) of lines that have as many, or None."""
-    if (words_per_line(text)[:-1] != width).any():
-        return None
-    values = plain_numbers(text)
-    return None if values is None else values.reshape(-1, width)
-
-
-def _whole_table(text: str, width: int) -> np.ndarray | None:
-    """Whole numbers (n, width) of lines that have as many, or None."""
-    # numbers that do not fit become the largest one, which no vertex has
-    if not text.isascii() or (words_per_line(text)[:-1] != width).any():
-        return None
-    if text.encode().translate(None, b"0123456789 \t\n"):
-        return None
-    return np.fromstring(text, dtype=np.int64, sep=" ").reshape(-1, width)
+    at = 0
+    for count, defined in zip(counts, one.defined, strict=True):
+        if rows[at : at + count].max() >= defined:
+            return None
+        at += count
+    return PlainObject(rest, points, rows)
 
 
 def _rows(ids: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
     """Rows of the vertices that triangles name, or None if one is absent or occurs twice."""
-    if ids.max() >= 2.0**53:
-        return None
-    ids = ids.astype(np.int64)
     # most programs count from 0 or 1
     if (np.diff(ids) == 1).all():
-        rows = corners - int(ids[0])
-        inside = rows.min() >= 0 and rows.max() < len(ids)
-        return rows.astype(np.int64) if inside else None
+        corners -= ids[0]
+        return corners if corners.min() >= 0 and corners.max() < len(ids) else None
     order = np.argsort(ids, kind="stable")
     ranked = ids[order]
     at = np.minimum(np.searchsorted(ranked, corners), len(ids) - 1)
     if (np.diff(ranked) == 0).any() or (ranked[at] != corners).any():
         return None
-    return order[at].astype(np.int64)
+    return order[at]

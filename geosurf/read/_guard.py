@@ -76,25 +76,40 @@ def read_bytes(path: Path) -> bytes:
     """Return the content of a regular file, or the reason why there is none."""
     # One byte more than expected shows that the file has grown meanwhile.
     with opened(path) as (file, size):
-        # a machine with little free memory still reads what every file may ask for
-        free = free_memory()
-        if free is not None and size > max(free, ALLOWANCE):
-            raise InputError(
-                f"{path}: the file has {_megabytes(size)}, but only {_megabytes(free)} of "
-                "memory are free. Split the file, or read it on a larger machine."
-            )
-        try:
-            data = file.read(size + 1)
-        except OSError as error:
-            raise _unreadable(path, error) from error
-    if len(data) != size:
+        refuse_beyond_memory(path, size)
+        data = read_some(path, file, size + 1)
+    check_size(path, size, len(data))
+    return data
+
+
+def refuse_beyond_memory(path: Path, size: int) -> None:
+    """Refuse a file that is larger than the memory that is free."""
+    # a machine with little free memory still reads what every file may ask for
+    free = free_memory()
+    if free is not None and size > max(free, ALLOWANCE):
         raise InputError(
-            f"{path}: the file grew from {size} to {len(data)} bytes or more while geosurf "
+            f"{path}: the file has {_megabytes(size)}, but only {_megabytes(free)} of "
+            "memory are free. Split the file, or read it on a larger machine."
+        )
+
+
+def read_some(path: Path, file: BinaryIO, n: int) -> bytes:
+    """Return the next `n` bytes of an open file, or fewer at its end."""
+    try:
+        return file.read(n)
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+def check_size(path: Path, size: int, n_read: int) -> None:
+    """Refuse a file that changed while it was read, or is empty."""
+    if n_read != size:
+        raise InputError(
+            f"{path}: the file grew from {size} to {n_read} bytes or more while geosurf "
             "read it. Read it again when it is complete."
         )
-    if not data:
+    if not size:
         raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
-    return data
 
 
 def same_file(path: Path, file: BinaryIO) -> str:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import FormatError
+from geosurf.read._blocks import TextBlocks
 from geosurf.read._columns import (
     OF_LINES,
     Draft,
@@ -30,7 +31,8 @@ from geosurf.read._columns import (
     numbered_places,
     three_words,
 )
-from geosurf.read._common import COMMA, line_blocks, plain_numbers, read_text
+from geosurf.read._common import COMMA, FEW
+from geosurf.read._decimals import decimal_rows
 
 ROWS = 50_000  # of csv that are taken apart at a time
 
@@ -71,10 +73,10 @@ def read_table(
     draft = Draft(path, given, checked_decimal(decimal), spellings=more, titles=titles)
     draft.find_more(None)
 
-    text = read_text(path)
+    blocks = TextBlocks(path)
     if path.suffix.lower() == ".csv":
-        return _from_csv(draft, text)
-    for first, piece in line_blocks(text):
+        return _from_csv(draft, blocks)
+    for first, piece in blocks:
         _take_piece(draft, first, piece)
     return draft.table()
 
@@ -85,13 +87,15 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     # The fast way: three bare numbers on each line that is not empty.
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
+        in_bulk = draft.decimal == "." and len(piece) >= FEW
+        rows = decimal_rows(piece.encode(), 3, first) if in_bulk else None
+        if rows is not None:
+            if len(rows[1]):
+                draft.take_values(*rows)
+            return
         # three words on each line that is not empty, counted over the bytes of the whole piece
         count = words_per_line(piece)
         whole = 3 * np.count_nonzero(count) == count.sum() and count.max() == 3
-        values = plain_numbers(piece) if whole and draft.decimal == "." else None
-        if values is not None:
-            draft.take_values(values, first + np.flatnonzero(count))
-            return
         words = piece.split()
         whole = whole and len(words) == count.sum()
         if whole and (draft.points or draft.header or not _is_header(draft, [words[:3]])):
@@ -157,15 +161,15 @@ def _words(draft: Draft, line: str, i: int) -> list[str]:
 
 
 # -------------------------------------------------------------------------- csv
-def _from_csv(draft: Draft, text: str) -> Table:
+def _from_csv(draft: Draft, blocks: TextBlocks) -> Table:
     """Points of csv, by its header; without one by numbers of columns."""
-    first = text[: text.find("\n")]
+    first = blocks.head[: blocks.head.find("\n")]
 
     # the first line shows the separator; commas count unless they are decimal signs
     at_comma = "," in first and not (draft.decimal == "," and ";" in first)
     sign = "," if at_comma else next((sign for sign in ";\t" if sign in first), ",")
     # With a decimal comma, semicolons or tabs separate.
-    lines = itertools.chain.from_iterable(piece.splitlines() for _, piece in line_blocks(text))
+    lines = itertools.chain.from_iterable(piece.splitlines() for _, piece in blocks)
 
     # quoted words may hold the separator: csv takes care of that
     reader = csv.reader(lines, delimiter=sign)

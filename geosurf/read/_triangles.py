@@ -72,12 +72,16 @@ def triangles_of_cells(
         )
 
     # numpy would take negative rows from the end, without an error
-    bad = np.flatnonzero((corners < 0) | (corners >= n_point))
-    if len(bad):
+    if len(corners) and (corners.min() < 0 or corners.max() >= n_point):
+        bad = np.flatnonzero((corners < 0) | (corners >= n_point))
         raise FormatError(
             f"{path}: a cell names point {corners[bad[0]]}, expected 0 to {n_point - 1}. "
             "The file is damaged; export it again."
         )
+
+    # triangles only, one after the other: they are there already
+    if (count == 3).all() and len(corners) == 3 * len(count) and (np.diff(ends) == 3).all():
+        return corners.reshape(-1, 3)
 
     # Two slots for each cell: quads fill both, triangles only the first.
     starts = ends - count

@@ -65,7 +65,9 @@ class XmlFile:
         try:
             if node.get("format") == "ascii":
                 return _of_text(node.text or "", dtype)
-            return np.frombuffer(self.payload(node, what, dtype.itemsize), dtype=dtype)
+            found = np.frombuffer(self.payload(node, what, dtype.itemsize), dtype=dtype)
+            node.text = None  # of a large file; each array is read once
+            return found
         except DAMAGE as error:
             if isinstance(error, FormatError):
                 raise
@@ -74,7 +76,9 @@ class XmlFile:
                 "or truncated; export it again."
             ) from error
 
-    def payload(self, node: ElementTree.Element, what: str, itemsize: int = 1) -> bytes:
+    def payload(
+        self, node: ElementTree.Element, what: str, itemsize: int = 1
+    ) -> bytes | memoryview:
         """Bytes of one binary array: block sizes first, then one or several blocks."""
         if node.get("format") == "appended":
             start = int(node.get("offset", "0"))
@@ -95,7 +99,7 @@ class XmlFile:
             length = int(np.frombuffer(stream[:size], self.header)[0])
             if length > len(stream) - size:
                 raise ValueError(f"{length} bytes announced, {len(stream) - size} found")
-            return stream[size : size + length]
+            return memoryview(stream)[size : size + length]
         return self._unpacked(stream, what, itemsize)
 
     def take(self, n_byte: int, what: str, itemsize: int) -> None:
@@ -139,7 +143,7 @@ class XmlFile:
                     if node.get("format") == "ascii":  # characters as numbers
                         codes = bytes(_of_text(node.text or "", np.dtype("u1")))
                     else:
-                        codes = self.payload(node, key)
+                        codes = bytes(self.payload(node, key))
                     return codes.split(b"\0")[0].decode("utf-8") or None
                 except DAMAGE:
                     return None
@@ -248,5 +252,13 @@ def _unpack(compressor: str, packed: bytes, length: int) -> bytes:
 def _unbase64(text: bytes) -> bytes:
     """Decode base64 that may consist of several runs, each with its own padding."""
     # header and data are encoded apart, each with its own padding in the middle of the text
-    runs = re.findall(rb"[^=]+={0,2}", b"".join(text.split()))
-    return b"".join(base64.b64decode(run, validate=True) for run in runs)
+    text = text.strip()
+    if any(blank in text for blank in (b"\n", b"\r", b" ", b"\t")):
+        text = b"".join(text.split())
+    parts, at = [], 0
+    while at < len(text):
+        end = text.find(b"=", at)
+        end = len(text) if end < 0 else end + 1 + (text[end + 1 : end + 2] == b"=")
+        parts.append(base64.b64decode(text[at:end], validate=True))
+        at = end
+    return parts[0] if len(parts) == 1 else b"".join(parts)

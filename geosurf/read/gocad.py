@@ -169,14 +169,14 @@ def read_tsurf(
     [0.0, 9.0, -9.0]
     """
     path = Path(path)
-    text = read_text(path, final_line_end=False)
     # large plain files in bulk; whatever is unusual in them goes line by line
-    plain = plain_objects(text)
+    plain = plain_objects(path)
     if plain is not None:
         try:
-            return _from_bulk(path, len(text), plain, positive, length_unit)
+            return _from_bulk(path, path.stat().st_size, plain, positive, length_unit)
         except FormatError:
             pass  # read again by lines, so that the error names its line
+    text = read_text(path, final_line_end=False)
     surfaces = []
     for i, kind, body in bodies(path, text):
         draft = Draft(path, len(text), i)
@@ -209,8 +209,7 @@ def _from_bulk(
             if kind == "tsurf":
                 fill(draft, body)
                 draft.points, draft.n_vertex = [one.points], len(one.points)
-                draft.corners.frombytes(one.triangles.tobytes())
-                surfaces.append(_finish(draft, positive, length_unit))
+                surfaces.append(_finish(draft, positive, length_unit, one.triangles))
             else:
                 for _ in body:  # another kind of object: pass over it
                     pass
@@ -387,22 +386,29 @@ def row_of(draft: Draft, i: int, word: str) -> int:
     return row
 
 
-def _finish(draft: Draft, positive: str | None, length_unit: str | None) -> TriSurface:
-    """Turn a draft into a surface in metres, elevation up."""
+def _finish(
+    draft: Draft,
+    positive: str | None,
+    length_unit: str | None,
+    triangles: np.ndarray | None = None,
+) -> TriSurface:
+    """Turn a draft, and triangles if it has none, into a surface in metres, elevation up."""
     path, header = draft.path, draft.header
     name = header.name or path.stem
     what = f"{path.name}: surface {name!r}"
 
     # points alone are no surface
-    if not draft.corners:
+    if triangles is None:
+        triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
+    if not len(triangles):
         raise FormatError(
             f"{path}: surface {name!r}, which begins on line {draft.line}, has no TRGL lines. "
             "Export it as a triangulated surface."
         )
 
     # order, units and direction of the axes are settled here, once for all vertices
-    points = header.to_metres(np.concatenate(draft.points), positive, length_unit, what)
-    triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
+    points = draft.points[0] if len(draft.points) == 1 else np.concatenate(draft.points)
+    points = header.to_metres(points, positive, length_unit, what)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
     surface.crs = header.crs
     return surface

@@ -105,9 +105,10 @@ def _surface(
     # Corners of each piece count from its own first point.
     for piece in pieces:
         piece_points = _points(file, piece)
-        triangles.append(cells_of(file, piece, len(piece_points)) + n_point)
+        cells = cells_of(file, piece, len(piece_points))
+        triangles.append(cells + n_point if n_point else cells)
         columns.append(_point_data(file, piece, len(piece_points)))
-        points.append(piece_points.astype(np.float64))
+        points.append(piece_points.astype(np.float64, copy=False))
         n_point += len(piece_points)
 
     # Point data that not all pieces have cannot become one column.
@@ -123,14 +124,19 @@ def _surface(
     found = surface_from_mesh(
         file.path,
         name or file.word("name") or file.path.stem,
-        np.concatenate(points),
-        np.concatenate(triangles),
+        _joined(points),
+        _joined(triangles),
         data,
         positive,
         length_unit,
     )
     found.crs = file.word("crs")
     return found
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """All rows; those of one piece are not copied. The first part is empty."""
+    return parts[1] if len(parts) == 2 else np.concatenate(parts)
 
 
 def _points(file: XmlFile, piece: Element) -> np.ndarray:
@@ -212,8 +218,8 @@ def _corners_and_ends(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Corners of all cells, and where each cell's end."""
     arrays = {node.get("Name"): node for node in piece.iterfind(f"{place}/DataArray")}
-    corners = file.array(arrays.get("connectivity"), "connectivity").astype(np.int64)
-    ends = file.array(arrays.get("offsets"), "offsets").astype(np.int64)
+    corners = file.array(arrays.get("connectivity"), "connectivity").astype(np.int64, copy=False)
+    ends = file.array(arrays.get("offsets"), "offsets").astype(np.int64, copy=False)
     # Offsets are the ends of cells in `connectivity`: they rise up to its length.
     falls = bool((np.diff(ends, prepend=0) < 0).any())
     if str(len(ends)) != piece.get(key) or falls or ends[-1:].sum() != len(corners):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.read._decimals import plain_decimals
+from geosurf.read._decimals import decimal_rows, plain_decimals
 
 sign = st.sampled_from(["", "-", "+"])
 digits = st.text("0123456789", min_size=1, max_size=18)
@@ -68,7 +68,13 @@ def test_law_halfway_between_two_doubles(odd, power, step):
         "nan",
         "1+",
         "1,5",
-        "9" * 19,
+        "1D3",
+        "1e3.",
+        "0x1",
+        "1\x0b2",
+        "1\r2",
+        "\xc3\xa9",
+        "inf",
     ],
 )
 def test_other_words_are_left_to_others(word):
@@ -78,3 +84,47 @@ def test_other_words_are_left_to_others(word):
 def test_nothing_and_blanks():
     assert len(plain_decimals(b"")) == len(plain_decimals(b" \n\t ")) == 0
     assert plain_decimals(b"\n-0 5. .5\n007").tolist() == [0.0, 5.0, 0.5, 7.0]
+
+
+exponents = st.integers(-330, 330).map(str) | st.sampled_from(["+07", "-007", "00"])
+
+
+@given(
+    st.lists(
+        st.builds(
+            lambda sign, body, e, power: f"{sign}{body}{e}{power}" if e else f"{sign}{body}",
+            sign,
+            st.from_regex(r"[0-9]{1,30}(\.[0-9]{0,30})?|\.[0-9]{1,30}", fullmatch=True),
+            st.sampled_from(["", "e", "E"]),
+            exponents,
+        ),
+        min_size=1,
+    )
+)
+def test_law_any_decimal_is_rounded_as_python_does(texts):
+    texts = [text for text in texts if np.isfinite(float(text))]
+    if texts:
+        assert_same(texts)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.integers(0, 40))
+def test_law_doubles_with_any_number_of_digits(value, n):
+    assert_same([repr(value), f"{value:.{n}e}", f"{value:.{n}f}"])
+
+
+@given(
+    st.lists(
+        st.tuples(st.lists(st.integers(-99, 99), max_size=4), st.sampled_from([" ", "\t", "  "])),
+        max_size=30,
+    ),
+    st.booleans(),
+)
+def test_law_rows_have_one_width_and_know_their_lines(rows, with_end):
+    text = "\n".join(blank.join(map(str, row)) for row, blank in rows) + "\n" * with_end
+    found = decimal_rows(text.encode(), 3, 7)
+    full = [(k, row) for k, (row, _) in enumerate(rows, start=7) if row]
+    if any(len(row) != 3 for _, row in full):
+        assert found is None
+    else:
+        assert found[0].tolist() == [row for _, row in full]
+        assert found[1].tolist() == [k for k, _ in full]

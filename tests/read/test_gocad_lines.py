@@ -97,7 +97,7 @@ def test_law_a_tsurf_in_bulk_is_that_of_its_lines(tmp_path, monkeypatch, step, c
 def _in_bulk(monkeypatch):
     """Read small files as large ones are read."""
     monkeypatch.setattr("geosurf.read._gocad_bulk.FEWEST", 10)
-    monkeypatch.setattr("geosurf.read._gocad_bulk.LINES_IN_A_RUN", 0)
+    monkeypatch.setattr("geosurf.read._gocad_bulk.BYTES_IN_A_RUN", 0)
 
 
 def test_law_a_model_of_many_parts_in_bulk_is_that_of_its_lines(tmp_path, monkeypatch):

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import integer, is_number, number, read_text
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import integer, is_number, number
 from geosurf.read._noted import noted
+from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import GridHeader, GridNodes
 from geosurf.read.grids.text import check_step, finished, from_corners, scale_of, text_values
 
@@ -63,8 +65,8 @@ def read_cps3(
            [ 1.,  3.]])
     """
     scale = scale_of(path, name, positive, length_unit)
-    text = read_text(path)
-    lines, start = _header(path, text)
+    blocks = TextBlocks(path)
+    lines, start = _header(path, blocks.head)
 
     # rows first, then columns; limits are those of the outer nodes
     i, words = _line(path, lines, "FSNROW", 2)
@@ -83,33 +85,52 @@ def read_cps3(
     null = nulls[0] if nulls else NULL
     noted("null", f"{null:g}")
 
-    values = text_values(text[start:], path, text.count("\n", 0, start) + 1, header)
-    _refuse_rows(path, text[start:], header)
+    blocks.skip(start)
+    ends = _LineEnds(header)
+    values = text_values(blocks, header, ends.look)
+    ends.refuse_rows(path)
     values[values == null] = np.nan
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
     return finished(path, name, header, grid, scale, "columns from the west, each from the north")
 
 
-def _refuse_rows(path: Path, text: str, header: GridHeader) -> None:
-    """Refuse values that begin a new line with each row of the map, not with each column.
+class _LineEnds:
+    """
+    Where lines end, counted in values: after columns of the map, or after its rows.
 
     Some programs write rows, and do not agree whether the first is in the north or in the south.
-    """
-    if header.nrow == header.ncol:
-        return
 
-    # values before each line end
-    counts = np.cumsum([len(line.split()) for line in text.split("\n")])
-    of_columns, of_rows = (
-        bool(np.isin(np.arange(1, n_part) * size, counts).all())
-        for size, n_part in ((header.nrow, header.ncol), (header.ncol, header.nrow))
-    )
-    if of_rows and not of_columns:
-        raise FormatError(
-            f"{path}: a new line begins after every {header.ncol} values, so they run along rows. "
-            "CPS-3 has columns from the north, and programs that write rows do not agree where "
-            "they begin. Export the grid as IRAP or ZMAP+."
-        )
+    Parameters
+    ----------
+    header : GridHeader
+    """
+
+    def __init__(self, header: GridHeader) -> None:
+        self.header = header
+        self._n_value = 0
+        self._n_end = {header.nrow: 0, header.ncol: 0}  # lines that end after a multiple of these
+
+    def look(self, piece: str) -> None:
+        """Count the values of each line of a piece."""
+        if self.header.nrow == self.header.ncol:
+            return
+        count = words_per_line(piece)
+        ends = self._n_value + np.cumsum(count[count > 0])
+        for size in self._n_end:
+            self._n_end[size] += int(np.count_nonzero(ends % size == 0))
+        self._n_value += int(count.sum())
+
+    def refuse_rows(self, path: Path) -> None:
+        """Refuse values that begin a new line with each row of the map, not with each column."""
+        nrow, ncol = self.header.nrow, self.header.ncol
+        if nrow == ncol:
+            return
+        if self._n_end[ncol] == nrow and self._n_end[nrow] < ncol:
+            raise FormatError(
+                f"{path}: a new line begins after every {ncol} values, so they run along rows. "
+                "CPS-3 has columns from the north, and programs that write rows do not agree "
+                "where they begin. Export the grid as IRAP or ZMAP+."
+            )
 
 
 def _header(path: Path, text: str) -> tuple[Lines, int]:

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import integer, number, read_text
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import integer, number
 from geosurf.read._noted import noted
 from geosurf.read._prj import crs_of_prj
 from geosurf.read.grids.nodes import GridHeader, GridNodes
@@ -62,12 +63,12 @@ def read_esri(
     ([[3.0, nan], [1.0, 2.0]], [5.0, 15.0])
     """
     scale = scale_of(path, name, positive, length_unit)
-    text = read_text(path)
+    blocks = TextBlocks(path)
 
     # keys come in any case and order; values begin at the first line that is no key
     found: dict[str, tuple[int, str]] = {}
     start = 0
-    while match := LINE.match(text, start):
+    while match := LINE.match(blocks.head, start):
         found[match[1].lower()] = (len(found) + 1, match[2])
         start = match.end()
 
@@ -98,7 +99,8 @@ def read_esri(
     i, null = found.get("nodata_value", (0, NULL))
     noted("null", null)
     noted("kind", "nodes are the centres of cells")
-    values = text_values(text[start:], path, len(found) + 1, header)
+    blocks.skip(start)
+    values = text_values(blocks, header)
     values[values == number(null, path, i, "NODATA_value")] = np.nan
     grid = values.reshape(nrow, ncol)[::-1]
     nodes = finished(path, name, header, grid, scale, "rows from the north, each from the west")

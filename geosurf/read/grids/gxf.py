@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import integer, number, read_text
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import integer, number
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes
 from geosurf.read.grids.text import finished, scale_of, text_values
@@ -65,14 +66,14 @@ def read_gxf(
            [ 3., nan]])
     """
     scale = scale_of(path, name, positive, length_unit)
-    text = read_text(path)
-    start = GRID.search(text)
+    blocks = TextBlocks(path)
+    start = GRID.search(blocks.head)
     if start is None:
         raise FormatError(
             f"{path}: the file has no line #GRID. It is truncated or not a GXF grid; export it "
             "again."
         )
-    keys = _keys(text[: start.start()])
+    keys = _keys(blocks.head[: start.start()])
     header = _geometry(path, keys)
     if _real(path, keys, "GTYPE", 0.0):
         raise FormatError(
@@ -86,7 +87,8 @@ def read_gxf(
             "run east). Export the grid with #SENSE 1."
         )
 
-    values = text_values(text[start.end() :], path, text.count("\n", 0, start.end()) + 1, header)
+    blocks.skip(start.end())
+    values = text_values(blocks, header)
     # the dummy value counts before the transform
     if "DUMMY" in keys:
         noted("null", keys["DUMMY"][1])

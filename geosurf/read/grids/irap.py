@@ -17,17 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import (
-    agreed_scale,
-    agreed_sign,
-    integer,
-    number,
-    number_text,
-    read_text,
-)
-from geosurf.read._guard import read_bytes
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import agreed_scale, agreed_sign, integer, number
+from geosurf.read._guard import opened, read_bytes, read_some
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes, nodes_from_grid
+from geosurf.read.grids.text import check_count, scaled, text_values
 
 UNDEFINED_CLASSIC = 9999900.0
 UNDEFINED_BINARY = 9.9e29  # 1e30 as float32, and all above
@@ -80,18 +75,19 @@ def read_irap(
     scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
 
     # Both kinds share suffixes, so the first bytes decide.
-    head = read_bytes(path)[:64].lstrip()
-    classic = head.startswith(b"-996")
+    with opened(path) as (file, _):
+        classic = read_some(path, file, 64).lstrip().startswith(b"-996")
     header, values = _read_classic(path) if classic else _read_binary(path)
     noted("kind", "IRAP classic (text)" if classic else "IRAP binary (float32)")
     noted("null", f"{UNDEFINED_CLASSIC:g}" if classic else "1e30")
     noted("order of values", "rows from the origin, each along the rotation")
-    return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)
+    return nodes_from_grid(header, scaled(values, scale), name=name, source=path.name)
 
 
 def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     """Header and values (nrow, ncol) of a text file, NaN where undefined."""
-    text = read_text(path)
+    blocks = TextBlocks(path)
+    text = blocks.head
 
     # only the header's words one by one: the nodes are millions, and are taken in bulk
     words = list(itertools.islice(re.finditer(r"\S+", text), N_HEADER))
@@ -129,9 +125,8 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
         whole(i, "the last header line, seven zeros")
 
     # all that follows are values, wherever lines end
-    rest = text[words[-1].end() :]
-    values = number_text(rest, path, line_of_token[-1], "value of a node")
-    _check_count(path, len(values), header)
+    blocks.skip(words[-1].end())
+    values = text_values(blocks, header)
     values[values == UNDEFINED_CLASSIC] = np.nan
     return header, values.reshape(header.nrow, header.ncol)
 
@@ -166,7 +161,7 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
     _refuse_pivot(path, header, xrot, yrot)
     # The nodes are float32, row by row from the south, in records of any length.
     body = b"".join(records[3:])
-    _check_count(path, len(body) / 4, header)
+    check_count(path, len(body) / 4, header)
     values = np.frombuffer(body, dtype=">f4").astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
@@ -203,17 +198,6 @@ def _fortran_records(path: Path, data: bytes) -> list[bytes]:
         records.append(data[at + 4 : end])
         at = end + 4
     return records
-
-
-def _check_count(path: Path, found: float, header: GridHeader) -> None:
-    """Refuse a file with more or fewer values than its header announces."""
-    expected = header.ncol * header.nrow
-    if found != expected:
-        raise FormatError(
-            f"{path}: found {found:g} values, expected {expected} ({header.ncol} columns x "
-            f"{header.nrow} rows). The file is truncated or its header is wrong; export it "
-            "again."
-        )
 
 
 def _refuse_pivot(path: Path, header: GridHeader, xrot: float, yrot: float) -> None:

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import integer, number, read_text
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import integer, number
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridNodes
@@ -85,8 +86,10 @@ def read_storm(
     if match[1] == b"BINARY":
         values = binary_values(path, data[match.end() :], ">f8", header)
     else:
-        rest = read_text(path).split("\n", match[0].count(b"\n"))[-1]
-        values = text_values(rest, path, match[0].count(b"\n") + 1, header)
+        blocks = TextBlocks(path)
+        rest = blocks.head.split("\n", match[0].count(b"\n"))[-1]
+        blocks.skip(len(blocks.head) - len(rest))
+        values = text_values(blocks, header)
     noted("null", f"{UNDEFINED:g}")
     values[values == UNDEFINED] = np.nan
     grid = values.reshape(nrow, ncol)

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import integer, number, read_text
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import integer, number
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes
@@ -79,8 +80,8 @@ def read_surfer(
 
 def _text(path: Path, _: bytes) -> tuple[GridHeader, np.ndarray, float]:
     """Header, values and blank value of a text."""
-    text = read_text(path)
-    lines = text.split("\n", 5)
+    blocks = TextBlocks(path)
+    lines = blocks.head.split("\n", 5)
     rows = [line.split() for line in lines[1:5]]
     if len(lines) < 6 or any(len(row) != 2 for row in rows):
         raise FormatError(
@@ -91,7 +92,8 @@ def _text(path: Path, _: bytes) -> tuple[GridHeader, np.ndarray, float]:
     x0, x1 = (number(word, path, 3, "limit of x") for word in rows[1])
     y0, y1 = (number(word, path, 4, "limit of y") for word in rows[2])
     header = from_corners(path, "header", (ncol, nrow), (x0, x1), (y0, y1))
-    return header, text_values(lines[5], path, 6, header), BLANK
+    blocks.skip(len(blocks.head) - len(lines[5]))
+    return header, text_values(blocks, header), BLANK
 
 
 def _version_6(path: Path, data: bytes) -> tuple[GridHeader, np.ndarray, float]:

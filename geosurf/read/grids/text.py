@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import agreed_scale, agreed_sign, number_text
+from geosurf.read._blocks import TextBlocks
+from geosurf.read._common import agreed_scale, agreed_sign, block_numbers, piece_numbers
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes, nodes_from_grid
 
@@ -18,10 +20,33 @@ def scale_of(path: Path, name: str, positive: str | None, length_unit: str | Non
     return agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
 
 
-def text_values(text: str, path: Path, first: int, header: GridHeader) -> np.ndarray:
-    """All words of a text, from line `first` on, as one value for each node."""
-    values = number_text(text, path, first, "value of a node")
-    check_count(path, len(values), header)
+def text_values(
+    blocks: TextBlocks, header: GridHeader, look: Callable[[str], object] | None = None
+) -> np.ndarray:
+    """
+    All words of a text as one value for each node.
+
+    Parameters
+    ----------
+    blocks : TextBlocks
+        Without the header.
+    header : GridHeader
+    look : callable, optional
+        Gets each piece of the text.
+
+    Returns
+    -------
+    ndarray of float64, shape (ncol * nrow,)
+    """
+
+    def take(piece: str, line: int) -> np.ndarray:
+        """Values of a piece."""
+        if look is not None:
+            look(piece)
+        return piece_numbers(piece, blocks.path, line, "value of a node")
+
+    values, n = block_numbers(blocks, header.ncol * header.nrow, take)
+    check_count(blocks.path, n, header)
     return values
 
 
@@ -82,4 +107,12 @@ def finished(
 ) -> GridNodes:
     """Nodes of values (nrow, ncol), rows from the origin on; their order and rotation are noted."""
     noted("order of values", order)
-    return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)
+    return nodes_from_grid(header, scaled(values, scale), name=name, source=path.name)
+
+
+def scaled(values: np.ndarray, scale: float) -> np.ndarray:
+    """Values times a factor, without negative zeros; in place, as maps are large."""
+    values = np.require(values, np.float64, ["W"])
+    values *= scale
+    values += 0.0
+    return values

@@ -15,19 +15,20 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
+from geosurf.read._blocks import TextBlocks
 from geosurf.read._common import (
     agreed_scale,
     agreed_sign,
+    block_numbers,
     integer,
     is_number,
-    line_blocks,
     number,
     numbers,
     plain_numbers,
-    read_text,
 )
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes, nodes_from_grid
+from geosurf.read.grids.text import check_count, scaled
 
 SYSTEM = re.compile(r"^![ \t]*CRS:[ \t]*(\S[^\n]*\S)[ \t]*$", re.MULTILINE)  # as geosurf writes it
 PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
@@ -73,40 +74,33 @@ def read_zmap(
     """
     what = f"{path.name}: horizon {name!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
-    text = read_text(path)
-    system = SYSTEM.search(text[: text.find("@") + 1])
-
-    # values are millions of words, and rarely have comments among them
-    cut = text.find("@", text.find("@") + 1) + 1
-    body = text[cut:]
-    if "!" in body or "+" in body:
-        body = PASSED_OVER.sub("", body)
-    text = PASSED_OVER.sub("", text[:cut]) + body
+    blocks = TextBlocks(path)
 
     # The header lies between two lines that begin with @.
-    marks = list(itertools.islice(re.finditer(r"^[ \t]*@", text, re.MULTILINE), 2))
-    head = text[: marks[-1].start()] if marks else ""
-    lines = [(i, line) for i, line in enumerate(head.split("\n"), start=1) if line.strip()]
-    if len(marks) < 2 or text[: marks[0].start()].strip() or len(lines) < 3:
+    head = blocks.head
+    marks = list(itertools.islice(re.finditer(r"^[ \t]*@", head, re.MULTILINE), 2))
+    before, within = (
+        PASSED_OVER.sub("", head[: marks[k].start()]) if len(marks) == 2 else "" for k in (0, 1)
+    )
+    lines = [(i, line) for i, line in enumerate(within.split("\n"), start=1) if line.strip()]
+    if before.strip() or len(lines) < 3:
         raise FormatError(
             f"{path}: expected a header of at least two lines between two '@', found "
             f"{len(marks)} '@'. This is not a ZMAP+ grid, or the file is truncated."
         )
+    system = SYSTEM.search(head[: marks[0].start()])
 
     header, nulls, decimals = _header(path, lines[1], lines[2])
 
     # values begin on the line after the second @
-    start = (text.find("\n", marks[1].end()) + 1) or len(text)
-    first = text.count("\n", 0, start) + 1
+    blocks.skip((head.find("\n", marks[1].end()) + 1) or len(head))
 
     # Null values are compared as words first, then as numbers.
-    values, has_point = _values(path, text[start:], first, nulls)
-    if len(values) != header.ncol * header.nrow:
-        raise FormatError(
-            f"{path}: found {len(values)} values, expected {header.ncol * header.nrow} "
-            f"({header.ncol} columns x {header.nrow} rows). The file is truncated or its "
-            "header is wrong; export it again."
-        )
+    pieces = _Pieces(path, nulls)
+    values, n = block_numbers(blocks, header.ncol * header.nrow, pieces.values)
+    check_count(path, n, header)
+    values[np.isin(values, [float(null) for null in nulls if is_number(null)])] = np.nan
+    has_point = pieces.has_point
     if decimals and not has_point:
         # old programs then read 12345 as 1.2345, newer ones do not
         raise FormatError(
@@ -117,47 +111,62 @@ def read_zmap(
     noted("order of values", "columns from the west, each from the north")
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
-    nodes = nodes_from_grid(header, scale * grid + 0.0, name=name, source=path.name)
+    nodes = nodes_from_grid(header, scaled(grid, scale), name=name, source=path.name)
     if system is not None:
         nodes.attrs["crs"] = system[1]
     return nodes
 
 
-def _values(path: Path, text: str, first: int, nulls: set[str]) -> tuple[np.ndarray, bool]:
-    """All values, NaN where undefined, and whether one of the others has a decimal point."""
-    parts, has_point = [np.empty(0)], False
-    for line, piece in line_blocks(text):
+class _Pieces:
+    """
+    Values of pieces of a file, NaN where undefined.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    nulls : set of str
+        Words that stand for 'undefined'.
+
+    Attributes
+    ----------
+    has_point : bool
+        Whether a value has had a decimal point.
+    """
+
+    def __init__(self, path: Path, nulls: set[str]) -> None:
+        self.path, self.nulls, self.has_point = path, nulls, False
+
+    def values(self, piece: str, first: int) -> np.ndarray:
+        """Values of a piece that begins on line `first`."""
+        # comments among values are rare
+        if "!" in piece or "+" in piece:
+            piece = PASSED_OVER.sub("", piece)
+
         # all are numbers: undefined ones are known by their value, at the end
         plain = plain_numbers(piece)
         if plain is not None:
-            parts.append(plain)
-            has_point = has_point or "." in piece
-            continue
+            self.has_point = self.has_point or "." in piece
+            return plain
 
-        # words that mean no value are taken out, and the others become numbers at once
-        words = piece.split()
-
+        # words that mean no value are taken out, and the others become numbers at once;
         # kept (n,): words that are numbers
-        kept = np.array([word not in nulls for word in words], dtype=bool)
+        words = piece.split()
+        kept = np.array([word not in self.nulls for word in words], dtype=bool)
         real = words if kept.all() else list(itertools.compress(words, kept.tolist()))
-        has_point = has_point or any("." in word for word in real)
+        self.has_point = self.has_point or any("." in word for word in real)
         found = numbers(real)
 
         # one of them is no number: look for it line by line, so that the error names its place
         if found is None:
-            for i, row in enumerate(piece.split("\n"), start=first + line - 1):
+            for i, row in enumerate(piece.split("\n"), start=first):
                 for word in row.split():
-                    if word not in nulls:
-                        number(word, path, i, "value of a node")
-            raise AssertionError(f"{path}: a number was refused, and then not")
+                    if word not in self.nulls:
+                        number(word, self.path, i, "value of a node")
+            raise AssertionError(f"{self.path}: a number was refused, and then not")
 
         values = np.full(len(words), np.nan)
         values[kept] = found
-        parts.append(values)
-    values = np.concatenate(parts)
-
-    values[np.isin(values, [float(null) for null in nulls if is_number(null)])] = np.nan
-    return values, has_point
+        return values
 
 
 def _header(

@@ -1,0 +1,82 @@
+"""A text in blocks is the whole text, whatever its line ends and the size of blocks."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import geosurf as gs
+from geosurf.errors import FormatError
+from geosurf.read import _blocks
+from geosurf.read._blocks import TextBlocks
+
+words = st.text("01.e-+ \tné\n\r", max_size=60)
+
+
+@given(words, st.integers(4, 9))
+def test_law_blocks_join_to_the_text(text, size):
+    text += "1\n"
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_blocks, "BLOCK", size)
+        path = Path(folder) / "a.txt"
+        path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+        plain = text.replace("\r\n", "\n").replace("\r", "\n")
+        found = list(TextBlocks(path))
+        assert "".join(piece for _, piece in found) == plain
+        starts = np.cumsum([1] + [piece.count("\n") for _, piece in found])[:-1]
+        assert [line for line, _ in found] == starts.tolist()
+        assert all(piece.endswith("\n") for _, piece in found)
+
+
+def map_of_numbers(n, word="-1600.25", end="\n"):
+    """A ZMAP+ map of n x n nodes; its last value is `word`."""
+    body = [" -1600.25"] * (n * n - 1) + [f" {word}"]
+    lines = ["".join(body[k : k + 5]) for k in range(0, len(body), 5)]
+    head = ["@top, GRID, 5", "15, -99, , 2, 1"]
+    return end.join([*head, f"{n}, {n}, 0, 10, 0, 10", "0, 0, 0", "@", *lines, ""])
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_large_maps_with_all_line_ends(tmp_path, end):
+    path = tmp_path / "top.zmap"
+    path.write_bytes(map_of_numbers(300, "-99", end).encode())
+    found = gs.read_horizon(path, positive="up").values
+    assert np.isnan(found[0, -1])
+    assert (found.ravel()[np.arange(found.size) != found.shape[1] - 1] == -1600.25).all()
+
+
+@pytest.mark.parametrize("word", ["nan", "1D3", "1e999", "1-2", "1,5", "x", "-"])
+def test_the_last_word_of_many_is_named_with_its_line(tmp_path, word):
+    path = tmp_path / "top.zmap"
+    text = map_of_numbers(300, word)
+    path.write_text(text)
+    line = text.count("\n")
+    with pytest.raises(FormatError, match=f"top.zmap, line {line}: found '{word}'"):
+        gs.read_horizon(path, positive="up")
+
+
+def test_cut_files_are_refused(tmp_path):
+    path = tmp_path / "top.zmap"
+    text = map_of_numbers(300)
+    for cut in (text.rindex(" "), text.rindex("\n", 0, -1) + 1, len(text) - 1):
+        path.write_text(text[:cut])
+        with pytest.raises(FormatError, match="truncated"):
+            gs.read_horizon(path, positive="up")
+    path.write_text(text + "1\n")
+    with pytest.raises(FormatError, match="found 90001 values, expected 90000"):
+        gs.read_horizon(path, positive="up")
+
+
+def test_a_word_of_many_points_is_named_with_its_line(tmp_path):
+    path = tmp_path / "a.xyz"
+    path.write_text("0 1 2\n" * 50_000 + "0 1\n")
+    with pytest.raises(FormatError, match="line 50001"):
+        gs.read_points(path, positive="up")
+    path.write_text("0 1 2\n" * 50_000 + "0 1 2e999\n")
+    with pytest.raises(FormatError, match="line 50001: found '2e999'"):
+        gs.read_points(path, positive="up")
