@@ -152,7 +152,7 @@ def number_text(text: str, path: Path, first: int, what: str) -> np.ndarray:
 
 
 def piece_numbers(piece: str, path: Path, first: int, what: str) -> np.ndarray:
-    """Return the words of some lines as finite float64, or name the first that is no number."""
+    """Return the words of some lines as finite float64, or name the first wrong one."""
     values = plain_numbers(piece)
     # the fast way refused a word: the slow one knows whether it is right, and where it is
     values = numbers(piece.split()) if values is None else values
