@@ -42,7 +42,11 @@ def _compared(points: np.ndarray, answer: dict[str, Any]) -> str:
     if "error" in answer:
         return f"refuses ({answer['error'].split(':')[0]})"
     other = np.load(answer["points"])
-    least = min(difference(points, other), difference(points, other * [1.0, 1.0, -1.0]))
+    if other.shape[1] == 3 and len(points) and len(other):
+        # trees are slow where all places are kilometres away: only the nearer direction is compared
+        level, theirs = points[:, 2].mean(), other[:, 2].mean()
+        other = other * [1.0, 1.0, -1.0 if abs(level + theirs) < abs(level - theirs) else 1.0]
+    least = difference(points, other)
     return "0" if least == 0.0 else f"{least:.1e}"
 
 

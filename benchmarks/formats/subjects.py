@@ -132,6 +132,8 @@ def difference(one: np.ndarray, other: np.ndarray) -> float:
 
     if not len(one) or not len(other) or one.shape[1] != other.shape[1]:
         return 0.0 if len(one) == len(other) else np.inf
+    if one.shape == other.shape and (one == other).all():
+        return 0.0  # most answers: a search in trees takes longer
     middle = one.mean(axis=0)
     a, b = one - middle, other - middle
     return float(max(cKDTree(a).query(b)[0].max(), cKDTree(b).query(a)[0].max()))

@@ -65,9 +65,9 @@ class XmlFile:
         try:
             if node.get("format") == "ascii":
                 return _of_text(node.text or "", dtype)
-            found = np.frombuffer(self.payload(node, what, dtype.itemsize), dtype=dtype)
+            values = np.frombuffer(self.payload(node, what, dtype.itemsize), dtype=dtype)
             node.text = None  # of a large file; each array is read once
-            return found
+            return values
         except DAMAGE as error:
             if isinstance(error, FormatError):
                 raise
