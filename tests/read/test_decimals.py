@@ -109,7 +109,8 @@ def test_law_any_decimal_is_rounded_as_python_does(texts):
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.integers(0, 40))
 def test_law_doubles_with_any_number_of_digits(value, n):
-    assert_same([repr(value), f"{value:.{n}e}", f"{value:.{n}f}"])
+    texts = [repr(value), f"{value:.{n}e}", f"{value:.{n}f}"]
+    assert_same([text for text in texts if np.isfinite(float(text))])  # 1.8e308 is too large
 
 
 @given(
