@@ -324,7 +324,7 @@ class Units(Shown, Mapping[str, Unit]):
     def rows_inside(self) -> frozenset[int]:
         """Rows of the surfaces with a unit in front or behind: those that reach into the model."""
         pieces = self.piece_sides[0]
-        inside: np.ndarray = (self.sides_seen >= 0).any(axis=1)
+        inside = np.asarray((self.sides_seen >= 0).any(axis=1))
         n_core = len(pieces.triangles)
         rows = np.repeat(np.arange(len(pieces.sources)), np.diff(pieces.first_run))
         found = np.concatenate([pieces.surface[inside[:n_core]], rows[inside[n_core:]]])
