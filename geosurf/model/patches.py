@@ -174,7 +174,9 @@ class Patches(Shown):
     @property
     def n_triangle(self) -> int:
         """Number of triangles."""
-        return len(self.triangles)
+        # counting lists none
+        listed: np.ndarray | None = self.__dict__.get("triangles")
+        return self.pieces.expanded.n_triangle if listed is None else len(listed)
 
     @property
     def n_patch(self) -> int:

@@ -169,6 +169,11 @@ class Expanded(Noun):
                 counts[i] += int((strips.runs[:, 2] - strips.runs[:, 1] + 1).sum())
         return cut, np.concatenate([[0], np.cumsum(counts)])
 
+    @property
+    def n_triangle(self) -> int:
+        """Number of triangles."""
+        return int(self._rows[1][-1])
+
     @cached_property
     def _points(self) -> tuple[list[np.ndarray | None], list[int]]:
         """Point of each node of each lattice, and the number of points up to each surface."""

@@ -44,7 +44,10 @@ def expanded_slowly(pieces) -> dict[str, np.ndarray]:
 @settings(max_examples=100, deadline=None)
 @given(gridded_scenes())
 def test_law_arrays_are_those_put_together_piece_by_piece(surfaces):
-    pieces = rebuild_surfaces(surfaces).pieces
+    patches = rebuild_surfaces(surfaces)
+    pieces, n_triangle = patches.pieces, patches.n_triangle
+    assert "triangles" not in patches.__dict__  # counting lists none
+    assert n_triangle == len(pieces.expanded.triangles)
     for name, slow in expanded_slowly(pieces).items():
         fast = getattr(pieces.expanded, name)
         assert not fast.flags.writeable
