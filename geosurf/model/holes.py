@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.model.base import frozen
+from geosurf.model.base import Noun, frozen
 
 ROW, FIRST, LAST = 0, 1, 2
 
@@ -45,7 +45,7 @@ def holes_in(absent: np.ndarray, first_row: int = 0) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Holes:
+class Holes(Noun):
     """
     Absent nodes of a grid.
 
