@@ -17,7 +17,7 @@ import numpy as np
 from geosurf.arrangement import tree
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.numbering import number_below
-from geosurf.kernels.sheets.sheet_corners import overlap_in_map
+from geosurf.kernels.sheets.sheet_corners import are_over_nodes, edges_over_ghosts, overlap_in_map
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of
 
@@ -48,10 +48,8 @@ def pairs_with_itself(
 
 def _are_over_nodes(surface: TriSurface) -> bool:
     """Whether all vertices over one node are at one place in the map: repairs may move some."""
-    node, xy = surface.vertex_data[NODE], surface.vertices[:, :2]
-    places = np.empty((int(node.max(initial=-1)) + 1, 2))
-    places[node] = xy
-    return np.array_equal(places[node], xy)
+    node = surface.vertex_data[NODE]
+    return bool(are_over_nodes(node, surface.vertices, int(node.max(initial=-1)) + 1))
 
 
 def over_itself(surface: TriSurface, pairs: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -76,25 +74,12 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
     Triangles over three nodes in common that cross have such edges. So have those on both sides
     of the edge: one of them may be where the other sheet ends.
     """
-    node, t = surface.vertex_data[NODE], surface.triangles
-    ghosts = _with_ghosts(surface)
-    # Nodes below some triangle with a ghost: nothing overlaps elsewhere.
-    under = np.zeros(int(node.max(initial=-1)) + 1, dtype=bool)
-    under[node[t[ghosts]]] = True
-    near = under[node][t]
-
-    # Half-edges (triangle, vertex, vertex) over such nodes, the lower node first.
-    edges = []
-    for k in range(3):
-        rows = np.flatnonzero(near[:, k] & near[:, (k + 1) % 3])
-        edges.append(np.stack([rows, t[rows, k], t[rows, (k + 1) % 3]]))
-    rows, one, two = np.concatenate(edges, axis=1)
-
-    back = node[one] > node[two]
-    one, two = np.where(back, two, one), np.where(back, one, two)
+    node, ghost, t = surface.vertex_data[NODE], surface.vertex_data[GHOST], surface.triangles
+    n = int(node.max(initial=-1)) + 1
+    rows, one, two = edges_over_ghosts(t, node, ghost, n)
 
     # Half-edges over the same two nodes follow one another in `order`.
-    key = node[one] * len(under) + node[two]
+    key = node[one] * n + node[two]
     order = np.argsort(key, kind="stable")
     key, rows, one, two = key[order], rows[order], one[order], two[order]
 
@@ -117,7 +102,7 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
         found.append(np.sort(pairs, axis=1))
 
     pairs = np.unique(np.concatenate(found), axis=0)
-    return pairs[any_of(ghosts[pairs])]
+    return pairs[any_of(ghost[t[pairs]].reshape(-1, 6))]
 
 
 def _with_ghosts(surface: TriSurface) -> np.ndarray:

@@ -40,8 +40,8 @@ class Model(Protocol):
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
 
-    def framed(self, base: Scene, reach: float) -> None:
-        """Keep area and box of the base case for all, taller by a reach [m]."""
+    def framed(self, base: Scene, reach: float) -> bool:
+        """Keep area and box of the base case, taller by a reach [m]; whether these are new."""
 
     def started(self, base: Scene) -> None:
         """Take what all realisations share from the base case in the final box."""
@@ -134,18 +134,19 @@ class SceneModel:
         # Sheets replace the continuous horizons that they were made from.
         return scene.replace(horizons=sheets)
 
-    def framed(self, base: Scene, reach: float) -> None:
-        """Keep area and box of the base case for all, taller by a reach [m]."""
+    def framed(self, base: Scene, reach: float) -> bool:
+        """Keep area and box of the base case, taller by a reach [m]; whether these are new."""
         given = given_settings(self.scene)
         # A box that the user gave holds for all realisations as it is.
         if given["box"] is not None:
-            return
+            return False
         # Without one, each realisation would get its own area, and volumes could not be compared.
         west, east, south, north, bottom, top = base.box
         self._frame = {"box": (west, east, south, north, bottom - reach, top + reach)}
         # A word such as "rectangle" is not an area: the box is enough then.
         if not isinstance(given["aoi"], str):
             self._frame["aoi"] = base.aoi
+        return True
 
     def started(self, base: Scene) -> None:
         """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
@@ -201,8 +202,9 @@ class BuiltModel:
             )
         return scene
 
-    def framed(self, base: Scene, reach: float) -> None:
-        """Nothing: the function chooses the box."""
+    def framed(self, base: Scene, reach: float) -> bool:
+        """Change nothing: the function chooses the box."""
+        return False
 
     def started(self, base: Scene) -> None:
         """Nothing: the function builds all of each realisation."""

@@ -90,10 +90,10 @@ class Plan:
     def start(self) -> Record:
         """Build the base case, keep its area for all realisations, and measure it."""
         # First with its own area, to learn it; then with that area and the reach of all
-        # uncertainties.
+        # uncertainties, unless the user gave the box.
         base = self.scene(None)
-        self.model.framed(base, sum(one.reach() for one in self.prepared))
-        base = self.scene(None)
+        if self.model.framed(base, sum(one.reach() for one in self.prepared)):
+            base = self.scene(None)
         self.model.started(base)
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)

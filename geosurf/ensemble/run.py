@@ -132,7 +132,7 @@ def run_ensemble(
     with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch:
         # Without a store results pass through a temporary one: one way for both.
         path = Path(scratch) / "ensemble.zarr" if store is None else path_of(store, "store")
-        target = EnsembleStore(path, plan, base, n)
+        target = EnsembleStore(path, plan, base, n, stays=store is not None)
         # The store is closed whatever happens, so that another call can continue.
         try:
             _run(target, client, workers, processes, progress)

@@ -50,6 +50,8 @@ class EnsembleStore:
         Of the base case.
     n : int
         Number of realisations.
+    stays : bool
+        Whether another call may continue it: finished realisations are files first then.
 
     Raises
     ------
@@ -60,8 +62,8 @@ class EnsembleStore:
         If it cannot be written.
     """
 
-    def __init__(self, path: Path, plan: Plan, base: Record, n: int) -> None:
-        self.path, self.plan, self.base, self.n = path, plan, base, n
+    def __init__(self, path: Path, plan: Plan, base: Record, n: int, *, stays: bool = True) -> None:
+        self.path, self.plan, self.base, self.n, self.stays = path, plan, base, n, stays
         self.pending: dict[int, Record] = {}
         # One process at a time: two would write different regions into the same arrays.
         self.lock = Lock(path / ".lock")
@@ -247,9 +249,10 @@ class EnsembleStore:
             If the disk is full, or the folder cannot be written.
         """
         try:
-            file = self.path / RECORDS / f"{record.realization:09d}.npz"
-            # Written aside and renamed: a record is there completely or not at all.
-            write_whole(file, record.to_bytes())
+            if self.stays:
+                file = self.path / RECORDS / f"{record.realization:09d}.npz"
+                # Written aside and renamed: a record is there completely or not at all.
+                write_whole(file, record.to_bytes())
             self.pending[record.realization] = record
             self._write_regions()
         except OSError as error:
@@ -266,7 +269,8 @@ class EnsembleStore:
             for k in rows:
                 # Maps of a record are large: memory is given back at once.
                 del self.pending[k]
-                (self.path / RECORDS / f"{k:09d}.npz").unlink(missing_ok=True)
+                if self.stays:
+                    (self.path / RECORDS / f"{k:09d}.npz").unlink(missing_ok=True)
             self.next_region += 1
 
     def _write_region(self, rows: range, records: list[Record]) -> None:

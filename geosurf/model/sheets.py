@@ -394,24 +394,18 @@ class Sheet(Shown):
 
         # vertex of each node and ghost, -1 for absent nodes; ghosts follow the nodes
         number = np.concatenate([lattice.vertex_of_node.ravel(), n + np.arange(len(self.ghosts))])
-        # the rows of a lattice's triangles: cell by cell, those that exist
-        low, high = present[:-1], present[1:]
 
-        # corners of the cell: a is its first node, b the next in the row, d and c the same one row
-        # on
-        a, b, d, c = low[:, :-1], low[:, 1:], high[:, :-1], high[:, 1:]
-        pair = (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
-
-        # (cell, half), flat in the order of `build_triangles`
-        there = np.stack(pair, axis=-1).ravel()
-
-        # `divided` counts nodes, the mask below counts cells: one fewer in each row
+        # keys count cells and their halves, `divided` counts nodes: one more in each row
         row, col = np.divmod(self.divided // 2, n_col)
-        whole = there.copy()
+        whole = np.ones(2 * (lattice.shape[0] - 1) * (n_col - 1), dtype=bool)
         whole[2 * (row * (n_col - 1) + col) + self.divided % 2] = False
+        keys = np.flatnonzero(whole) if lattice.whole else lattice.keys[whole[lattice.keys]]
 
         # triangles that faults divide are replaced by copies on both sides, which end in ghosts
-        triangles = np.concatenate([lattice.build_triangles()[whole[there]], number[self.copies]])
+        corners = lattice.corners_of_keys(keys)
+        if not lattice.whole:
+            corners = number[corners]
+        triangles = frozen(np.concatenate([corners, number[self.copies]]), np.int64)
         ghost = np.arange(len(vertices)) >= n
         outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
         marks = {"ghost": ghost, "outer": outer}

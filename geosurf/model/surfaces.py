@@ -203,10 +203,10 @@ class TriSurface(Shown):
         # all nodes in use: the box that the survey has, no pass over the vertices
         used = None if self.lattice is None else self.lattice.corners_in_use()
         if used is None:
-            # vertices that no triangle uses do not count; a mark for each is faster than np.unique
-            mark = np.zeros(self.n_vertex, dtype=bool)
-            mark[self.triangles] = True
-            used = self.vertices[mark]
+            from geosurf.kernels.meshes.used import bounds_of_triangles
+
+            # vertices that no triangle uses do not count
+            used = bounds_of_triangles(self.vertices, self.triangles)
         (w, s, b), (e, n, t) = used.min(axis=0).tolist(), used.max(axis=0).tolist()
         return w, e, s, n, b, t
 

@@ -18,6 +18,7 @@ from geosurf.kernels.meshes.mesh import (
     patches_and_boundary,
     weld,
 )
+from geosurf.kernels.meshes.used import number_untouched
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 from geosurf.rebuild.equal_vertices import first_of_equals, has_strips
 
@@ -125,31 +126,23 @@ def _untouched(
     nodes, ids = contacts.nodes[i]
     nodes, ids = nodes[met[ids]], ids[met[ids]]
 
-    rows = np.ones(source.n_triangle, dtype=bool)
+    taken = np.zeros(source.n_triangle, dtype=bool)
     mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
-    rows[source.rows_of_keys(contacts.key_of_face[mine])] = False
-    rows = np.flatnonzero(rows)
+    taken[source.rows_of_keys(contacts.key_of_face[mine])] = True
 
     # Vertices that contacts use have ids; the others get new ones, from `n` on.
-    corners = source.triangles[rows]
-    vertices = nodes
+    triangles, vertices = source.triangles, nodes
     if source.lattice is not None:
         vertices = source.lattice.vertex_of_node.ravel()[nodes]
-        keys = source.lattice.keys_of_rows(rows)
-    else:
-        keys = rows
     first = first_of_equals(source)
     if first is not None:
-        corners, vertices = first[corners], first[vertices]
+        triangles, vertices = first[triangles], first[vertices]
 
     id_of_vertex = np.full(source.n_vertex, -1, dtype=np.int64)
     id_of_vertex[vertices] = ids
-    mark = np.zeros(source.n_vertex, dtype=bool)
-    mark[corners] = True
-
-    new = np.flatnonzero(mark & (id_of_vertex < 0))
-    id_of_vertex[new] = np.arange(n, n + len(new))
-    return (keys, id_of_vertex[corners]), source.vertices[new] - contacts.origin
+    rows, corners, new = number_untouched(triangles, taken, id_of_vertex, n)
+    keys = rows if source.lattice is None else source.lattice.keys_of_rows(rows)
+    return (keys, corners), source.vertices.take(new, axis=0) - contacts.origin
 
 
 def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray) -> Strips | None:

@@ -17,7 +17,9 @@ from geosurf.conventions.outlines import straight_runs
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.meshes.mesh import edges
+from geosurf.kernels.meshes.used import near_lines
 from geosurf.model import TriSurface
+from geosurf.model.base import any_of
 from geosurf.triangulate.inward import moved_inward
 from geosurf.triangulate.outline import check_outline, signed_area
 from geosurf.warning import warn
@@ -102,7 +104,7 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
     if whole and west < w - near and e + near < east and south < s - near and n + near < north:
         return along_rim, depth
 
-    rim = _rim(horizon)
+    rim = _rim(horizon, outline, near)
     for sides in straight_runs(outline, near):
         # One node touches a straight run of sides; two or more run along it.
         found = [_beside_side(outline, k, rim, near) for k in sides]
@@ -143,15 +145,18 @@ def _turns(a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
     return out
 
 
-def _rim(horizon: TriSurface) -> np.ndarray:
-    """Nodes on the rim of a horizon, in the map (n, 2)."""
+def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
+    """Nodes on the rim of a horizon, in the map (n, 2): at least those near a side."""
     lattice = horizon.lattice
     if lattice is None:
+        # All triangles around a vertex near a side have it: their edges there are complete.
+        close = near_lines(horizon.vertices, _lines(outline), 2.0 * near)
+        triangles = horizon.triangles[any_of(close[horizon.triangles])]
         # Ends of half-edges that no other triangle has.
-        ring, _ = edges(horizon.triangles, len(horizon.vertices))
+        ring, _ = edges(triangles, len(horizon.vertices))
         row, corner = np.divmod(np.flatnonzero(ring == np.arange(len(ring))), 3)
-        ends = horizon.triangles[row[:, None], np.stack([corner, (corner + 1) % 3], axis=1)]
-        return horizon.vertices[np.unique(ends), :2]
+        ends = np.unique(triangles[row[:, None], np.stack([corner, (corner + 1) % 3], axis=1)])
+        return horizon.vertices[ends[close[ends]], :2]
     if lattice.whole and lattice.easting.ndim == 1:
         return _frame(lattice.easting, lattice.northing)
 
@@ -172,6 +177,15 @@ def _rim(horizon: TriSurface) -> np.ndarray:
         row, col = np.nonzero(there[1:-1, 1:-1] & ~inner)
         found.append(np.column_stack([easting[row + low, col], northing[row + low, col]]))
     return np.concatenate(found)
+
+
+def _lines(outline: np.ndarray) -> np.ndarray:
+    """The lines through the sides of an outline: a x + b y + c is the distance (n, 3)."""
+    along = np.roll(outline, -1, axis=0) - outline
+    along /= np.hypot(*along.T)[:, None]
+    return np.column_stack(
+        [-along[:, 1], along[:, 0], along[:, 1] * outline[:, 0] - along[:, 0] * outline[:, 1]]
+    )
 
 
 def _frame(easting: np.ndarray, northing: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.sheets.sheet_corners import overlap_in_map
+from geosurf.kernels.sheets.sheet_corners import are_over_nodes, edges_over_ghosts, overlap_in_map
 from tests import oracles
 from tests.strategies import UTM, triangles
 
@@ -61,3 +61,27 @@ def test_neighbours_on_a_turned_lattice_are_beside_one_another():
     t = np.concatenate([lower_left[:, None] + (0, 1, 4), lower_left[:, None] + (1, 5, 4)])
     i, j = np.triu_indices(len(t), 1)
     assert not overlap_in_map(x, t, np.stack([i, j], axis=1), *frame_of(x)).any()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_edges_over_nodes_below_ghosts(seed):
+    rng = np.random.default_rng(seed)
+    n, n_node = 9, 6
+    node, ghost = rng.integers(0, n_node, n), rng.random(n) < 0.2
+    t = np.array([rng.permutation(n)[:3] for _ in range(12)])
+    under = {int(node[v]) for row in t if ghost[row].any() for v in row}
+    expected = []
+    for i, row in enumerate(t.tolist()):
+        for a, b in zip(row, row[1:] + row[:1], strict=True):
+            if node[a] in under and node[b] in under:
+                expected.append((i, b, a) if node[a] > node[b] else (i, a, b))
+    found = edges_over_ghosts(t, node, ghost, n_node)
+    assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
+
+    # one place for each node, until one vertex moves
+    vertices = rng.normal(size=(n_node, 3))[node]
+    vertices[:, 2] = rng.normal(size=n)
+    assert are_over_nodes(node, vertices, n_node).all()
+    vertices[0, 1] += 1.0
+    alone = (node == node[0]).sum() == 1
+    assert bool(are_over_nodes(node, vertices, n_node)[0]) == alone

@@ -1,4 +1,7 @@
-"""Which triangles of a torn sheet overlap in the map?"""
+"""Which triangles of a torn sheet overlap in the map, and which may cross there?
+
+Vertices of a sheet lie over nodes of its lattice, next to its faults several over one.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,50 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import orient2d
+
+
+@entry("l1 d2 l -> b1")
+def are_over_nodes(node, vertices, n_node):
+    """Whether all vertices over one node are at one place in the map, (1,)."""
+    out = np.ones(1, dtype=np.bool_)
+    first = np.full(n_node, -1, dtype=np.int64)
+    for i in range(node.shape[0]):
+        j = first[node[i]]
+        if j < 0:
+            first[node[i]] = i
+        elif vertices[i, 0] != vertices[j, 0] or vertices[i, 1] != vertices[j, 1]:
+            out[0] = False
+    return out
+
+
+@entry("l2 l1 b1 l -> l1 l1 l1")
+def edges_over_ghosts(t, node, ghost, n_node):
+    """Half-edges of a sheet over nodes below some triangle with a ghost.
+
+    Nothing overlaps elsewhere. Their triangles, and both vertices, that over the lower node first.
+    """
+    under = np.zeros(n_node, dtype=np.bool_)
+    for i in range(t.shape[0]):
+        if ghost[t[i, 0]] or ghost[t[i, 1]] or ghost[t[i, 2]]:
+            for c in range(3):
+                under[node[t[i, c]]] = True
+    near = np.empty(node.shape[0], dtype=np.bool_)
+    for v in range(node.shape[0]):
+        near[v] = under[node[v]]
+    size, n = 1024, 0
+    found = np.empty((3, size), dtype=np.int64)
+    for i in range(t.shape[0]):
+        if n + 3 > size:
+            longer = np.empty((3, 2 * size), dtype=np.int64)
+            longer[:, :n] = found[:, :n]
+            found, size = longer, 2 * size
+        for c in range(3):
+            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+            if near[a] and near[b]:
+                back = node[a] > node[b]
+                found[0, n], found[1, n], found[2, n] = i, b if back else a, a if back else b
+                n += 1
+    return found[0, :n].copy(), found[1, :n].copy(), found[2, :n].copy()
 
 
 @scalar

@@ -20,6 +20,7 @@ from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.sets import distinct
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
+REACHES = 4  # of which blocks of a fault are remembered
 ROUNDED = 1e-6  # cells and shares of edges by which boxes are wider than what was computed
 
 
@@ -66,8 +67,17 @@ def window(frame: Frame, blocks: Blocks) -> np.ndarray:
 
 
 def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
-    """Blocks of the triangles of a fault, as wide as reach: each triangle is in a few."""
-    return Blocks(*_boxes(mesh), reach, max(BLOCK, reach))
+    """Blocks of the triangles of a fault, as wide as reach: each triangle is in a few.
+
+    The last ones are remembered: horizons and realisations ask for the same few reaches.
+    """
+    known: dict[float, Blocks] = mesh.__dict__.get("_blocks", {})
+    found = known.get(reach)
+    if found is None:
+        found = Blocks(*_boxes(mesh), reach, max(BLOCK, reach))
+        # a new mapping: other threads may read the old one
+        mesh.__dict__["_blocks"] = {**dict([*known.items()][1 - REACHES :]), reach: found}
+    return found
 
 
 def _boxes(mesh: FaultMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,7 @@ from geosurf.sheets.lattice.frame import Frame
 Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 FINE = 0.5  # cells: longest edge, in the map, of the triangles that the trace runs through
+FRAMES = 4  # in which a fault is remembered
 UNEVEN = 4.0  # times the usual width: wider triangles of a fault are halved by themselves
 
 
@@ -82,6 +83,22 @@ class Trace:
 
 
 def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
+    """A fault in the frame of a horizon; remembered for the last frames that it was in.
+
+    Horizons of one survey share their frame, and so do all realisations of one horizon.
+    """
+    key = frame.corner.tobytes() + frame.step.tobytes()
+    known: dict[bytes, FaultMesh] = surface.__dict__.get("_in_frames", {})
+    found = known.get(key)
+    if found is None:
+        found = _in_frame(surface, frame)
+        # a new mapping: other threads may read the old one
+        last = [*known.items()][1 - FRAMES :]
+        surface.__dict__["_in_frames"] = {**dict(last), key: found}
+    return found
+
+
+def _in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
     """A fault in the frame of a horizon."""
     uv = frame.to_lattice(surface.vertices[:, :2]) * frame.stretch
     points = np.column_stack([uv, surface.vertices[:, 2]])

@@ -165,15 +165,20 @@ class Movement:
 
 
 def movement_of(
-    picks: Picks, faults: list[TriSurface], slips: list[Slip], turning: list[bool]
+    picks: Picks,
+    faults: list[TriSurface],
+    slips: list[Slip],
+    turning: list[bool],
+    sizes: list[tuple[float, float]],
 ) -> Movement:
-    """Movement of a horizon; `turning`: whether walls move down the local dip of each fault."""
+    """Movement of a horizon; `turning`: whether walls move down the local dip of each fault.
+
+    `sizes` are the largest throw and heave of each fault at the elevations of the horizon [m].
+    """
     frame = picks.frame
     values = np.full(picks.n_node, np.nan)
     values[picks.node] = picks.z
     rising = rising_diagonal(frame.easting, frame.northing)
-    low, high = float(picks.z.min()), float(picks.z.max())
-    sizes = [slip.extremes(low, high) for slip in slips]  # throw and heave [m]
 
     # lines down the dip, straightened where this throw would stretch rock along strike
     lines = [

@@ -146,7 +146,8 @@ def throw_horizon(
             if s.name in throw
         }
         slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
-        largest = sum(slip.extremes(low, high)[0] for slip in slips)
+        sizes = [slip.extremes(low, high) for slip in slips]
+        largest = sum(throw for throw, _ in sizes)
         if largest <= max(most, FAULT_SPARE * frame.cell):
             break
         most = largest
@@ -156,7 +157,7 @@ def throw_horizon(
     mine = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
     turning = [across.get(fault.name, "local") == "local" for fault in mine]
-    movement = movement_of(picks, mine, slips, turning)
+    movement = movement_of(picks, mine, slips, turning, sizes)
     return replace(_sheet(movement), crs=crs)
 
 

@@ -1,0 +1,68 @@
+"""The points that the triangles of a list use: their bounds, and numbers for some of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry
+
+
+@entry("d2 l2 -> d2")
+def bounds_of_triangles(x, t):
+    """Lowest and highest coordinates (2, 3) of the corners of some triangles."""
+    found = np.empty((2, 3))
+    found[0], found[1] = np.inf, -np.inf
+    for i in range(t.shape[0]):
+        for c in range(3):
+            for k in range(3):
+                value = x[t[i, c], k]
+                found[0, k] = min(found[0, k], value)
+                found[1, k] = max(found[1, k], value)
+    return found
+
+
+@entry("l2 b1 l1 l -> l1 l2 l1")
+def number_untouched(t, taken, number, first):
+    """Triangles that are not taken: their rows, their corners by number, and new points.
+
+    `number` has the number of each point, or -1: these points get numbers from `first` on, in
+    their order, and come back. They are written to `number`, too.
+    """
+    n = 0
+    new = np.zeros(number.shape[0], dtype=np.bool_)
+    for i in range(t.shape[0]):
+        if not taken[i]:
+            n += 1
+            for c in range(3):
+                new[t[i, c]] = True
+    count = 0
+    points = np.empty(number.shape[0], dtype=np.int64)
+    for p in range(number.shape[0]):
+        if new[p] and number[p] < 0:
+            number[p] = first + count
+            points[count] = p
+            count += 1
+    rows, corners = np.empty(n, dtype=np.int64), np.empty((n, 3), dtype=np.int64)
+    n = 0
+    for i in range(t.shape[0]):
+        if not taken[i]:
+            rows[n] = i
+            for c in range(3):
+                corners[n, c] = number[t[i, c]]
+            n += 1
+    return rows, corners, points[:count].copy()
+
+
+@entry("d2 d2 d -> b1")
+def near_lines(xy, lines, near):
+    """Whether each place (x and y first) is within a distance of one of some lines (a, b, c).
+
+    The distance from a line is a x + b y + c.
+    """
+    out = np.zeros(xy.shape[0], dtype=np.bool_)
+    for i in range(xy.shape[0]):
+        for k in range(lines.shape[0]):
+            if abs(lines[k, 0] * xy[i, 0] + lines[k, 1] * xy[i, 1] + lines[k, 2]) <= near:
+                out[i] = True
+                break
+    return out
