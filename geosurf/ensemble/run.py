@@ -266,8 +266,8 @@ def realize(
     plan, _ = planned(model, None, uncertain, seed, None)
     # As in an ensemble: the area of the base case, with the reach of all uncertainties.
     base = plan.scene(None)
-    plan.model.framed(base, sum(one.reach() for one in plan.prepared))
-    base = plan.scene(None)
+    if plan.model.framed(base, sum(one.reach() for one in plan.prepared)):
+        base = plan.scene(None)
     if realization is None:
         return base
     plan.model.started(base)

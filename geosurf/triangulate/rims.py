@@ -92,8 +92,21 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
 def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:
     """Which sides a rim runs along, and how far inside the farthest of these nodes is [m].
 
-    That is 0 if all are exactly on their sides, or outside.
+    That is 0 if all are exactly on their sides, or outside. Remembered on the horizon for the last
+    outline: scenes of a family have the same.
     """
+    key = (outline.tobytes(), near)
+    known = horizon.__dict__.get("_beside")
+    if known is None or known[0] != key:
+        known = horizon.__dict__["_beside"] = key, _found_beside(outline, horizon, near)
+    found: tuple[np.ndarray, float] = known[1]
+    return found
+
+
+def _found_beside(
+    outline: np.ndarray, horizon: TriSurface, near: float
+) -> tuple[np.ndarray, float]:
+    """The same, without memory."""
     along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
     # A whole grid that is clearly larger than the area has no rim near it.
     west, east, south, north = horizon.bounds[:4]
