@@ -361,3 +361,24 @@ def test_records_survive_their_file(made):
     assert (twin.volumes, twin.numbers, twin.realization) == (record.volumes, record.numbers, 4)
     assert np.array_equal(twin.maps, record.maps)
     assert sum(record.volumes.values()) == pytest.approx(500.0 * AREA)
+
+
+def test_a_realisation_with_throw_is_the_scene_that_its_numbers_make():
+    world = gs.synthetic.graben(n=21)
+    horizons = {name: world.horizons[name] for name in ("Top", "Base")}
+    faults = {"F1": world.faults["F1"]}
+    scene = gs.Scene(horizons, faults, world.box)
+    throw = gs.ensemble.Throw("F1", gs.ensemble.Normal(60.0, 10.0))
+    result = gs.run_ensemble(scene, 3, uncertain=[throw], workers=1, progress=False)
+    for k, by in enumerate(result.drawn.values[:, 0].tolist()):
+        sheets = {
+            name: gs.throw_horizon(data, faults, {"F1": by}, name=name)
+            for name, data in horizons.items()
+        }
+        fresh = gs.Scene(sheets, faults, world.box).volumes
+        known = dict(
+            zip(result.unit.values.tolist(), result.volume.values[k].tolist(), strict=True)
+        )
+        assert {name: known[name] for name in fresh.unit.values.tolist()} == dict(
+            zip(fresh.unit.values.tolist(), fresh.values.tolist(), strict=True)
+        )
