@@ -87,7 +87,7 @@ def cross_columns(
             a, b = triangles[face, k], triangles[face, (k + 1) % 3]
             inside = _seen_from(points, a, b, len(x) + foot, push[foot]) == facing[face]
             face, foot = face[inside], foot[inside]
-        parts.append((foot, face, _elevations(x, triangles[face], feet[foot])))
+        parts.append((foot, face, elevations(x[triangles[face]], feet[foot])))
     foot, face, z = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Crossings(foot, face, facing[face], z)
 
@@ -204,10 +204,10 @@ def _spread(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return of, np.arange(len(of)) - start[of] + first[of]
 
 
-def _elevations(x: np.ndarray, t: np.ndarray, feet: np.ndarray) -> np.ndarray:
-    """Elevation of triangles (n, 3) at feet (n, 2) inside their shadows."""
+def elevations(corners: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Elevation of triangles (n, 3, 3) at feet (n, 2) inside their shadows."""
     # barycentric weights: twice the area of the triangle of the foot and the other two corners
-    p = [x[t[:, k], :2] - feet for k in range(3)]
+    p = [corners[:, k, :2] - feet for k in range(3)]
     weight = np.stack(
         [
             p[(k + 1) % 3][:, 0] * p[(k + 2) % 3][:, 1]
@@ -219,10 +219,11 @@ def _elevations(x: np.ndarray, t: np.ndarray, feet: np.ndarray) -> np.ndarray:
     # all have one sign, but for rounding: the elevation stays between those of the corners
     weight = np.maximum(weight * np.sign(weight.sum(axis=1))[:, None], 0.0)
     total = weight.sum(axis=1)
-    z = x[t, 2]
+    z = corners[:, :, 2]
     flat = total == 0
     total[flat], weight[flat] = 3.0, 1.0
 
     # sum of differences from the lowest corner: a level triangle gets its elevation exactly
     lowest = z.min(axis=1)
-    return lowest + (weight * (z - lowest[:, None])).sum(axis=1) / total
+    found: np.ndarray = lowest + (weight * (z - lowest[:, None])).sum(axis=1) / total
+    return found

@@ -17,6 +17,7 @@ from geosurf.kernels.location import lattice_units, triangle_bins
 from geosurf.kernels.location.pushed import digits_of, frame_with, sum_from_top
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.measure.columns import signs_of_turns
+from geosurf.measure.grid_cells import cell_guess
 from geosurf.measure.voxels import Voxels, voxels_of
 from geosurf.model import Lattice, Units
 from geosurf.model.pieces import Pieces, Strips
@@ -26,7 +27,6 @@ IN_VOXELS = 1 << 22  # where voxels answer most of them
 TILES = 64  # along each side of the model, in whose order points are looked up
 MOST_BINS = 1 << 22
 MOST_ITEMS = 1 << 26  # triangles in all bins: coarser bins hold each less often
-MOST_DEVIATION = 0.25  # of a cell, of nodes from a grid of equal cells: a guess is one cell off
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +234,7 @@ def locator_of(units: Units) -> Locator:
             continue
         first = len(pieces.triangles) + int(pieces.first_run[i])
         of_run = sides[first : first + len(strips.runs)]
-        if _guess(source.lattice, pieces.origin) is None:
+        if cell_guess(source.lattice, pieces.origin) is None:
             lists.append(_run_triangles(source.lattice, strips, of_run, pieces.origin))
         else:
             # a front that looks up has the unit behind it below: it does where triangles turn as
@@ -293,7 +293,7 @@ def _put(maps: list[list[tuple[Lattice, np.ndarray]]], lattice: Lattice, step: n
 def _grids(group: list[tuple[Lattice, np.ndarray]], origin: np.ndarray) -> Grids:
     """All grids of one map."""
     lattice = group[0][0]
-    guess = _guess(lattice, origin)
+    guess = cell_guess(lattice, origin)
     assert guess is not None
     x, y, _ = lattice.coordinates
 
@@ -314,35 +314,6 @@ def _grids(group: list[tuple[Lattice, np.ndarray]], origin: np.ndarray) -> Grids
     x, y = x - origin[0], y - origin[1]
     digits = digits_of(x, y, z[np.isfinite(z)])
     return Grids(x, y, lattice.places, z, column, steps, guess, turn, digits)
-
-
-def _guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
-    """How easting and northing lead to rows and columns: empty for axes along those of the map.
-
-    None if the grid may fold on the map, or its cells are too far from equal for a guess.
-    """
-    if not lattice.is_graph:
-        return None
-    if lattice.easting.ndim == 1:
-        return np.empty(0)
-    x, y = lattice.easting - origin[0], lattice.northing - origin[1]
-    if min(lattice.shape) < 2 or not (np.isfinite(x).all() and np.isfinite(y).all()):
-        return None
-
-    # mean steps along rows and columns, from corner to corner
-    n_row, n_col = lattice.shape
-    first = np.array([x[0, 0], y[0, 0]])
-    along = np.array([[x[-1, 0], x[0, -1]], [y[-1, 0], y[0, -1]]]) - first[:, None]
-    back = np.linalg.inv(along / [n_row - 1, n_col - 1])
-    row, col = (back[k, 0] * (x - first[0]) + back[k, 1] * (y - first[1]) for k in (0, 1))
-    off = max(
-        float(np.abs(row - np.arange(n_row)[:, None]).max()),
-        float(np.abs(col - np.arange(n_col)).max()),
-    )
-    if off > MOST_DEVIATION:
-        return None
-    start = -back @ first
-    return np.array([start[0], *back[0], start[1], *back[1]])
 
 
 def _bins(corners: np.ndarray, step: np.ndarray) -> tuple[Bins, np.ndarray]:

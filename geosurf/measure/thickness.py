@@ -17,7 +17,7 @@ from geosurf.conventions import (
     real_numbers,
 )
 from geosurf.errors import InputError, InvariantError
-from geosurf.measure.columns import Crossings, cross_columns
+from geosurf.measure.unit_columns import Passages, passages
 from geosurf.model import Unit, Units
 from geosurf.model.expected import expect
 
@@ -133,9 +133,13 @@ def thickness_map(
     values = np.full((len(blocks), len(nodes.feet)), np.nan)
 
     # several units of one block (pieces, contact intervals) are added up on one layer
+    row_of = {name: row for row, name in enumerate(units)}
+    west, east, south, north = units.box[:4]
+    middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
+    found = passages(units, [row_of[unit.name] for unit in chosen], nodes.feet, middle)
     for i, block in enumerate(blocks):
-        mine = [unit for unit in chosen if unit.block == block]
-        values[i] = _block(mine, nodes.feet, units.box, kind, horizons)
+        mine = [(u, p) for u, p in zip(chosen, found, strict=True) if u.block == block]
+        values[i] = _block(mine, nodes.feet, kind, horizons)
     large = {unit.block for unit in units.without_slivers if unit.zone == zone}
     words, definition = _WORDS[kind]
     attrs: dict[str, Any] = {
@@ -270,34 +274,29 @@ def _axis_attrs(name: str) -> dict[str, str]:
 
 
 def _block(
-    mine: list[Unit], feet: np.ndarray, box: Sequence[float], kind: str, horizons: Sequence[str]
+    mine: Sequence[tuple[Unit, Passages]], feet: np.ndarray, kind: str, horizons: Sequence[str]
 ) -> np.ndarray:
     """Thickness at the feet of some units that do not overlap; NaN where there is none."""
     total, seen = np.zeros(len(feet)), np.zeros(len(feet), dtype=bool)
-    found = []
-    for unit in mine:
-        # in the frame of the unit; a foot on a rim counts as next to it, towards the middle
-        middle = np.array([0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])]) - unit.origin[:2]
-        local = feet - unit.origin[:2]
-        crossings = cross_columns(unit.local, unit.triangles, local, middle)
-        _check_balance(unit, crossings, feet)
-        # heights count from the unit's own level, so that little is lost in the sum
-        level = np.round(unit.local[:, 2].mean())
+    for unit, found in mine:
+        _check_balance(unit, found, feet)
+        if not len(found.foot):
+            continue
+
+        # heights count from a level near the unit, so that little is lost in the sum
+        level = np.round(found.elevation.mean())
 
         # each line leaves through the top (+) and enters through the base (-): the sum is thickness
-        total += np.bincount(
-            crossings.foot, crossings.way * (crossings.elevation - level), minlength=len(feet)
-        )
-        seen[crossings.foot] = True
-        found.append((unit, crossings))
+        total += np.bincount(found.foot, found.way * (found.elevation - level), minlength=len(feet))
+        seen[found.foot] = True
     if kind == "isopach":
-        total *= _cosine(found, len(feet), horizons)
+        total *= _cosine(mine, len(feet), horizons)
     return np.where(seen, total, np.nan)
 
 
-def _check_balance(unit: Unit, crossings: Crossings, feet: np.ndarray) -> None:
+def _check_balance(unit: Unit, found: Passages, feet: np.ndarray) -> None:
     """A line leaves a closed shell as often as it enters it."""
-    count = np.bincount(crossings.foot, crossings.way, minlength=len(feet))
+    count = np.bincount(found.foot, found.way, minlength=len(feet))
     bad = np.flatnonzero(count)
     if len(bad):
         x, y = feet[bad[0]].tolist()
@@ -307,26 +306,26 @@ def _check_balance(unit: Unit, crossings: Crossings, feet: np.ndarray) -> None:
         )
 
 
-def _cosine(found: Sequence[tuple[Unit, Any]], n: int, horizons: Sequence[str]) -> np.ndarray:
+def _cosine(mine: Sequence[tuple[Unit, Passages]], n: int, horizons: Sequence[str]) -> np.ndarray:
     """Cosine of the dip of bedding at each foot: the highest way in, or else the lowest way out."""
     best = np.full(n, np.nan)
     for way in (-1, 1):  # ways out first: ways in count more
         height, cosine = np.full(n, np.inf), np.full(n, np.nan)
-        for unit, crossings in found:
-            a, b, c = (unit.local[unit.triangles[:, k]] for k in range(3))
-            normal = np.cross(b - a, c - a)
-            bedding = np.isin(unit.surface_names, horizons)[unit.surface_of_triangle]
-            rows = np.flatnonzero(bedding[crossings.triangle] & (crossings.way == way))
-            rows = rows[np.argsort(way * crossings.elevation[rows], kind="stable")]
-            foot, triangle = crossings.foot[rows], crossings.triangle[rows]
+        for unit, found in mine:
+            bedding = np.isin(unit.surface_names, horizons)[found.surface]
+            rows = np.flatnonzero(bedding & (found.way == way))
+            rows = rows[np.argsort(way * found.elevation[rows], kind="stable")]
+
             # of each foot the last row stays: the highest way in, the lowest way out
             last = np.full(n, -1, dtype=np.int64)
-            last[foot] = np.arange(len(rows))
+            last[found.foot[rows]] = np.arange(len(rows))
             at = np.flatnonzero(last >= 0)
-            depth = -way * crossings.elevation[rows[last[at]]]
+            depth = -way * found.elevation[rows[last[at]]]
             better = depth < height[at]
-            at, mine = at[better], triangle[last[at[better]]]
+            at = at[better]
+            a, b, c = np.moveaxis(found.corners[rows[last[at]]], 1, 0)
+            normal = np.cross(b - a, c - a)
             height[at] = depth[better]
-            cosine[at] = np.abs(normal[mine, 2]) / np.linalg.norm(normal[mine], axis=1)
+            cosine[at] = np.abs(normal[:, 2]) / np.linalg.norm(normal, axis=1)
         best = np.where(np.isnan(cosine), best, cosine)
     return best

@@ -305,3 +305,24 @@ def sides_seen(pieces: Pieces, sides: np.ndarray) -> np.ndarray:
     out = sides.copy()
     out[others] = np.where(alike[:, None], sides[first], sides[first, ::-1])
     return out
+
+
+def by_unit(sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows that units have on one side only, unit by unit and rising, and the first of each unit.
+
+    Examples
+    --------
+    >>> by_unit(np.array([[0, 1], [1, 1], [-1, 0]]), 2)
+    (array([0, 2, 0]), array([0, 2, 3]))
+    """
+    # a face with one unit on both sides bounds nothing
+    alone = np.flatnonzero(sides[:, 0] != sides[:, 1])
+    unit, rows = sides[alone].ravel(), np.repeat(alone, 2)
+    unit, rows = unit[unit >= 0], rows[unit >= 0]
+    if n_unit < 2**16:  # numpy sorts 16 bits by digits: 0.11 s for 3e6, not 0.30
+        unit = unit.astype(np.uint16)
+
+    # stable: rows of a unit keep their rising order
+    order = np.argsort(unit, kind="stable")
+    first = np.searchsorted(unit[order], np.arange(n_unit + 1))
+    return rows[order], first

@@ -18,7 +18,7 @@ from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.map_area import rows_of_contacts, upper_area
-from geosurf.model.pieces import sides_seen
+from geosurf.model.pieces import by_unit, sides_seen
 from geosurf.model.plain_dataset import PlainDataset
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 from geosurf.model.unit_table import labels_of, table_of, volumes_of
@@ -319,6 +319,15 @@ class Units(Shown, Mapping[str, Unit]):
     def sides_seen(self) -> np.ndarray:
         """As `piece_sides`; a triangle that coincides with an earlier one has its sides, too."""
         return frozen(sides_seen(*self.piece_sides), np.int64)
+
+    def elements_of(self, u: int) -> np.ndarray:
+        """Rows of `piece_sides` that bound a unit, rising: those with it on one side only."""
+        rows, first = self._elements_of_units
+        return rows[first[u] : first[u + 1]]
+
+    @cached_property
+    def _elements_of_units(self) -> tuple[np.ndarray, np.ndarray]:
+        return by_unit(self.piece_sides[1], len(self))
 
     @cached_property
     def rows_inside(self) -> frozenset[int]:

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from benchmarks.results import inputs_of
-from geosurf import Scene, carve_units
-from geosurf.measure import allan_diagram, juxtaposition_table, orientation, wall_lines
+from geosurf import Scene, TriSurface, carve_units
+from geosurf.measure import (
+    allan_diagram,
+    juxtaposition_table,
+    orientation,
+    thickness_map,
+    wall_lines,
+)
 from geosurf.measure.cutoffs import fault_polygons
+from geosurf.model import Lattice, Units
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +72,84 @@ def test_faults_are_measured_without_the_triangles_of_horizons(scene):
     assert [fresh.patches.names[i] for i in surfaces] == ["F0", "F1"]
     assert "triangles" not in fresh.patches.pieces.expanded.__dict__
     assert "_sorted" not in fresh.units[next(iter(fresh.units))]._shell[0].__dict__
+
+
+def turned_grids(n=41, warp=0.0, holes=False):
+    """The same horizons on a grid that is rotated by 33 degrees, warped, or has holes."""
+    _, faults, box = inputs_of(3, 5, 2)
+    u, v = np.meshgrid(np.linspace(-8e3, 8e3, n), np.linspace(-8e3, 8e3, n))
+    u, v = u + warp * np.sin(v / 900.0), v + warp * np.cos(u / 700.0)
+    turn = np.radians(33.0)
+    x = 5e3 + u * np.cos(turn) - v * np.sin(turn)
+    y = 5e3 + u * np.sin(turn) + v * np.cos(turn)
+    horizons = {}
+    for k in range(3):
+        z = -1000.0 - 100.0 * k + 0.02 * x + 20.0 * np.sin(x / 1700.0 + k) * np.cos(y / 1300.0)
+        if holes:
+            z[:2], z[:, -2:] = np.nan, np.nan
+        horizons[f"H{k}"] = TriSurface(f"H{k}", "horizon", lattice=Lattice(x, y, z))
+    return Scene(horizons, faults, box)
+
+
+@pytest.mark.parametrize("warp", [0.0, 60.0, 400.0])
+@pytest.mark.parametrize("kind", ["isochore", "isopach"])
+def test_thickness_by_coordinates_and_by_triangles_is_the_same(warp, kind):
+    scene = turned_grids(warp=warp, holes=warp == 60.0)
+    shells = Units(scene.units.values(), scene.box)  # no patches: triangles of shells are searched
+    for zone in ("H0/H1", "above H0", "below H2"):
+        one, two = (
+            thickness_map(units, zone, 170.0, kind=kind, horizons=scene.horizon_names)
+            for units in (scene.units, shells)
+        )
+        assert_same(one.to_dataset(), two.to_dataset())
+
+
+@pytest.mark.parametrize("zone", ["H00/H01", "below H02"])
+def test_nodes_of_a_horizon_are_on_rims_of_its_triangles(scene, zone):
+    shells = Units(scene.units.values(), scene.box)
+    grid = scene.surface("H01").lattice
+    x, y = grid.easting, grid.northing
+    at_nodes = xr.DataArray(
+        np.zeros(grid.shape), coords={"northing": y, "easting": x}, dims=("northing", "easting")
+    )
+    one, two = (thickness_map(units, zone, at_nodes) for units in (scene.units, shells))
+    assert_same(one.to_dataset(), two.to_dataset())
+    assert float(one.sum("block").max()) > 90.0
+
+
+def test_thickness_is_that_of_every_triangle_in_fractions(scene, rng):
+    west, east, south, north = scene.box[:4]
+    feet = rng.uniform((west, south), (east, north), (12, 2))
+    places = xr.Dataset(coords={"northing": ("node", feet[:, 1]), "easting": ("node", feet[:, 0])})
+    found = thickness_map(scene.units, "H00/H01", places)
+    for unit in (u for u in scene.units.values() if u.zone == "H00/H01"):
+        corners = unit.vertices[unit.triangles]
+        for foot, value in zip(feet, found.sel(block=unit.block).values, strict=True):
+            expected = length_inside(corners, foot)
+            assert np.isnan(value) == (expected == 0)
+            assert expected == 0 or abs(float(expected) - value) < 1e-9
+
+
+def length_inside(corners, foot):
+    """Length of a vertical line inside a closed shell, in fractions; no corner is on the line."""
+    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    near = ((low <= foot) & (foot <= high)).all(axis=1)
+    x, y = (Fraction(value) for value in foot.tolist())
+    total = Fraction(0)
+    for t in corners[near].tolist():
+        a, b, c = ([Fraction(v) for v in p] for p in t)
+        of = [
+            (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x) for p, q in ((b, c), (c, a), (a, b))
+        ]
+        if min(of) > 0 or max(of) < 0:
+            z = sum(w * p[2] for w, p in zip(of, (a, b, c), strict=True)) / sum(of)
+            total += z if min(of) > 0 else -z
+    return total
+
+
+def test_a_thickness_map_lists_no_shell():
+    fresh = Scene(*inputs_of(3, 61, 2))
+    for zone in ("H00/H01", "H01/H02", "above H00"):
+        fresh.thickness(zone)
+    assert "expanded" not in fresh.patches.pieces.__dict__
+    assert not any("_arrays" in unit.__dict__ for unit in fresh.units.values())

@@ -121,6 +121,29 @@ def _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w):
 
 
 @scalar
+def _half_cell(x, y, a, guess, turn, px, py, rule, s, m, w):
+    """Row, column and half of the cell of a vertical line, or OFF three times."""
+    east = 1 if px <= rule[0] else -1
+    north = 1 if py <= rule[1] else -1
+
+    # the cell
+    if guess.shape[0] == 0:
+        j = _interval(x, _step_of_axis(x), px, float(east))
+        i = OFF if j == OFF else _interval(y, _step_of_axis(y), py, float(north))
+    else:
+        i, j = _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w)
+    if i == OFF or j == OFF:
+        return OFF, OFF, OFF
+
+    # its half: left or right of the diagonal from corner 0 to 2, or from corner 1 to 3
+    if a[RISING] == 1:
+        left = _edge(x, y, a, i, j, i + 1, j + 1, px, py, east, north, s, m, w)
+    else:
+        left = -_edge(x, y, a, i, j + 1, i + 1, j, px, py, east, north, s, m, w)
+    return i, j, 0 if turn * left < 0 else 1
+
+
+@scalar
 def _set_corner(x, y, z, a, k, i, j, row, s):
     """Put node (i, j) of surface k into a row of the scratch."""
     s[row, 0], s[row, 1] = load(x, a, 0, i, j), load(y, a, 1, i, j)
@@ -185,30 +208,11 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
     """
     s = np.zeros((4, 3))
     n = unit.shape[0] // max(p.shape[0], 1)
-    aligned = guess.shape[0] == 0
-    way_x = _step_of_axis(x) if aligned else 1.0
-    way_y = _step_of_axis(y) if aligned else 1.0
     for q in range(p.shape[0]):
         px, py = p[q, 0], p[q, 1]
-        east = 1 if px <= rule[0] else -1
-        north = 1 if py <= rule[1] else -1
-
-        # the cell
-        if aligned:
-            j = _interval(x, way_x, px, float(east))
-            i = OFF if j == OFF else _interval(y, way_y, py, float(north))
-        else:
-            i, j = _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w)
-        if i == OFF or j == OFF:
+        i, j, half = _half_cell(x, y, a, guess, turn, px, py, rule, s, m, w)
+        if i == OFF:
             continue
-
-        # its half: left or right of the diagonal from corner 0 to 2, or from corner 1 to 3
-        if a[RISING] == 1:
-            left = _edge(x, y, a, i, j, i + 1, j + 1, px, py, east, north, s, m, w)
-        else:
-            left = -_edge(x, y, a, i, j + 1, i + 1, j, px, py, east, north, s, m, w)
-        half = 0 if turn * left < 0 else 1
-
         of = column[2 * (i * (a[N_COL] - 1) + j) + half]
         if of == 0:  # no surface of the group is whole here
             continue
@@ -222,3 +226,15 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
             )
             if below > 0:
                 unit[q * n + below - 1] += step
+
+
+@entry("d1 d1 l1 d1 l d2 d1 l1 l1 l1 -> .")
+def find_keys(x, y, a, guess, turn, p, rule, m, w, key):
+    """Write the key of the triangle that each vertical line passes, or OFF beside the grid.
+
+    Absent nodes are not looked at: where one is missing, no triangle has that key.
+    """
+    s = np.zeros((4, 3))
+    for q in range(p.shape[0]):
+        i, j, half = _half_cell(x, y, a, guess, turn, p[q, 0], p[q, 1], rule, s, m, w)
+        key[q] = OFF if i == OFF else 2 * (i * (a[N_COL] - 1) + j) + half
