@@ -31,8 +31,8 @@ def keys_at(
     Returns
     -------
     ndarray of int64, shape (n,), or None
-        -1 beside the grid. None for a grid that may fold on the map, or whose cells are far from
-        equal.
+        -1 outside of the grid. None for a grid that may fold on the map, or whose cells are far
+        from equal.
 
     Examples
     --------

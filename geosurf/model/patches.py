@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.conventions import counted, is_whole, number_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
+from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model.base import Shown, frozen, in_crs_of, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
@@ -193,10 +194,11 @@ class Patches(Shown):
         """Return one surface of the split mesh, by row or by name."""
         i = self._row(i)
 
-        # one pass over the labels; parts are asked for one by one, mostly for pictures
-        rows = np.flatnonzero(self.surface_of_triangle == i)
-        source = self.sources[i]
-        return self._part(rows, source.name, source.role)
+        # of the pieces, so that no other surface is listed
+        source, part = self.sources[i], self.pieces.listed(i)
+        used, faces = renumbered(part.triangles)
+        found = TriSurface(source.name, source.role, part.local(used) + self.origin, faces)
+        return in_crs_of(found, [self])
 
     def patch(self, i: int) -> TriSurface:
         """Return one patch as a surface of its own."""

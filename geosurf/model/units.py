@@ -321,7 +321,19 @@ class Units(Shown, Mapping[str, Unit]):
         return frozen(sides_seen(*self.piece_sides), np.int64)
 
     def elements_of(self, u: int) -> np.ndarray:
-        """Rows of `piece_sides` that bound a unit, rising: those with it on one side only."""
+        """
+        Return the pieces that bound a unit: those that have it on one side only.
+
+        Parameters
+        ----------
+        u : int
+            Row of the unit.
+
+        Returns
+        -------
+        ndarray of int64
+            Rows of `piece_sides`, rising.
+        """
         rows, first = self._elements_of_units
         return rows[first[u] : first[u + 1]]
 

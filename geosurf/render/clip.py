@@ -17,6 +17,7 @@ from geosurf.model import TriSurface
 from geosurf.model.protocols import DrawnModel
 
 MANY = 32  # corners of an outline from which straight runs of sides are joined
+AT_ONCE = 32  # half-spaces that one number has bits for
 STRAIGHT = 1e-7  # of its size: far below a pixel
 
 
@@ -85,29 +86,46 @@ class Prism:
         if self.holds(points):
             return points, triangles, np.empty((0, 2), dtype=np.int64)
 
-        # corners (n, 3, 3); flags (n, 3): whether the edge after each corner runs along a wall
-        corners = points[triangles]
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        pieces, flags = [], []
+        # triangles inside all sides stay as they are; of the others, those are cut that no side
+        # has outside
+        kept, near, pieces, flags = [], [], [], []
         for sides, outer in self.parts:
-            # only triangles whose boxes reach inside all sides are cut
-            near = np.flatnonzero(_may_meet(low, high, sides))
-            piece, flag = corners[near], np.zeros((len(near), 3), dtype=bool)
+            inside, met = _sorted_out(points, triangles, sides)
+            kept.append(triangles[inside])
+            near.append(triangles[met])
+
+            # corners (n, 3, 3); flags (n, 3): whether the edge after each runs along a wall
+            piece, flag = points[near[-1]], np.zeros((len(near[-1]), 3), dtype=bool)
             for side, wall in zip(sides, outer, strict=True):
                 piece, flag = _cut_triangles(piece, flag, side, bool(wall))
             pieces.append(piece)
             flags.append(flag)
         corners, flag = np.concatenate(pieces), np.concatenate(flags)
 
-        # equal corners of neighbours become one point again: rims stay outlines
-        x, number = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-        found = number.reshape(-1, 3)
+        # equal corners of neighbours become one point again, that of a whole triangle where there
+        # is one: rims stay outlines
+        old = np.unique(np.concatenate(near))
+        both = np.concatenate([points[old], corners.reshape(-1, 3)])
+        x, number = np.unique(both, axis=0, return_inverse=True)
+        number = number.ravel()
+        of = len(points) + np.arange(len(x))
+        of[number[: len(old)]] = old
+        cut = of[number[len(old) :]].reshape(-1, 3)
 
         # edges along walls; triangles and edges that rounding made to points are dropped
-        edges = np.stack([found, np.roll(found, -1, axis=1)], axis=-1)[flag]
+        edges = np.stack([cut, np.roll(cut, -1, axis=1)], axis=-1)[flag]
         edges = edges[edges[:, 0] != edges[:, 1]]
-        found = found[(found != np.roll(found, -1, axis=1)).all(axis=1)]
-        return x, found, np.unique(np.sort(edges, axis=1), axis=0)
+        cut = cut[(cut != np.roll(cut, -1, axis=1)).all(axis=1)]
+        found = np.concatenate([*kept, cut])
+
+        # points in use, in their old order
+        number = np.zeros(len(points) + len(x), dtype=np.int64)
+        number[found], number[edges] = 1, 1
+        used = np.flatnonzero(number)
+        number[used] = np.arange(len(used))
+        first = int(np.searchsorted(used, len(points)))
+        x = np.concatenate([points[used[:first]], x[used[first:] - len(points)]])
+        return x, number[found], np.unique(np.sort(number[edges], axis=1), axis=0)
 
     def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
         """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""
@@ -200,6 +218,21 @@ def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarra
         farthest = np.where(side[:3] > 0, high, low)
         out &= farthest @ side[:3] + side[3] >= 0
     return out
+
+
+def _sorted_out(
+    points: np.ndarray, triangles: np.ndarray, sides: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of triangles inside all half-spaces, and of those that some may cut."""
+    inside = np.ones(len(triangles), dtype=bool)
+    met = np.ones(len(triangles), dtype=bool)
+    for some in np.array_split(sides, len(sides) // AT_ONCE + 1):
+        # one bit for each side that has the point outside
+        bits = 1 << np.arange(len(some))
+        a, b, c = ((_distances(points, some) < 0) @ bits)[triangles].T
+        inside &= (a | b | c) == 0
+        met &= (a & b & c) == 0
+    return np.flatnonzero(inside), np.flatnonzero(met & ~inside)
 
 
 def _cut_triangles(

@@ -19,14 +19,15 @@ from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle
 from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.styles import LayerStyle
 
-# more triangles than a screen has pixels would not be visible
+# triangles of all surfaces of a picture, and of one: a cell of a grid is some pixels wide then
 MAX_TRIANGLE = 1_000_000
+MOST, LEAST = 400_000, 60_000
 MAX_RIMMED = 200_000
 EVERYTHING = Selection()
 OTHER_ROLES = ("fault", "wall", "virtual")
 
 
-def thinned(surface: TriSurface, max_triangle: int = MAX_TRIANGLE) -> TriSurface:
+def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
     """Return a surface with few enough triangles to draw.
 
     A gridded surface with more than `max_triangle` triangles is reduced to every n-th row and
@@ -85,7 +86,9 @@ def show_surfaces(
     coloured: list[int] = []
     n_horizon = n_fault = 0
     how = "pass scene.surfaces"
-    for surface in listed(surfaces, "surfaces must be a list of TriSurface", how):
+    every = listed(surfaces, "surfaces must be a list of TriSurface", how)
+    most = min(MOST, max(LEAST, MAX_TRIANGLE // max(len(every), 1)))
+    for surface in every:
         expect(surface, TriSurface, "surfaces must be a list of TriSurface", how)
 
         # faults and horizons count their colours apart, so that a fault more changes no horizon
@@ -102,7 +105,7 @@ def show_surfaces(
         colour = style.colour(surface.name, colour)
 
         # triangles and rim inside the model; a surface outside of it stays in the legend
-        light = thinned(surface)
+        light = thinned(surface, most)
         shown = _surface_layers(light, within, colour, opacity)
         if by_elevation and surface.role not in OTHER_ROLES:
             coloured += range(len(layers), len(layers) + len(shown))
@@ -156,11 +159,11 @@ def _surface_layers(
 
 def rim(triangles: np.ndarray) -> np.ndarray:
     """Return the edges (n_edge, 2) that belong to one triangle only."""
-    # edges (3 n, 2) by their ends, smaller row first: neighbours have the same
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    unique, count = np.unique(edges, axis=0, return_counts=True)
-    once: np.ndarray = unique[count == 1]
-    return once
+    # one number for each edge by its ends, the smaller row first: neighbours have the same
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    n = int(triangles.max(initial=0)) + 1
+    keys, count = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_counts=True)
+    return np.stack(np.divmod(keys[count == 1], n), axis=1)
 
 
 def show_patches(

@@ -8,6 +8,7 @@ from geosurf.conventions import volume_text
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.render import layers, palette, surface_layers, unit_layers
+from geosurf.render.clip import Prism
 from geosurf.render.furniture import shortened
 from geosurf.render.search import show_search, voxel_edges
 from geosurf.render.thin_units import Shell
@@ -25,10 +26,39 @@ def big_surface(n_row, n_col, rotated=False):
 def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_made(rotated):
     surface = big_surface(1501, 2003, rotated)
     light = surface_layers.thinned(surface)
-    assert 100_000 < light.n_triangle <= surface_layers.MAX_TRIANGLE
+    assert 100_000 < light.n_triangle <= surface_layers.MOST
     assert "triangles" not in vars(surface)
     np.testing.assert_array_equal(light.vertices.min(axis=0), surface.vertices.min(axis=0))
     np.testing.assert_array_equal(light.vertices.max(axis=0), surface.vertices.max(axis=0))
+
+
+def test_surfaces_of_a_picture_share_its_triangles():
+    x = np.arange(401.0)
+    flat = Lattice(x, x, np.zeros((401, 401)))
+    every = [TriSurface(f"H{k}", "horizon", lattice=flat) for k in range(12)]
+    content = surface_layers.show_surfaces(every)
+    count = [len(layer.triangles) for layer in content.layers if layer.triangles is not None]
+    assert len(count) == 12
+    assert min(count) > 50_000
+    assert sum(count) <= surface_layers.MAX_TRIANGLE
+
+
+def test_clipping_keeps_whole_triangles_and_their_points(rng):
+    """Most triangles of a surface need no cut: only those on the walls get new points."""
+    x, y = np.meshgrid(np.arange(41.0), np.arange(41.0))
+    points = np.column_stack([x.ravel(), y.ravel(), rng.uniform(0.0, 1.0, x.size)])
+    lattice = Lattice(x[0], y[:, 0], points[:, 2].reshape(41, 41))
+    triangles = lattice.build_triangles()
+    found, t, _ = Prism((4.3, 30.6, 2.0, 39.0, -1.0, 2.0)).triangles(points, triangles)
+    corners = found[t][:, :, :2]
+    assert (corners.min(axis=(0, 1)) == (4.3, 2.0)).all()
+    assert (corners.max(axis=(0, 1)) == (30.6, 39.0)).all()
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    assert (area > 0).all()
+    assert abs(area.sum() - 26.3 * 37.0) < 1e-9
+    assert len(np.unique(found, axis=0)) == len(found)
+    assert set(np.unique(t).tolist()) == set(range(len(found)))
 
 
 def test_a_small_grid_and_a_mesh_stay_what_they_are(top, fault):
