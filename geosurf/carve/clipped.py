@@ -22,6 +22,7 @@ from geosurf.carve.zones import (
     owned_by,
     upper_sides,
 )
+from geosurf.kernels.location.vertical_distance import vertical_distances
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Clipped, Patches
 
@@ -136,14 +137,14 @@ def _thickest(
     a, b, c = (x[shell[:, k]] for k in range(3))
 
     # shells face outward: what looks up is the top of the piece
-    rise = np.cross(b - a, c - a)[:, 2]
+    rise = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     upper, lower = shell[rise > 0], shell[rise < 0]
     best, place = 0.0, x[shell[0, 0]]
 
     # from the corners of each side to the other side: on plane triangles the thickest place is at a
     # corner
     for points, faces, way in ((upper, lower, -1.0), (lower, upper, 1.0)):
-        corners = x[np.unique(points)]
+        corners = x[_distinct(points, len(x))]
         height = way * (heights_at(corners[:, :2], x[faces], corners[:, 2], way) - corners[:, 2])
         height = np.where(np.isfinite(height), height, 0.0)
         i = int(height.argmax())
@@ -151,6 +152,13 @@ def _thickest(
             best, place = float(height[i]), corners[i] + (0.0, 0.0, 0.5 * way * height[i])
     px, py, pz = (place + full.patches.origin).tolist()
     return best, (px, py, pz)
+
+
+def _distinct(vertices: np.ndarray, n: int) -> np.ndarray:
+    """Distinct vertices out of 0 .. n - 1, rising; sorts nothing."""
+    mark = np.zeros(n, dtype=bool)
+    mark[vertices] = True
+    return np.flatnonzero(mark)
 
 
 def heights_at(
@@ -180,53 +188,22 @@ def heights_at(
     >>> heights_at(np.array([[1.0, 1.0], [9.0, 9.0]]), roof, np.zeros(2), 1.0)
     array([ 6., nan])
     """
-    # pairs of a point and a triangle in one square of a grid over the map
-    p, t = _candidates(points, corners)
-    a, b, c = (corners[t, k] for k in range(3))
-    q = points[p]
-    share = np.stack([_cross(q, b, c), _cross(a, q, c), _cross(a, b, q)])
-    whole = _cross(a, b, c)
-    share /= whole
-    inside = (share >= -1e-9).all(axis=0)
-    z = share[0] * a[:, 2] + share[1] * b[:, 2] + share[2] * c[:, 2]
-    ahead = way * (z - start[p])
-    # a point on the rim of both sees itself at a distance of nothing, up to rounding
-    kept = inside & (ahead >= -1e-9 * (1.0 + np.abs(start[p])))
-    found = np.full(len(points), np.inf)
-    np.minimum.at(found, p[kept], np.maximum(ahead[kept], 0.0))
-    return np.where(np.isfinite(found), start + way * found, np.nan)
-
-
-def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-
-
-def _candidates(points: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (point, triangle) that share a square of the map: as many squares as triangles."""
     low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
     origin = low.min(axis=0)
     size = np.maximum(high.max(axis=0) - origin, 1e-300)
 
-    # about two triangles for each square
+    # squares over the map, about one for two triangles: each triangle is in all that it touches
     n = max(int(math.sqrt(len(corners) / 2.0)), 1)
     slack = 1e-9 * size / n
     first = np.clip(((low - slack - origin) / size * n).astype(np.int64), 0, n - 1)
     last = np.clip(((high + slack - origin) / size * n).astype(np.int64), 0, n - 1)
-    span = last - first + 1
-    count = span.prod(axis=1)
-
-    # each triangle once for each square that its bounds touch
-    t = np.repeat(np.arange(len(corners)), count)
-    k = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    square = (first[t, 0] + k // span[t, 1]) * n + first[t, 1] + k % span[t, 1]
-    home = np.clip(((points - origin) / size * n).astype(np.int64), 0, n - 1)
-    home = home[:, 0] * n + home[:, 1]
 
     # points sorted by square: those of one square are a run
+    home = np.clip(((points - origin) / size * n).astype(np.int64), 0, n - 1)
+    home = home[:, 0] * n + home[:, 1]
     order = np.argsort(home, kind="stable")
-    start = np.searchsorted(home[order], square, side="left")
-    stop = np.searchsorted(home[order], square, side="right")
-    held = stop - start
-    row = np.repeat(np.arange(len(square)), held)
-    k = np.arange(held.sum()) - np.repeat(np.cumsum(held) - held, held)
-    return order[start[row] + k], t[row]
+    begin = np.searchsorted(home[order], np.arange(n * n + 1))
+    found = vertical_distances(
+        points, start, corners.reshape(-1, 9), way, first, last, n, order, begin
+    )
+    return np.where(np.isfinite(found), start + way * found, np.nan)

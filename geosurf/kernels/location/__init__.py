@@ -14,5 +14,6 @@ file                 question                                                   
 `triangle_bins`      Which triangles are above a point?
 `voxel_units`        Which voxels lie in one unit?
 `nearest`            How far is the nearest triangle?
+`vertical_distance`  How far is the nearest triangle straight above or below?
 ===================  ==========================================================  ===============
 """

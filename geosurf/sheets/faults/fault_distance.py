@@ -6,7 +6,7 @@ a normal fault lies on the fault itself, wherever it is in the heave zone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -150,6 +150,27 @@ def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float) -> tuple[np.n
     return distance_at_elevation(
         points, every, corners.reshape(-1, 9), boxes, mesh.normals[:, :2], starts, items, reach
     )
+
+
+def side_over(mesh: FaultMesh, at: np.ndarray, reach: float) -> Callable[[np.ndarray], np.ndarray]:
+    """The function that gives sides (n,), as `side_of_few`, at elevations (n,) over one place."""
+    low, high = _boxes(mesh)
+    near = (at >= low - reach) & (at <= high + reach)
+    rows = np.flatnonzero(near[:, 0] & near[:, 1])
+    corners = mesh.points[mesh.triangles[rows]].reshape(-1, 9)
+    boxes, normals = np.hstack([low[rows], high[rows]]), mesh.normals[rows, :2]
+    starts, items = np.array([0, len(rows)]), np.arange(len(rows))
+
+    def sides(z: np.ndarray) -> np.ndarray:
+        """Sides at some elevations."""
+        points = np.column_stack([np.tile(at, (len(z), 1)), z])
+        block = np.zeros(len(z), dtype=np.int64)
+        found: np.ndarray = distance_at_elevation(
+            points, block, corners, boxes, normals, starts, items, reach
+        )[1]
+        return found
+
+    return sides
 
 
 def near_traces(frame: Frame, traces: Sequence[Trace], reach: float) -> list[NearTrace]:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from geosurf.sheets.faults.cut_edges import FALLING, RISING, Cuts
-from geosurf.sheets.faults.fault_distance import side_of_few
+from geosurf.sheets.faults.fault_distance import side_over
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.lattice.frame import Frame
 
@@ -48,18 +48,19 @@ def on_own_side(
     reach = 1.0 + abs(other - height) / frame.cell
     clear = CLEAR * frame.cell
 
-    def own(z: float) -> bool:
-        """Whether the node is on its side at an elevation."""
-        found = side_of_few(mesh, np.array([[*cells, z]]), reach)[1]
-        return bool(found[0] == side)
-
-    above, below = own(height + clear), own(height - clear)
+    side_at = side_over(mesh, cells, reach)
+    above, below = (side_at(np.array([height + clear, height - clear])) == side).tolist()
 
     # on its side, or within `clear` of the fault: a small step away from it decides
     if above and below:
         return height
     if above or below:
         return height + 2.0 * clear if above else height - 2.0 * clear
+
+    def own(z: float) -> bool:
+        """Whether the node is on its side at an elevation."""
+        return bool(side_at(np.array([z]))[0] == side)
+
     return _between(own, height, other, clear)
 
 

@@ -205,9 +205,12 @@ class GridSolver:
     def _unknown(self, lost: np.ndarray, tears: Tears) -> np.ndarray:
         """Nodes without a trusted value, and absent ones in gaps next to a trace."""
         fill = self.fillable
-        if len(fill):
-            beside = [near.nodes_within(FILL) for near in tears.near]
-            fill = fill[is_among(fill, distinct(np.empty(0, np.int64), *beside))]
+        # the nodes of gaps are looked up, not all within reach of a trace
+        beside = np.zeros(len(fill), dtype=bool)
+        for near in tears.near:
+            row = near.look_up(fill)
+            beside |= (row >= 0) & (near.distance[row] <= FILL)
+        fill = fill[beside]
         return distinct(lost, fill)
 
     def _noisy(self, unknown: np.ndarray, tears: Tears) -> np.ndarray:

@@ -225,7 +225,10 @@ def _lengthened(
         fault, old = given[number], before.get(number)
         lengths = {} if old is None else dict(old.lengths)
         # Twice as far as before at each side, until the most is reached.
-        sides = ((side, _next_length(fault, side, lengths.get(side), cell)) for side in one.sides)
+        # in one order: that of a set of words is another one in each run of Python
+        sides = (
+            (side, _next_length(fault, side, lengths.get(side), cell)) for side in sorted(one.sides)
+        )
         more = {side: length for side, length in sides if length is not None}
         if not more:
             continue

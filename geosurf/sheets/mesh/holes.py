@@ -94,7 +94,6 @@ def holes_of(
     from scipy.spatial import cKDTree
 
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
-    links = _links(patches, rows, fault_edges)
     # a ghost on a fault is at the rim of both sides, and decides nothing
     on_fault = np.zeros(len(patches.local), dtype=bool)
     on_fault[patches.triangles[patches.surface_of_triangle > 0]] = True
@@ -102,6 +101,7 @@ def holes_of(
     # a piece of a clear triangle without any of its corners may lie beyond the fault
     source = own[patches.parent_of_triangle[rows]] & any_of(corner)
     sink = any_of(corner & is_among(named[rows], outer)) & ~source
+    links = _links(patches, rows, fault_edges, source)
 
     # an edge costs its length: the cheapest cut is the shortest closure, whatever leaks far away
     length = np.linalg.norm(
@@ -124,20 +124,31 @@ def holes_of(
     ]
 
 
-def _links(patches: Patches, rows: np.ndarray, fault_edges: np.ndarray) -> Links:
-    """Links between some triangles over edges that no fault has."""
+def _links(
+    patches: Patches, rows: np.ndarray, fault_edges: np.ndarray, source: np.ndarray
+) -> Links:
+    """Links between some triangles over edges that no fault has; not all between sources."""
     t, n = patches.triangles[rows], len(patches.local)
 
-    # half-edges sorted by the edge that they run along: those of one edge are next to each other
+    # links between sources carry nothing: only edges of other triangles count, whose ends are
+    # corners of these. All half-edges of such an edge are looked at, those of sources too.
+    beside = np.zeros(n, dtype=bool)
+    beside[t[~source]] = True
     one, two = t.ravel(), np.roll(t, -1, axis=1).ravel()
+    half = np.flatnonzero(beside[one] & beside[two])
+    one, two = one[half], two[half]
+
+    # half-edges sorted by the edge that they run along: those of one edge are next to each other
     key = np.minimum(one, two) * n + np.maximum(one, two)
-    parent = np.repeat(patches.parent_of_triangle[rows], 3)
+    parent = patches.parent_of_triangle[rows][half // 3]
     order = np.lexsort((parent, key))
-    key, parent = key[order], parent[order]
-    _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
+    key, parent, order = key[order], parent[order], half[order]
+    first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
+    times = np.diff(np.append(first, len(key)))
+    times = np.repeat(times, times)
     same = (key[1:] == key[:-1]) & ~is_among(key[1:], fault_edges)
     # where the sheet crosses itself, each of the two goes on through the other
-    same &= (times[inverse[1:]] == 2) | (parent[1:] == parent[:-1])
+    same &= (times[1:] == 2) | (parent[1:] == parent[:-1])
     pair = np.flatnonzero(same)
     ends = np.stack(np.divmod(key[pair], n), axis=1)
     return Links(np.stack([order[pair], order[pair + 1]], axis=1) // 3, ends)

@@ -8,7 +8,7 @@ fault never meets it), or a part of the trace with the smallest throw there is l
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -106,11 +106,9 @@ def repaired(
         # a tip they come to lie over the whole sheet beyond it, where no fault cuts them
         tears = Ends(state, torn_limits(state, shortened, rising))
         for k, ring in enumerate(rings):
-            mine = {
-                pair
-                for pair in ring
-                if tears.nearest(_middle(frame, pair), 3 * AT_TIP, ("tip",)) == end
-            }
+            pairs = list(ring)
+            nearest = tears.nearest_of(_middles(frame, pairs), 3 * AT_TIP, ("tip",))
+            mine = {pair for pair, one in zip(pairs, nearest, strict=True) if one == end}
             rings[k] = ring - mine
 
         # at a tip 0 comes first: the tear ends where it did, but throw dies at its last link
@@ -201,7 +199,8 @@ def _rings_near(repairs: Repairs, frame: Frame, at: np.ndarray) -> int:
     return count
 
 
-def _middle(frame: Frame, pair: Pair) -> np.ndarray:
-    """The middle of two nodes [cells]."""
-    middle: np.ndarray = frame.uv_of_node(np.array(pair)).mean(axis=0) * frame.stretch
-    return middle
+def _middles(frame: Frame, pairs: Sequence[Pair]) -> np.ndarray:
+    """The middles (n, 2) of pairs of nodes [cells]."""
+    nodes = np.array(pairs, dtype=np.int64).ravel()
+    middles: np.ndarray = frame.uv_of_node(nodes).reshape(-1, 2, 2).mean(axis=1) * frame.stretch
+    return middles

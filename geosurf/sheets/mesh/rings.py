@@ -35,15 +35,13 @@ def grown_over(torn: Torn, triangles: Triangles, state: Heights) -> Torn:
 
 def grown_at(torn: Torn, triangles: Triangles, places: Iterable[tuple[int, int]]) -> Torn:
     """Another ring where outer edges lie over given pairs of nodes, or next to them."""
-    near = list({node for pair in places for node in pair})
-    nodes = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
-    chosen = set()
-    for k in range(3):
-        one, two = torn.corners[:, k], torn.corners[:, (k + 1) % 3]
-
-        # one end over a given node is enough: the ring goes on a link to each side of the leak
-        touched = np.isin(nodes[:, k], near) | np.isin(nodes[:, (k + 1) % 3], near)
-        chosen |= _pairs(one[touched], two[touched])
+    # vertices over a given node are touched
+    near = np.zeros(torn.n_node, dtype=bool)
+    near[list({node for pair in places for node in pair})] = True
+    touched = near[torn.node_of(torn.corners.ravel())].reshape(-1, 3)
+    # one end over a given node is enough: the ring goes on a link to each side of the leak
+    copy, k = np.nonzero(touched | np.roll(touched, -1, axis=1))
+    chosen = _pairs(torn.corners[copy, k], torn.corners[copy, (k + 1) % 3])
     return grow(torn, triangles, chosen)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -54,22 +55,38 @@ class Ends:
 
     def nearest(self, at: np.ndarray, reach: float, kinds: tuple[str, ...]) -> End | None:
         """The end of some kind that is nearest to a place [cells], if one is within reach."""
-        best, found = reach, None
+        return self.nearest_of(at[None], reach, kinds)[0]
+
+    def nearest_of(self, at: np.ndarray, reach: float, kinds: tuple[str, ...]) -> list[End | None]:
+        """The same for each of some places (n, 2)."""
+        ends, words, places = self._movable
+        mine = [row for row, word in enumerate(words) if word.startswith(kinds)]
+        if not mine:
+            return [None] * len(at)
+        far = np.hypot(*(at[:, None] - places[mine]).transpose(2, 0, 1))
+        # the first of those that are as near as each other
+        best = far.argmin(axis=1)
+        near = far[np.arange(len(at)), best] < reach
+        return [ends[mine[k]] if ok else None for k, ok in zip(best, near, strict=True)]
+
+    @cached_property
+    def _movable(self) -> tuple[list[End], list[str], np.ndarray]:
+        """Ends that may be moved, their kinds, and their places (n, 2) [cells]."""
         network = self.state.network
         joined: Collection[End] = {(i, k) for i, k, _ in network.on}
+        ends, words, places = [], [], []
         for i, trace in enumerate(network.traces):
             # Places along a trace are vertex numbers with fractions.
             vertex = np.arange(len(trace.line))
             for k, end in enumerate(trace.ends):
                 # a branch that was led to its main fault ends there, and is not moved
-                if not end.startswith(kinds) or (i, k) in joined:
+                if (i, k) in joined:
                     continue
+                ends.append((i, k))
+                words.append(end)
                 place = self.limits[k][i]
-                tip = [np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)]
-                far = float(np.hypot(*(at - tip)))
-                if far < best:
-                    best, found = far, (i, k)
-        return found
+                places.append([np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)])
+        return ends, words, np.array(places).reshape(-1, 2)
 
 
 def reverse_ends(state: Heights) -> set[End]:

@@ -272,19 +272,23 @@ def _mates(
 
 def outer_edges(torn: Torn, triangles: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Copy, edge and lattice triangle beyond of all edges with a ghost that end inside the data."""
-    one, two = torn.corners, np.roll(torn.corners, -1, axis=1)
+    one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
 
     # an outer edge belongs to one copy, and ends on a ghost
+    half = np.flatnonzero((one >= torn.n_node) | (two >= torn.n_node))
+    one, two = one[half], two[half]
     key = np.minimum(one, two) * (torn.n_node + len(torn.anchor)) + np.maximum(one, two)
-    _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
-    outer = (times[inverse.ravel()] == 1).reshape(-1, 3)
-    outer &= (one >= torn.n_node) | (two >= torn.n_node)
-    copy, k = np.nonzero(outer)
-    nodes = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
-    node, kind = triangles.links(nodes)
+    order = np.argsort(key)
+    key = key[order]
+    new = np.ones(len(key) + 1, dtype=bool)
+    new[1:-1] = key[1:] != key[:-1]
+    alone = np.sort(half[order[new[:-1] & new[1:]]])
+    copy, k = np.divmod(alone, 3)
 
     # the lattice triangle on the other side: outside the data nothing is missing
-    both = triangles.beside(node[copy, k], kind[copy, k])
+    node, kind = triangles.links(torn.node_of(torn.corners[copy].ravel()).reshape(-1, 3))
+    row = np.arange(len(copy))
+    both = triangles.beside(node[row, k], kind[row, k])
     beyond = np.where(both[:, 0] == torn.triangle[copy], both[:, 1], both[:, 0])
     there = triangles.exists(beyond)
     return copy[there], k[there], beyond[there]

@@ -113,16 +113,18 @@ def _at_tip(
         for part in (window, farther)
     ]
 
+    # throw at a tip has the sign that it has on the fault itself
+    near = walls.throw[np.argsort(np.abs(walls.place - place_of))[:SAMPLES]]
+    sign = float(np.sign(np.median(near)))
+    least = SHARE * float(np.abs(walls.throw).max())
+    if not all(sign * throw > least for throw in throws):
+        return None
+
     # the same on parallel lines to both sides, where no fault is: what relief alone shows
     beside = 2.0 * (ahead.first + SAMPLES)
     relief = [read(ahead.first, SAMPLES, side)[window] for side in (-beside, beside)]
     seen = max((float(np.median(np.abs(r))) for r in relief if np.isfinite(r).all()), default=0.0)
-    least = max(SHARE * float(np.abs(walls.throw).max()), CLEARLY * seen)
-
-    # throw at a tip has the sign that it has on the fault itself
-    near = walls.throw[np.argsort(np.abs(walls.place - place_of))[:SAMPLES]]
-    sign = float(np.sign(np.median(near)))
-    if not all(sign * throw > least for throw in throws):
+    if not all(sign * throw > CLEARLY * seen for throw in throws):
         return None
     throw = throws[0]
 

@@ -1,0 +1,93 @@
+"""What is looked at once, or only near a hole, gives what looking at everything would give."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.sheets.faults.fault_distance import side_of_few, side_over
+from geosurf.sheets.faults.traces import FaultMesh
+from geosurf.sheets.mesh.close import _lengthened
+from geosurf.sheets.mesh.holes import _links
+from geosurf.sheets.mesh.tear_ends import Ends
+from geosurf.sheets.mesh.too_short import Short
+
+
+def squares(n):
+    """A lattice of n x n squares, two triangles each."""
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    lower, upper = (a, a + 1, a + n + 2), (a, a + n + 2, a + n + 1)
+    return np.concatenate([np.stack(lower, axis=1), np.stack(upper, axis=1)])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9, 1.0])
+def test_links_between_sources_alone_are_left_out(share):
+    rng = np.random.default_rng(7)
+    t = rng.permutation(squares(9))
+    patches = SimpleNamespace(
+        triangles=t, local=np.zeros((100, 3)), parent_of_triangle=rng.integers(0, 40, len(t))
+    )
+    fault_edges = np.sort(t[:30].min(axis=1) * 100 + t[:30].max(axis=1))
+    rows, source = np.arange(len(t)), rng.random(len(t)) < share
+
+    # as when nothing is a source: all links
+    every = _links(patches, rows, fault_edges, np.zeros(len(t), dtype=bool))
+    some = _links(patches, rows, fault_edges, source)
+    needed = ~source[every.pairs].all(axis=1)
+    kept = ~source[some.pairs].all(axis=1)
+    np.testing.assert_array_equal(some.pairs[kept], every.pairs[needed])
+    np.testing.assert_array_equal(some.ends[kept], every.ends[needed])
+    assert len(every.pairs) > 150
+    assert len(some.pairs) < len(every.pairs) or share < 0.9
+
+
+def test_the_nearest_end_is_the_first_of_the_nearest():
+    rng = np.random.default_rng(3)
+    kinds = ("tip", "branch of F2", "rim")
+    traces = [
+        SimpleNamespace(line=rng.integers(0, 9, (5, 6)).astype(float), ends=rng.choice(kinds, 2))
+        for _ in range(6)
+    ]
+    network = SimpleNamespace(traces=traces, on=[(2, 0, 1), (4, 1, 0)])
+    ends = Ends(SimpleNamespace(network=network), (np.zeros(6), np.full(6, 4.0)))
+    at, reach = rng.uniform(0, 9, (200, 2)), 3.0
+    for wanted in (("tip",), ("tip", "branch"), ("nothing",)):
+        some = [
+            (i, k) for i, trace in enumerate(traces) for k in (0, 1)
+            if trace.ends[k].startswith(wanted) and (i, k) not in {(2, 0), (4, 1)}
+        ]  # fmt: skip
+        for place, found in zip(at, ends.nearest_of(at, reach, wanted), strict=True):
+            far = [np.hypot(*(place - traces[i].line[(0, -1)[k], :2])) for i, k in some]
+            near = bool(far) and min(far) < reach
+            assert found == (some[int(np.argmin(far))] if near else None)
+            assert found == ends.nearest(place, reach, wanted)
+
+
+def test_sides_over_one_place_are_those_of_single_points():
+    rng = np.random.default_rng(5)
+    uv = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), axis=-1).reshape(-1, 2)
+    points = np.column_stack([uv[:, 0], 0.4 * uv[:, 1] + 0.3 * np.sin(uv[:, 0]), 50.0 * uv[:, 1]])
+    t = squares(7)
+    a, b, c = (points[t[:, k]] for k in range(3))
+    mesh = FaultMesh("F1", points, t, np.cross(b - a, c - a), 50.0)
+    seen = set()
+    for at in rng.uniform(-1, 8, (40, 2)):
+        z = rng.uniform(-20, 380, 9)
+        single = [side_of_few(mesh, np.array([[*at, one]]), 2.5)[1][0] for one in z]
+        np.testing.assert_array_equal(side_over(mesh, at, 2.5)(z), single)
+        seen |= set(single)
+    assert seen == {-1.0, 0.0, 1.0}
+
+
+def test_a_fault_is_lengthened_in_one_order_of_its_sides():
+    """Sets of words have another order in each run of Python: messages must not depend on it."""
+    world = gs.synthetic.torn("normal", n=21)
+    ((name, one),) = world.faults.items()
+    fault = gs.triangulate_fault(one, name=name)
+    words = ("up", "down", "start", "end")
+    short = {0: Short(frozenset(words), np.zeros(3))}
+    found = _lengthened([fault], short, {}, 50.0, lambda number, lengths: fault)
+    assert list(found[0][0].lengths) == sorted(words)
