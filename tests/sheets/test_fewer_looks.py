@@ -53,7 +53,7 @@ def test_the_nearest_end_is_the_first_of_the_nearest():
     ]
     network = SimpleNamespace(traces=traces, on=[(2, 0, 1), (4, 1, 0)])
     ends = Ends(SimpleNamespace(network=network), (np.zeros(6), np.full(6, 4.0)))
-    at, reach = rng.uniform(0, 9, (200, 2)), 3.0
+    at, reach = rng.integers(0, 9, (200, 2)).astype(float), 3.0  # many are as near to two
     for wanted in (("tip",), ("tip", "branch"), ("nothing",)):
         some = [
             (i, k) for i, trace in enumerate(traces) for k in (0, 1)
