@@ -8,16 +8,18 @@ from typing import Any
 from geosurf.conventions import is_number
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
+from geosurf.grid.balance import balanced
 from geosurf.grid.build import (
     GriddedModel,
     assemble,
+    checked,
     columns_of,
     model_of,
     pillars_along_faults,
 )
 from geosurf.grid.lattice import lattice_over
 from geosurf.grid.layers import layers_of
-from geosurf.grid.pillars import vertical_pillars
+from geosurf.grid.pillars import Pillars, vertical_pillars
 from geosurf.model.base import in_crs_of
 from geosurf.model.grids import CornerPointGrid
 from geosurf.model.protocols import missing_members
@@ -100,12 +102,17 @@ def build_grid(
     lattice = lattice_over(scene.units.box, scene.aoi, cell, angle)
     model = model_of(scene, lattice, list(chosen))
 
+    def gridded(pillars: Pillars) -> CornerPointGrid:
+        columns = columns_of(model, pillars)
+        return assemble(columns, pillars, chosen, float(min_thickness), steps, zones)
+
     steps: dict[str, tuple[int, int]] = {}
-    pillars = vertical_pillars(lattice.shape)
-    if min_dip is not None:
-        pillars, steps = pillars_along_faults(model, float(min_dip))
-    columns = columns_of(model, pillars)
-    grid = assemble(columns, pillars, chosen, float(min_thickness), steps, zones)
+    if min_dip is None:
+        grid = gridded(vertical_pillars(lattice.shape))
+    else:
+        pillars, follows, steps = pillars_along_faults(model, float(min_dip))
+        grid = balanced(gridded, pillars, follows, lattice.cell)
+    checked(grid)
     for name, (step, n) in steps.items():
         if step:
             warn(warning_of_steps(name, step, n, lattice.cell))

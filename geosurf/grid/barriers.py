@@ -2,7 +2,9 @@
 
 A ray along I is a vertical line of a frame whose axes have changed places, so that the exact signs
 of `geosurf.measure.columns` decide whether it meets a fault. A fault parts two columns if the ray
-between them crosses it an odd number of times.
+between them crosses it an odd number of times. Middles lie at different elevations: the way from
+one to the next is vertical, then a ray, then vertical again, so that ways around a node agree on
+what is on which side.
 """
 
 from __future__ import annotations
@@ -47,14 +49,46 @@ def faults_between(
     rays_j = place[:, :-1].copy()
     rays_j[..., 2] = 0.5 * (middle[:, :-1] + middle[:, 1:])
     open_i, open_j = inside[:, :-1] & inside[:, 1:], inside[:-1] & inside[1:]
+    found_i, found_j = [], []
+    for x, triangles in faults:
+        apart_i = _crossed(x, triangles, rays_i, open_i, 0)
+        apart_j = _crossed(x, triangles, rays_j, open_j, 1)
+        below = Below(x, triangles, inside)
+        here = below(middle)
+        for end in (slice(None, -1), slice(1, None)):
+            # of both columns: from the middle to the height of the ray
+            z = middle.copy()
+            z[:, :, end] = rays_i[..., 2]
+            apart_i ^= (below(z) ^ here)[:, :, end]
+            z = middle.copy()
+            z[:, end] = rays_j[..., 2]
+            apart_j ^= (below(z) ^ here)[:, end]
+        found_i.append(apart_i & open_i)
+        found_j.append(apart_j & open_j)
     return (
-        np.array([_crossed(x, t, rays_i, open_i, 0) for x, t in faults], dtype=bool).reshape(
-            len(faults), level, ny, nx - 1
-        ),
-        np.array([_crossed(x, t, rays_j, open_j, 1) for x, t in faults], dtype=bool).reshape(
-            len(faults), level, ny - 1, nx
-        ),
+        np.array(found_i, dtype=bool).reshape(len(faults), level, ny, nx - 1),
+        np.array(found_j, dtype=bool).reshape(len(faults), level, ny - 1, nx),
     )
+
+
+class Below:
+    """Whether a fault is crossed an odd number of times below a point of the line of a column."""
+
+    def __init__(self, x: np.ndarray, triangles: np.ndarray, inside: np.ndarray) -> None:
+        j, i = np.nonzero(inside)
+        feet = np.stack([i + 0.5, j + 0.5], axis=1)
+        found = cross_columns(x, triangles, feet, np.zeros(2))
+        self.column, self.elevation = np.flatnonzero(inside)[found.foot], found.elevation
+
+    def __call__(self, z: np.ndarray) -> np.ndarray:
+        """Of elevations (n_level, ny, nx)."""
+        flat = z.reshape(len(z), -1)
+        odd = np.zeros(flat.shape, dtype=np.int64)
+        for k, one in enumerate(flat):
+            lower = self.elevation < one[self.column]
+            odd[k] = np.bincount(self.column[lower], minlength=flat.shape[1])
+        found: np.ndarray = (odd % 2 == 1).reshape(z.shape)
+        return found
 
 
 def own_side(
@@ -113,4 +147,4 @@ def _crossed(
     return out
 
 
-__all__ = ["faults_between"]
+__all__ = ["Below", "faults_between", "own_side"]

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.errors import InputError, InvariantError
 from geosurf.grid import corners as at_corners
-from geosurf.grid.barriers import faults_between, own_side
+from geosurf.grid.barriers import Below, faults_between, own_side
 from geosurf.grid.cells import PER_COLUMN, faces_of, lengths_in, regions_of_cells
 from geosurf.grid.follow import follow_faults
 from geosurf.grid.lattice import ArealLattice, inside_outline
@@ -225,8 +225,8 @@ def around_nodes(values: np.ndarray) -> list[np.ndarray]:
 
 def pillars_along_faults(
     model: Model, min_dip: float
-) -> tuple[Pillars, dict[str, tuple[int, int]]]:
-    """Return pillars that follow the faults, and by fault how many of them step."""
+) -> tuple[Pillars, np.ndarray, dict[str, tuple[int, int]]]:
+    """Return pillars along faults, which of them follow one, and by fault how many step."""
     from scipy.ndimage import uniform_filter
 
     ny, nx = model.lattice.shape
@@ -244,10 +244,10 @@ def pillars_along_faults(
     level = np.mean(around_nodes(middle), axis=0)
     above = np.max(around_nodes(top), axis=0) - level
     reach = np.maximum(above, level - np.min(around_nodes(base), axis=0)) + 1.0
-    pillars, counts = follow_faults(faults, between, level, reach, model.lattice.cell, min_dip)
-    return pillars, {
-        name: (step, n) for name, (step, n) in zip(model.faults, counts.tolist(), strict=True) if n
-    }
+    cell = model.lattice.cell
+    pillars, follows, counts = follow_faults(faults, between, level, reach, cell, min_dip)
+    rows = zip(model.faults, counts.tolist(), strict=True)
+    return pillars, follows, {name: (step, n) for name, (step, n) in rows if n}
 
 
 def corners_of(columns: Columns, between: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -311,24 +311,30 @@ def assemble(
     stack = np.minimum.accumulate(np.concatenate(levels), axis=0)
 
     # what each cell is
-    region = regions_of_cells(columns.pieces, columns.thick, model.zones, shares)
-    region = region.reshape(-1, ny, nx)
+    region, height = (
+        of_cells.reshape(-1, ny, nx)
+        for of_cells in regions_of_cells(columns.pieces, columns.thick, model.zones, shares)
+    )
     thick = -np.diff(stack, axis=0).mean(axis=(-1, -2))
     actnum = columns.used & (region >= 0) & (thick > min_thickness)
     region = np.where(actnum, region, -1)
     names = list(layers)
     blocks = list(dict.fromkeys(block for _, block in model.regions))
     block_of = np.array([blocks.index(block) for _, block in model.regions] + [-1])
-    zone = np.repeat(np.arange(len(names)), np.diff(first))[:, None, None]
-    grid = CornerPointGrid(
+    zone = np.repeat(np.arange(len(names)), np.diff(first))
+    faces = faces_of(
+        between, [Below(*one, columns.used) for one in columns.faults], columns.middles, height,
+        zone, block_of[region],
+    )  # fmt: skip
+    return CornerPointGrid(
         coord=_coord(model.lattice, pillars, stack),
-        levels=stack, actnum=actnum, zone=np.where(actnum, zone, -1), block=block_of[region],
+        levels=stack, actnum=actnum, zone=np.where(actnum, zone[:, None, None], -1),
+        block=block_of[region],
         region=region, zone_names=tuple(names), block_names=tuple(blocks),
         region_names=tuple(model.regions), fault_names=tuple(model.faults),
-        faces=faces_of(between, np.array(first), actnum), exact=model.exact,
+        faces=faces, exact=model.exact,
         stair_steps=stair_steps, zones_of_model=tuple(zones_of_model),
     )  # fmt: skip
-    return checked(grid)
 
 
 def _coord(lattice: ArealLattice, pillars: Pillars, stack: np.ndarray) -> np.ndarray:
@@ -354,4 +360,4 @@ def checked(grid: CornerPointGrid) -> CornerPointGrid:
     return grid
 
 
-__all__ = ["GriddedModel", "assemble", "columns_of", "model_of", "pillars_along_faults"]
+__all__ = ["GriddedModel", "assemble", "checked", "columns_of", "model_of", "pillars_along_faults"]

@@ -13,10 +13,10 @@ import numpy as np
 
 from geosurf.grid.barriers import AXES
 from geosurf.grid.pillars import Pillars
+from geosurf.grid.unfold import folded, unfolded
 from geosurf.measure.columns import cross_columns
 
 RANGE = 4.0  # cells over which a moved pillar moves others
-LEAST_AREA = 0.05  # of a cell, at each of its corners
 GIVE_WAY = 0.75  # factor for pillars next to a folded cell
 ROUNDS = 25
 FOLLOWS = 0.5  # pillars that give way more than this are a stair-step
@@ -32,7 +32,7 @@ def follow_faults(
     reach: np.ndarray,
     cell: np.ndarray,
     min_dip: float,
-) -> tuple[Pillars, np.ndarray]:
+) -> tuple[Pillars, np.ndarray, np.ndarray]:
     """
     Return pillars along faults.
 
@@ -53,8 +53,9 @@ def follow_faults(
 
     Returns
     -------
-    (Pillars, ndarray of int64)
-        And the number of pillars that step, and of all, by fault (n_fault, 2).
+    (Pillars, ndarray of bool, ndarray of int64)
+        Which of them follow a fault (ny + 1, nx + 1), and by fault the number of pillars that
+        step, and of all (n_fault, 2).
     """
     ny, nx = level.shape[0] - 1, level.shape[1] - 1
     shift, slope = np.zeros((ny + 1, nx + 1, 2)), np.zeros((ny + 1, nx + 1, 2))
@@ -72,31 +73,31 @@ def follow_faults(
         shift[j, i], slope[j, i], owner[j, i] = moves[good], tilts[good], f
         nearest[j, i] = size[good]
 
-    # spread smoothly; those next to folded cells give way
-    share = np.ones(level.shape)
     fixed = owner >= 0
+    pillars, share = _without_folds(shift, slope, fixed, level, reach)
+    follows = fixed & (share >= FOLLOWS)
+    counts = np.array([[(one & ~follows).sum(), one.sum()] for one in nodes], dtype=np.int64)
+    return pillars, follows, counts.reshape(len(faults), 2)
+
+
+def _without_folds(
+    shift: np.ndarray, slope: np.ndarray, fixed: np.ndarray, level: np.ndarray, reach: np.ndarray
+) -> tuple[Pillars, np.ndarray]:
+    """Pillars of which some are fixed, and how far these had to give way (ny + 1, nx + 1)."""
+    zero = Pillars(np.zeros_like(shift), np.zeros_like(slope), level, reach)
+    share = np.ones(level.shape)
+    if not fixed.any():
+        return zero, share
     spread = _Spread(fixed)
-    pillars = Pillars(np.zeros_like(shift), np.zeros_like(slope), level, reach)
     for _ in range(ROUNDS):
-        if not fixed.any():
-            break
-        tried = Pillars(
-            spread(shift * share[..., None]), spread(slope * share[..., None]), level, reach
-        )
-        folded = np.pad(tried.least_area() < LEAST_AREA, 1)
-        if not folded.any():
-            pillars = tried
-            break
-        beside = folded[:-1] | folded[1:]
-        near = beside[:, :-1] | beside[:, 1:]
-        share[_wider(near) & fixed] *= GIVE_WAY
-    else:
-        share[:] = 0.0
-    counts = np.zeros((len(faults), 2), dtype=np.int64)
-    for f in range(len(faults)):
-        counts[f, 1] = nodes[f].sum()
-        counts[f, 0] = (nodes[f] & ((owner < 0) | (share < FOLLOWS))).sum()
-    return pillars, counts
+        leaning = spread(slope * share[..., None])
+        pillars = unfolded(Pillars(spread(shift * share[..., None]), leaning, level, reach))
+        bad = np.pad(folded(pillars), 1)
+        if not bad.any():
+            return pillars, share
+        beside = bad[:-1] | bad[1:]
+        share[_wider(beside[:, :-1] | beside[:, 1:]) & fixed] *= GIVE_WAY
+    return zero, np.zeros(level.shape)
 
 
 def _stair(between: tuple[np.ndarray, np.ndarray], fault: int) -> np.ndarray:

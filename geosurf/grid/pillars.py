@@ -9,6 +9,7 @@ import numpy as np
 ROUNDS = 40
 CLOSE = 1e-9  # of a cell: rounds end here
 CORNERS = ((0, 0), (0, 1), (1, 0), (1, 1))
+TURNS = ((0, 1, 2), (1, 3, 0), (2, 0, 3), (3, 2, 1))  # a corner, the next one, the last one
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,36 +44,45 @@ class Pillars:
         node = np.stack(np.meshgrid(np.arange(nx), np.arange(ny)), axis=-1)
         return node + self.shift + self.slope * (z - self.level)[..., None]
 
-    def least_area(self) -> np.ndarray:
-        """Smallest area at the corners of each cell, at any elevation within reach, (ny, nx).
+    def places(self, node: tuple[np.ndarray, np.ndarray], z: np.ndarray) -> np.ndarray:
+        """Places of the pillars of nodes, rows J and I (n,), each at an elevation, (n, 2)."""
+        j, i = node
+        rise = (z - self.level[node])[..., None]
+        return np.stack([i, j], axis=-1) + self.shift[node] + self.slope[node] * rise
 
-        Of the parallelogram of the two sides at a corner, in cells: not positive where a cell is
-        not convex. Along straight pillars it is a quadratic function of elevation.
+    def least_areas(self) -> tuple[np.ndarray, np.ndarray]:
+        """Smallest area at each corner of each cell, and its elevation, each (4, ny, nx).
+
+        Of the parallelogram of the two sides at a corner, in cells, within reach: not positive
+        where a cell is not convex. Corners are in the order of `CORNERS`. Along straight pillars an
+        area is a quadratic function of elevation.
         """
-        cuts = [(slice(m, m - 1 or None), slice(k, k - 1 or None)) for m, k in CORNERS]
-        low = np.min([(self.level - self.reach)[cut] for cut in cuts], axis=0)
-        high = np.max([(self.level + self.reach)[cut] for cut in cuts], axis=0)
-        ends = []
-        for z in (low, 0.5 * (low + high), high):
-            x = []
-            for (m, k), cut in zip(CORNERS, cuts, strict=True):
-                dz = (z - self.level[cut])[..., None]
-                node = np.stack(np.meshgrid(np.arange(z.shape[1]), np.arange(z.shape[0])), -1)
-                x.append(node + [k, m] + self.shift[cut] + self.slope[cut] * dz)
-            ends.append(
-                np.stack(
-                    [_turn(x, corner) for corner in ((0, 1, 2), (1, 3, 0), (3, 2, 1), (2, 0, 3))]
-                )
-            )
+        ny, nx = self.level.shape[0] - 1, self.level.shape[1] - 1
+        j, i = np.meshgrid(np.arange(ny), np.arange(nx), indexing="ij")
+        nodes = [(j + m, i + k) for m, k in CORNERS]
+        low = np.min([(self.level - self.reach)[node] for node in nodes], axis=0)
+        high = np.max([(self.level + self.reach)[node] for node in nodes], axis=0)
+
+        def areas(z: np.ndarray) -> np.ndarray:
+            x = [self.places(node, z) for node in nodes]
+            return np.stack([_turn(x, corner) for corner in TURNS])
 
         # a parabola through three values: its least value on the way
-        a, b, c = ends
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        a, b, c = (areas(z) for z in (low, middle, high))
         curve, rise = a + c - 2.0 * b, c - a
         with np.errstate(invalid="ignore", divide="ignore"):
             at = -0.5 * rise / curve
             bottom = np.where((curve > 0) & (np.abs(at) < 1), b - rise * rise / (8 * curve), np.inf)
-        found: np.ndarray = np.minimum(np.minimum(a, c), np.minimum(b, bottom)).min(axis=0)
-        return found
+        values = np.stack([a, b, c, bottom])
+        heights = np.stack([np.broadcast_to(one, a.shape) for one in (low, middle, high)])
+        lowest = np.where(np.isfinite(bottom), at, 0.0)
+        heights = np.concatenate([heights, (middle + half * lowest)[None]])
+        first = values.argmin(axis=0)[None]
+        return (
+            np.take_along_axis(values, first, axis=0)[0],
+            np.take_along_axis(heights, first, axis=0)[0],
+        )
 
     def straighten(self, x: np.ndarray) -> np.ndarray:
         """Coordinates (n, 3) in which pillars are vertical, at whole numbers.

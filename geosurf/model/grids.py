@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 GAUSS = 0.5 * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))  # of a unit interval, 2 points
-AXES = ("I", "J")
+AXES = ("I", "J", "K")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class GridFaces:
     fault : ndarray of int64, shape (n,)
         Row of `CornerPointGrid.fault_names`.
     axis : ndarray of int64, shape (n,)
-        0: the face towards the next I, 1: the face towards the next J.
+        0: the face towards the next I, 1: the next J, 2: the next K (a fault cuts the column).
     column : ndarray of int64, shape (n, 2)
         I and J of the cells, from 0.
     layers : ndarray of int64, shape (n, 2)
@@ -151,7 +150,7 @@ class CornerPointGrid(Noun):
         Of the trilinear cell through its eight corners. Its Jacobian is of degree two along each
         axis, so that two Gauss points along each integrate it exactly.
         """
-        return frozen(np.stack([v.sum(axis=-1) for v in self._jacobians()]), np.float64)
+        return frozen(self._jacobians[0], np.float64)
 
     @cached_property
     def inside_out(self) -> np.ndarray:
@@ -159,24 +158,31 @@ class CornerPointGrid(Noun):
 
         Its base lies above its top at a pillar, or its Jacobian is negative inside.
         """
-        bad = np.stack([(v < 0.0).any(axis=-1) for v in self._jacobians()])
+        bad = self._jacobians[1] < 0.0
         bad |= (np.diff(self.levels, axis=0) > 0.0).any(axis=(-1, -2))
         return frozen(bad & self.actnum, np.bool_)
 
-    def _jacobians(self) -> Iterator[np.ndarray]:
-        """Weighted Jacobians at the eight Gauss points of the cells of each layer, (ny, nx, 8)."""
+    @cached_property
+    def _jacobians(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sum and minimum of the weighted Jacobians at eight Gauss points, each (nz, ny, nx)."""
+        total, least = np.empty(self.actnum.shape), np.empty(self.actnum.shape)
         for k in range(self.shape[0]):
             x = self.corners_of_layer(k)
             x = x - x[:, :, :1, :1, :1].mean(axis=(0, 1))  # small numbers: less rounding
-            found = []
-            for c, b, a in np.ndindex(2, 2, 2):
-                w = [np.array([1.0 - GAUSS[n], GAUSS[n]]) for n in (c, b, a)]
-                d = np.array([-1.0, 1.0])
-                along_i = np.einsum("yxkjic,k,j,i->yxc", x, w[0], w[1], d)
-                along_j = np.einsum("yxkjic,k,j,i->yxc", x, w[0], d, w[2])
-                up = -np.einsum("yxkjic,k,j,i->yxc", x, d, w[1], w[2])
-                found.append(np.einsum("yxc,yxc->yx", np.cross(along_i, along_j), up) / 8.0)
-            yield np.stack(found, axis=-1)
+            a, b, c = (np.moveaxis(x, axis, 0) for axis in (4, 3, 2))
+
+            # an edge direction is linear along the two other axes: values at their Gauss points
+            along_i = _at_gauss(_at_gauss(a[1] - a[0], 2), 3)  # (ny, nx, k, j, 3)
+            along_j = _at_gauss(_at_gauss(b[1] - b[0], 2), 3)  # (ny, nx, k, i, 3)
+            up = _at_gauss(_at_gauss(c[0] - c[1], 2), 3)  # (ny, nx, j, i, 3)
+            value = np.stack(
+                [
+                    _triple(along_i[:, :, n, m], along_j[:, :, n, q], up[:, :, m, q])
+                    for n, m, q in np.ndindex(2, 2, 2)
+                ]
+            )
+            total[k], least[k] = value.sum(axis=0) / 8.0, value.min(axis=0)
+        return total, least
 
     @cached_property
     def table(self) -> xarray.Dataset:
@@ -264,6 +270,22 @@ class CornerPointGrid(Noun):
             f"<CornerPointGrid: {nx} x {ny} x {nz} cells, {int(self.actnum.sum())} active, "
             f"{volume_text(float(self.volumes[self.actnum].sum()))}>"
         )
+
+
+def _at_gauss(values: np.ndarray, axis: int) -> np.ndarray:
+    """Values at both Gauss points of an axis, of those at its two ends."""
+    first, last = (np.take(values, [end], axis) for end in (0, 1))
+    return np.concatenate([(1.0 - g) * first + g * last for g in GAUSS], axis)
+
+
+def _triple(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Triple product of vectors (..., 3)."""
+    found: np.ndarray = (
+        (a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]) * c[..., 0]
+        + (a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]) * c[..., 1]
+        + (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) * c[..., 2]
+    )
+    return found
 
 
 __all__ = ["CornerPointGrid", "GridFaces"]

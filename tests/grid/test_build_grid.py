@@ -107,6 +107,77 @@ def test_pillars_follow_a_straight_fault(at, dip):
     np.testing.assert_allclose(off.min(axis=1), 0.0, atol=1e-6)
 
 
+def folds(grid):
+    """Smallest turn of a corner of a column, as a share of the area of a cell."""
+    lowest = np.inf
+    ends = grid.levels.max(axis=(0, 3, 4)), grid.levels.min(axis=(0, 3, 4))
+    for share in (0.0, 0.4, 1.0):
+        z = (1 - share) * ends[0] + share * ends[1]
+        corners = []
+        for m, k in ((0, 0), (0, 1), (1, 1), (1, 0)):
+            ny, nx = z.shape
+            one = grid.coord[m : ny + m, k : nx + k]
+            t = (one[..., 2] - z) / (one[..., 2] - one[..., 5])
+            corners.append(one[..., :2] + t[..., None] * (one[..., 3:5] - one[..., :2]))
+        x = np.stack(corners, axis=2)
+        ahead, back = np.roll(x, -1, axis=2) - x, np.roll(x, 1, axis=2) - x
+        turn = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+        lowest = min(lowest, float(turn.min() / np.median(turn)))
+    return lowest
+
+
+def pairs_without_a_face(grid):
+    """Active neighbours in different blocks, with no face between them."""
+    nz, ny, nx = grid.shape
+    apart = np.zeros((3, nz, ny, nx), dtype=bool)
+    faces = grid.faces
+    for axis, (i, j), (k, end) in zip(faces.axis, faces.column, faces.layers, strict=True):
+        apart[axis, k:end, j, i] = True
+    found = 0
+    for axis, along in ((0, 2), (1, 1), (2, 0)):
+        a, b = (np.take(grid.block, np.arange(n, grid.block.shape[along] - 1 + n), along)
+                for n in (0, 1))  # fmt: skip
+        face = np.take(apart[axis], np.arange(grid.block.shape[along] - 1), along)
+        found += int(((a != b) & (a >= 0) & (b >= 0) & ~face).sum())
+    return found
+
+
+@pytest.mark.parametrize(("dip", "angle", "cell"), [(35.0, 40.0, 130), (60.0, 20.0, 100)])
+def test_blocks_across_the_lattice_have_the_volumes_of_the_model(dip, angle, cell):
+    """The fault and the outline of the model run obliquely through the columns."""
+    scene = faulted(2040.0, dip)
+    layers = {"Top/Base": 3, "below Base": 1}
+    grid = gs.build_grid(scene, cell=cell, layers=layers, angle=angle)
+    np.testing.assert_allclose(grid.table.volume, grid.table.exact, rtol=1e-3)
+    assert grid.stair_steps["F1"][0] == 0
+    assert not grid.inside_out.any()
+    assert folds(grid) > 0.02
+
+
+@pytest.mark.parametrize("min_dip", [15.0, None])
+def test_a_face_on_a_fault_is_between_cells_of_different_blocks(min_dip):
+    """With vertical pillars the fault cuts columns: faces are between layers, too."""
+    scene = faulted(2040.0, 35.0)
+    layers = {"Top/Base": 6, "below Base": 3}
+    grid = gs.build_grid(scene, cell=130, layers=layers, angle=40, min_dip=min_dip)
+    assert pairs_without_a_face(grid) == 0
+    assert len(grid.faces) > 0
+    if min_dip is None:
+        assert (grid.faces.axis == 2).sum() > 10
+
+    # each face has active columns on both sides, in the grid
+    nz, ny, nx = grid.shape
+    i, j = grid.faces.column.T
+    axis, layers = grid.faces.axis, grid.faces.layers
+    assert (i + (axis == 0) < nx).all()
+    assert (j + (axis == 1) < ny).all()
+    assert (layers[:, 1] <= nz - (axis == 2)).all()
+    assert (layers[:, 0] < layers[:, 1]).all()
+    live = grid.actnum.any(axis=0)
+    assert live[j, i].all()
+    assert live[j + (axis == 1), i + (axis == 0)].all()
+
+
 def test_gentle_faults_are_stair_steps_and_a_warning_names_them():
     with pytest.warns(gs.GeosurfWarning, match="'F1' is a stair-step at 39 of the 39") as found:
         grid = gs.build_grid(faulted(2030.0, 35.0), cell=100, layers={"Top/Base": 2}, min_dip=45)
