@@ -80,8 +80,10 @@ def by_pyvista(scene: gs.Scene, points: np.ndarray) -> np.ndarray:
 
     found, cloud = np.full(len(points), -1), pv.PolyData(points)
     for k, unit in enumerate(scene.units.values()):
-        inside = cloud.select_enclosed_points(unit.to_pyvista(), check_surface=False)
-        found[inside["SelectedPoints"].astype(bool)] = k
+        inside = cloud.select_interior_points(
+            unit.to_pyvista(), method="cell_locator", check_surface=False
+        )
+        found[inside["selected_points"]] = k
     return found
 
 

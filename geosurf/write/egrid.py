@@ -5,6 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from geosurf.model.grids import CornerPointGrid
 from geosurf.write.written import Loss
 
@@ -20,8 +22,16 @@ def binary_of_grid(
         path = Path(folder) / f"grid{suffix}"
         theirs.to_file(path, fformat=FORMATS[suffix])
         data = path.read_bytes()
+    off = max(
+        float(np.abs(values - values.astype(np.float32)).max())
+        for values in (grid.coord, grid.levels)
+    )
+    words = (
+        f"Coordinates and depths were rounded to float32, by up to {off:.2g} m; elevations are "
+        "written as depths. The .grdecl has coordinates to 0.001 m."
+    )
     return data, [
-        Loss("precision", "Depths were rounded to float32; elevations are written as depths."),
+        Loss("precision", words, off),
         Loss("data", "Faults, zones and blocks were left out: write .grdecl and .inc, too."),
     ]
 
