@@ -9,7 +9,7 @@ mesh is split until its triangles are smaller than half a cell, near that line o
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -17,12 +17,13 @@ from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.kernels.sheets.fault_trace import block_bounds, may_meet, zero_line_pieces
 from geosurf.kernels.sheets.link_lines import directed_lines
 from geosurf.model import TriSurface
+from geosurf.model.content import Content
 from geosurf.sheets.lattice.frame import Frame
 
 Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 FINE = 0.5  # cells: longest edge, in the map, of the triangles that the trace runs through
-FRAMES = 4  # in which a fault is remembered
+KEPT = 32  # faults in a frame that are remembered
 UNEVEN = 4.0  # times the usual width: wider triangles of a fault are halved by themselves
 
 
@@ -83,23 +84,31 @@ class Trace:
 
 
 def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
-    """A fault in the frame of a horizon; remembered for the last frames that it was in.
+    """A fault in the frame of a horizon; remembered by content for the last ones.
 
     Horizons of one survey share their frame, and so do all realisations of one horizon.
     """
-    key = frame.corner.tobytes() + frame.step.tobytes()
-    known: dict[bytes, FaultMesh] = surface.__dict__.get("_in_frames", {})
-    found = known.get(key)
-    if found is None:
-        found = _in_frame(surface, frame)
-        # a new mapping: other threads may read the old one
-        last = [*known.items()][1 - FRAMES :]
-        surface.__dict__["_in_frames"] = {**dict(last), key: found}
-    return found
+    return _in_frame(Content(surface), _Steps(frame))
 
 
-def _in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
+class _Steps:
+    """A frame as a key: places depend on its corner and its steps only."""
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame = frame
+        self.key = frame.corner.tobytes() + frame.step.tobytes()
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Steps) and self.key == other.key
+
+
+@lru_cache(maxsize=KEPT)
+def _in_frame(content: Content, steps: _Steps) -> FaultMesh:
     """A fault in the frame of a horizon."""
+    surface, frame = content.surface, steps.frame
     uv = frame.to_lattice(surface.vertices[:, :2]) * frame.stretch
     points = np.column_stack([uv, surface.vertices[:, 2]])
 
