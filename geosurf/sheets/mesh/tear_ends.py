@@ -74,7 +74,9 @@ class Ends:
         """Ends that may be moved, their kinds, and their places (n, 2) [cells]."""
         network = self.state.network
         joined: Collection[End] = {(i, k) for i, k, _ in network.on}
-        ends, words, places = [], [], []
+        ends: list[End] = []
+        words: list[str] = []
+        places: list[list[float]] = []
         for i, trace in enumerate(network.traces):
             # Places along a trace are vertex numbers with fractions.
             vertex = np.arange(len(trace.line))

@@ -80,26 +80,32 @@ def throw_at_tips(
     """A warning for each free end of a fault at which the data still show throw."""
     found = []
     for number, trace in enumerate(state.network.traces):
-        for end in (0, 1):
-            if trace.ends[end] == "tip":
-                warning = _at_tip(picks, state, number, end, trim, faults[trace.fault])
-                found += [warning] if warning is not None else []
+        tips = [end for end in (0, 1) if trace.ends[end] == "tip"]
+        if not (tips and len(state.walls[number].place)):
+            continue
+        grid = _without_others(picks, state, number, trim)
+        every = (_at_tip(picks, state, number, k, trim, faults[trace.fault], grid) for k in tips)
+        found += [warning for warning in every if warning is not None]
     return found
 
 
 def _at_tip(
-    picks: Picks, state: Heights, number: int, end: int, trim: float, fault: TriSurface
+    picks: Picks,
+    state: Heights,
+    number: int,
+    end: int,
+    trim: float,
+    fault: TriSurface,
+    grid: np.ndarray,
 ) -> GeosurfWarning | None:
-    """A warning if the data show throw at one end of a trace."""
+    """A warning if the data, `grid` of `_without_others`, show throw at one end of a trace."""
     name, trace = fault.name, state.network.traces[number]
     walls, frame = state.walls[number], picks.frame
-    if not len(walls.place):
-        return None
 
     # height difference across the continuation of the trace [m], one per cell ahead
     place_of = (trace.start, trace.stop)[end]
     ahead = _ahead(trace, end, trim, walls.heave(np.array([place_of]))[0])
-    read = partial(ahead.jumps, _without_others(picks, state, number, trim), frame.stretch)
+    read = partial(ahead.jumps, grid, frame.stretch)
     jumps = read(ahead.first, SAMPLES)
     at = int(np.ceil(ahead.first))
     window = slice(at - 1, at - 1 + STATIONS)
