@@ -8,6 +8,7 @@ from geosurf.model.tops import Tops
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.reference_systems import refuse_other_systems
+from geosurf.scene.repeated_faults import warnings_of_repeats
 from geosurf.scene.surfaces import InputSurfaces
 from geosurf.scene.wells import warnings_of_names
 
@@ -30,6 +31,9 @@ def warn_of_inputs(
     with memory.collecting():
         known = {name: read.crs[name] for name in inputs.names if name in read.crs}
         warn_of_unclear_crs(refuse_other_systems(known, inputs.crs, tops, inputs.aoi))
+
+    # one file under two names
+    memory.warn(*warnings_of_repeats(map(read.fault, inputs.faults)))
 
     # tops of horizons that the scene does not have
     if tops is not None:
