@@ -45,7 +45,7 @@ def _warning(one: str, other: str) -> GeosurfWarning:
     return GeosurfWarning(
         "same fault",
         other,
-        f"Faults {one!r} and {other!r} have the same triangles: blocks beside them have "
+        f"Faults {one!r} and {other!r} have the same triangles: blocks next to them have "
         "both names, and tables have the fault twice.",
         f"Leave {other!r} out, or read it from its own file.",
     )
