@@ -15,7 +15,8 @@ geosurf, and opened by other packages. Difference: the largest distance between 
 written and the nearest one that was read, in both directions. Loss: what the writer lists.
 
 **Command.** `python -m benchmarks.formats --peer PYTHON -o docs/validation/formats.md`, where
-PYTHON is an interpreter with the other packages; `--peer` may be repeated. Times are processor
+PYTHON is an interpreter with the other packages; `--peer` may be repeated. `--keep FOLDER` lets a
+run that was ended go on. Times are processor
 times, the best of three, while others used the machine.
 
 **When.** {date}. Other packages: {peers}.

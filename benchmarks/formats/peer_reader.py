@@ -7,7 +7,7 @@ empty list prints which packages there are.
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import json
 import sys
 import time
@@ -208,15 +208,8 @@ def run(task: dict[str, Any]) -> dict[str, Any]:
 
 
 def available() -> list[str]:
-    """Packages that can be imported here."""
-    found = []
-    for name in PACKAGES:
-        try:
-            importlib.import_module(name)
-            found.append(name)
-        except ImportError:
-            continue
-    return found
+    """Packages that are installed here; importing all of them takes half a minute."""
+    return [name for name in PACKAGES if importlib.util.find_spec(name) is not None]
 
 
 if __name__ == "__main__":

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import geosurf as gs
+from benchmarks.formats.memory import read_memory
 from benchmarks.formats.peers import Peers
 from benchmarks.formats.subjects import grid_of, mesh_of
 
-N_MAP, N_MESH, REPEAT = 1000, 708, 3  # nodes along a side
+N_MAP, N_MESH, N_SMALL, REPEAT = 1000, 708, 150, 3  # nodes along a side
 # suffix -> what is written, how it is read back, the package next to it, asked [s]
 ASKED: dict[str, tuple[str, str, float | None]] = {
     ".irapasc": ("read_horizon", "xtgeo", 0.6),
@@ -41,8 +42,8 @@ class Timing:
     write, read : float
         Processor time [s], the best of some.
     memory, read_memory : float
-        Largest memory that numpy and Python took while writing and reading, over that of the
-        arrays.
+        Largest memory that numpy and Python took while writing, over that of the arrays; and
+        what a process of its own grew by while it read.
     peer_read : float or None
         Processor time of the other package for the same file [s].
     asked : float or None
@@ -67,14 +68,16 @@ def timings(peers: Peers, folder: Path, scale: float = 1.0) -> list[Timing]:
     found, tasks = [], []
     for suffix, (function, peer, asked) in ASKED.items():
         surface = function == "read_fault"
-        obj = mesh if surface else maps[30.0 if suffix in TURNED else 0.0]
+        turn = 30.0 if suffix in TURNED else 0.0
+        obj = mesh if surface else maps[turn]
         path = folder / f"large{suffix}"
         read = _reading(function, path, surface or suffix == ".nc")
         write_time = _best(lambda obj=obj, path=path: gs.write(obj, path))
-        memory = [
-            _memory(obj, run) for run in (lambda obj=obj, path=path: gs.write(obj, path), read)
-        ]
-        found.append(Timing(suffix, peer, write_time, _best(read), *memory, asked=asked))
+        memory = _memory(obj, lambda obj=obj, path=path: gs.write(obj, path))
+        small = folder / f"small{suffix}"
+        gs.write(mesh_of(N_SMALL) if surface else grid_of(N_SMALL, N_SMALL, turn), small)
+        read_peak = read_memory(function, small, path, **_words(surface or suffix == ".nc"))
+        found.append(Timing(suffix, peer, write_time, _best(read), memory, read_peak, asked=asked))
         tasks.append((peer, path))
     known = [k for k, (peer, _) in enumerate(tasks) if peer in peers.home]
     for k, answer in zip(known, peers.read([tasks[k] for k in known], REPEAT), strict=True):
@@ -83,8 +86,12 @@ def timings(peers: Peers, folder: Path, scale: float = 1.0) -> list[Timing]:
 
 
 def _reading(function: str, path: Path, stated: bool) -> Callable[[], object]:
-    words: dict[str, Any] = {} if stated else {"positive": "up"}
-    return lambda: getattr(gs, function)(path, **words)
+    return lambda: getattr(gs, function)(path, **_words(stated))
+
+
+def _words(stated: bool) -> dict[str, str]:
+    """What a reader is told of a file that does not state its direction."""
+    return {} if stated else {"positive": "up"}
 
 
 def _best(run: Callable[[], object]) -> float:

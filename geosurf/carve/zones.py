@@ -22,7 +22,7 @@ from geosurf.carve.beyond import first_beyond
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
 from geosurf.carve.sectors import sides_by_sectors
-from geosurf.conventions import METRES_PER_UNIT, place
+from geosurf.conventions import METRES_PER_UNIT, length_text, place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, TriSurface
@@ -307,7 +307,7 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         )
     whole, middle = rim
     raise OpenUnitError(
-        f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open "
+        f"units leak around {what} {name!r}: {length_text(whole)} of its rim are open "
         f"inside the model box, for example at {place(middle)}.{_gap(patches, middle, surface)} "
         f"Shrink the box to the {what}, or extend or fill the {what}.",
         place=middle,
@@ -344,8 +344,12 @@ def _gap(patches: Patches, middle: np.ndarray, surface: int) -> str:
         return ""
     other = patches.sources[found[0]]
     wall = other.role == "wall"
-    next_one = f"the {other.name} side of the model" if wall else f"{other.role} {other.name!r}"
-    return f" It ends {found[1]:.3g} m before {next_one} there."
+    next_one = f"{other.role} {other.name!r}"
+    if wall:
+        of_area = other.name == "aoi"
+        next_one = f"the {'area of interest' if of_area else f'{other.name} side of the model'}"
+        next_one = f"the side of {next_one}" if of_area else next_one
+    return f" It ends {length_text(found[1])} before {next_one} there."
 
 
 def rim_of_leak(

@@ -139,6 +139,7 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
         named = source.function == "read_fault" or key in (*MESH_FORMATS, "resqml")
         if options.name is not None and named and source.function != "read_points":
             words["name"] = options.name
+        words |= _of_table(source, options)
         module = read if hasattr(read, source.function) else geosurf
         source.obj = getattr(module, source.function)(path, **words)
 
@@ -158,6 +159,38 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
         source.obj = (0.0 - obj).assign_attrs(obj.attrs | {"positive": "down"})
     _attributes(source)
     return source
+
+
+def _of_table(source: Source, options: argparse.Namespace) -> dict[str, Any]:
+    """Arguments of the reader on columns, decimal sign and heads, where it has them."""
+    wells = source.function == "read_wells"
+    found: dict[str, Any] = {}
+    if options.columns is not None:
+        words = [word.strip() for word in options.columns.split(",")]
+        parts = [word.partition("=")[::2] if wells else ("", word) for word in words]
+        if wells and not all(key and word for key, word in parts):
+            raise InputError(
+                f"{source.path}: --columns of wells are pairs, as in --columns md=DEPT,well=3; "
+                f"found {options.columns!r}."
+            )
+        columns = [(key, int(word) if word.isdecimal() else word) for key, word in parts]
+        found["columns"] = dict(columns) if wells else tuple(word for _, word in columns)
+    if options.decimal is not None:
+        found["decimal"] = options.decimal
+    if options.heads is not None:
+        found["heads"] = options.heads
+    takes = {
+        "columns": ("read_points", "read_polygons", "read_fault", "read_tops", "read_wells"),
+        "decimal": ("read_points", "read_polygons", "read_fault", "read_tops", "read_wells"),
+        "heads": ("read_wells",),
+    }
+    for key in found:
+        if source.function not in takes[key]:
+            raise InputError(
+                f"{source.path}: --{key} has no effect on {source.function}. Leave it out, or add "
+                f"--as {' or '.join(name.removeprefix('read_') for name in takes[key])}."
+            )
+    return found
 
 
 def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> str:

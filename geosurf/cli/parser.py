@@ -206,10 +206,21 @@ def _add_convert(add: Callable[..., Any]) -> None:
     convert.add_argument("--name", help="name to store; of several surfaces: which one")
     convert.add_argument(
         "--as", dest="read_as", metavar="KIND",
-        type=one_of("horizon", "fault", "points", "polygons", "tops"),
+        type=one_of("horizon", "fault", "points", "polygons", "tops", "wells"),
         help="what the file holds, if its content does not show it: horizon, fault, points, "
-        "polygons or tops",
+        "polygons, tops or wells",
     )  # fmt: skip
+    convert.add_argument(
+        "--columns", metavar="X,Y,Z",
+        help="columns of easting, northing and z in a table, by name or counted from 1; of wells, "
+        "those that differ: md=DEPT,well=3",
+    )  # fmt: skip
+    convert.add_argument(
+        "--decimal", type=one_of(".", ","), metavar=".|,", help="decimal sign of a table"
+    )
+    convert.add_argument(
+        "--heads", metavar="FILE", help="table of the heads of wells that have directions only"
+    )
 
 
 def _add_curves(add: Callable[..., Any]) -> None:

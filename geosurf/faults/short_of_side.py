@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import length_text, place
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.distance import open_edges
 from geosurf.model import TriSurface
@@ -93,8 +93,8 @@ gs.extend_fault(fault, box, sides='strike').surface, or take box=(11, 989, 0, 10
     return GeosurfWarning(
         "rim",
         surface.name,
-        f"Fault {surface.name!r} ends {gap:.3g} m before the {side} of the {where}{more}, for "
-        f"example at {place(spot)}. Units go around it there and are not divided.",
+        f"Fault {surface.name!r} ends {length_text(gap)} before the {side} of the {where}{more}, "
+        f"for example at {place(spot)}. Units go around it there and are not divided.",
         "Continue it, as in gs.extend_fault(fault, box, sides='strike').surface, or take "
         f"{_smaller(box, found) if aoi is None else 'an aoi that ends inside of the fault'}.",
         spot,

@@ -11,6 +11,7 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
+from geosurf.errors import FormatError
 from geosurf.read._guard import opened
 
 HEAD = 8192  # bytes that decide
@@ -90,6 +91,7 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "irap": _is_irap,
     "zmap": _text(r"(?:![^\n]*\n\s*)*@[^\n]*\bGRID\b"),
     "cps3": _text(r"(?:![^\n]*\n\s*)*FS(?:ASCI|ATTR|LIMI|NROW|XINC)\b"),
+    "cps3_lines": _text(r"(?:![^\n]*\n\s*)*FF(?:ASCI|ATTR)\b"),
     "surfer": lambda head: head[:4] in (b"DSAA", b"DSBB", b"DSRB"),
     "storm": _text(r"STORMGRID_(?:BINARY|ASCII)\b"),
     "esri": _text(r"(?:ncols|nrows)[ \t]+\d+[ \t]*\r?\n\s*(?:ncols|nrows|[xy]ll)"),
@@ -122,6 +124,7 @@ SIGNATURES: dict[str, Callable[[bytes], bool]] = {
 }
 # what else is recognised, to name it in errors: geosurf does not read these
 FOREIGN: dict[str, Callable[[bytes], bool]] = {
+    "GOCAD Well": _text(r"(?:#[^\n]*\n\s*)*GOCAD[ \t]+Well\b"),
     "ZIP archive": lambda head: head.startswith(b"PK\x03\x04"),
     "gzip": lambda head: head.startswith(b"\x1f\x8b"),
 }
@@ -159,6 +162,21 @@ def detect(path: Path) -> str | None:
 def detect_foreign(path: Path) -> str | None:
     """Return what a file is that geosurf does not read, in words, or None."""
     return _first(head_of(path), FOREIGN)
+
+
+def refuse_foreign(path: Path) -> None:
+    """
+    Refuse a file of wells that geosurf recognises and does not read.
+
+    Raises
+    ------
+    FormatError
+    """
+    if detect_foreign(path) == "GOCAD Well":
+        raise FormatError(
+            f"{path}: this is a GOCAD Well, which geosurf does not read. Export the path as a "
+            "table with the columns Well, MD, X, Y and Z, and read that with read_wells."
+        )
 
 
 def head_of(path: Path) -> bytes:

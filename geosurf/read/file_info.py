@@ -162,6 +162,7 @@ def kind_of_file(path: Path) -> tuple[str, str]:
         "pline": "read_polygons or read_fault",
         "vset": "read_points",
         "charisma": "read_fault",
+        "cps3_lines": "read_polygons or read_fault",
     }
     if key in other:
         return key, other[key]

@@ -22,10 +22,16 @@ from geosurf.read._common import (
     number,
     otherwise,
 )
-from geosurf.read._detect import detect
+from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._noted import noted
 from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
 from geosurf.read.las import tops_of_las
+from geosurf.read.measured_tops import (
+    Paths,
+    metres_of_depths,
+    paths_with_depths,
+    place_along,
+)
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -42,12 +48,18 @@ USUAL = {
         "horizonname", "surfacename", "topname", "markername",
     ),
 }  # fmt: skip
+OF_PATHS = {
+    "well": USUAL["well"],
+    "md": ("md", "mdrkb", "measureddepth"),
+    "horizon": USUAL["horizon"],
+}
 MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or below the rig
 # what programs write for an undefined value
 UNDEFINED = (-999.0, -999.25, -9999.0, -99999.0, 1e20, 1e30, 9999900.0)
 UNDEFINED_WORDS = ("", "undef", "undefined", "null", "nan", "none", "-")
 MOST_NAMED = 6  # tops in one warning
 Places = dict[str, int]
+Usual = dict[str, tuple[str, ...]]
 
 
 def read_tops(
@@ -57,6 +69,7 @@ def read_tops(
     length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
+    wells: xr.Dataset | None = None,
 ) -> xr.Dataset:
     r"""
     Read well tops: where wells meet horizons.
@@ -77,6 +90,10 @@ def read_tops(
         from 1.
     decimal : {".", ","}, optional
         Decimal sign of the file.
+    wells : xarray.Dataset, optional
+        Paths with measured depths, as `read_wells` returns them. Each top is then at its measured
+        depth (column ``MD``) on the path of its well; columns of places are not used, and
+        `columns` are well, measured depth and horizon.
 
     Returns
     -------
@@ -112,7 +129,13 @@ def read_tops(
     sign = checked_decimal(decimal)
     if detect(path) == "las":
         return _of_las(path, positive, length_unit, columns)
+    refuse_foreign(path)
     layout = layout_of(path, sign)
+    if wells is not None:
+        paths = paths_with_depths(wells)
+        places = _places(path, layout, _checked_columns(columns, OF_PATHS), OF_PATHS)
+        scale = metres_of_depths(path, layout, places["md"], length_unit)
+        return _dataset(path, layout, places, scale, sign, paths)
     places = _places(path, layout, _checked_columns(columns))
     what = f"{path.name}: well tops"
 
@@ -129,40 +152,46 @@ def read_tops(
 
 
 # ---------------------------------------------------------------------- columns
-def _checked_columns(columns: Any) -> tuple[str, ...] | tuple[int, ...] | None:
-    """Five names or numbers from 1, or the reason why not."""
+def _checked_columns(
+    columns: Any, usual: Usual = USUAL
+) -> tuple[str, ...] | tuple[int, ...] | None:
+    """Names or numbers from 1, one for each column, or the reason why not."""
     if columns is None:
         return None
-    how = "give five names or numbers"
+    how = f"give {len(usual)} names or numbers"
     one = isinstance(columns, str | int)
     words = (columns,) if one else listed(columns, "columns are words or numbers", how)
     names = all(isinstance(word, str) for word in words)
     counts = all(type(word) is int and word > 0 for word in words)
-    if len(words) != 5 or not (names or counts):
+    if len(words) != len(usual) or not (names or counts):
+        wanted = "well, easting, northing, z and horizon: five names"
+        example = "('Well', 'X', 'Y', 'TVDSS', 'Surface'), or five"
+        if usual is OF_PATHS:
+            wanted = "well, measured depth and horizon: three names"
+            example = "('Well', 'MD', 'Surface'), or three"
         raise InputError(
-            f"columns is {columns!r}. Give well, easting, northing, z and horizon: five names of "
-            "the header, as in columns=('Well', 'X', 'Y', 'TVDSS', 'Surface'), or five numbers "
+            f"columns is {columns!r}. Give {wanted} of the header, as in columns={example} numbers "
             "counted from 1."
         )
     return tuple(words)
 
 
-def _places(path: Path, layout: Layout, columns: tuple | None) -> Places:
-    """Where the five columns are, by their usual names or the caller's."""
+def _places(path: Path, layout: Layout, columns: tuple | None, usual: Usual = USUAL) -> Places:
+    """Where the columns are, by their usual names or the caller's."""
     if layout.header is None or (columns and isinstance(columns[0], int)):
-        return _numbered(path, layout, columns)
+        return _numbered(path, layout, columns, usual)
     spelled: dict[str, tuple[str, ...]]
     if columns is not None:
         # names from the caller are matched as they stand; usual ones without unit and punctuation
         words = [word.strip().lower() for word in layout.header]
         given = [word.strip().lower() for word in columns]
-        spelled = {key: (word,) for key, word in zip(USUAL, given, strict=True)}
+        spelled = {key: (word,) for key, word in zip(usual, given, strict=True)}
     else:
         words = [plain_name(word) for word in layout.header]
 
         # "name" is the well only where no better column is there
-        spelled = {**USUAL}
-        if not any(word in USUAL["well"] for word in words):
+        spelled = {**usual}
+        if not any(word in usual["well"] for word in words):
             spelled["well"] = ("name",)
     found = {}
     for key, spellings in spelled.items():
@@ -173,7 +202,7 @@ def _places(path: Path, layout: Layout, columns: tuple | None) -> Places:
     return found
 
 
-def _numbered(path: Path, layout: Layout, columns: tuple | None) -> Places:
+def _numbered(path: Path, layout: Layout, columns: tuple | None, usual: Usual) -> Places:
     """Columns that the caller counted, of a file with or without a header."""
     if columns is None or not isinstance(columns[0], int):
         line, words = layout.rows[0]
@@ -189,7 +218,7 @@ def _numbered(path: Path, layout: Layout, columns: tuple | None) -> Places:
         raise FormatError(
             f"{path}: a line has {width} values, but columns={columns}. Columns are counted from 1."
         )
-    return {key: int(k) - 1 for key, k in zip(USUAL, columns, strict=True)}
+    return {key: int(k) - 1 for key, k in zip(usual, columns, strict=True)}
 
 
 def _why_not(
@@ -197,10 +226,11 @@ def _why_not(
 ) -> str:
     """Say which column is missing or there twice, and what to do."""
     names = ", ".join(layout.header or ())
-    if key == "z" and n == 0 and any(word in MEASURED for word in words):
+    if key in ("x", "y", "z") and n == 0 and any(word in MEASURED for word in words):
         return (
-            f"{path}: the file has depths below the rig (MD or TVD), but no elevation or depth "
-            f"below sea level; its columns are {names}. Export the tops with Z or TVDSS."
+            f"{path}: the file has depths below the rig (MD or TVD), but no places with elevation "
+            f"or depth below sea level; its columns are {names}. Export the tops with X, Y and Z "
+            "or TVDSS. If they have MD, pass wells=gs.read_wells(...) with the paths of the wells."
         )
     how = f"expected one of {', '.join(spellings)} (upper or lower case)"
     return (
@@ -218,7 +248,14 @@ def _declared_unit(layout: Layout, place: int) -> str | None:
 
 
 # ------------------------------------------------------------------------- rows
-def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: str) -> xr.Dataset:
+def _dataset(
+    path: Path,
+    layout: Layout,
+    places: Places,
+    scale: float,
+    decimal: str,
+    paths: Paths | None = None,
+) -> xr.Dataset:
     """Tops of all rows that have one; the others are listed with their reason."""
     names: list[tuple[str, str]] = []
     points: list[list[float]] = []
@@ -235,11 +272,17 @@ def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: 
             continue
 
         # a top without a place is left out and listed; one that is there twice counts once
-        values = [_value(path, line, words[places[key]], decimal) for key in ("x", "y", "z")]
+        axes = ("x", "y", "z") if paths is None else ("md",)
+        values = [_value(path, line, words[places[key]], decimal) for key in axes]
 
-        # which of the three are undefined, for the list of rows that are not used
-        lacking = [word for word, v in zip(("x", "y", "z"), values, strict=True) if v is None]
-        if lacking:
+        # which of them are undefined, for the list of rows that are not used
+        lacking = [word for word, v in zip(axes, values, strict=True) if v is None]
+        if paths is not None and values[0] is not None:
+            on_path = place_along(path, line, well, scale * values[0], paths)
+            values = [] if on_path is None else list(on_path)
+        if not values:
+            unused.append(f"{top} is beyond the path of its well")
+        elif lacking:
             unused.append(f"{top} has undefined {', '.join(lacking)}")
         elif (row := (well, horizon, *values)) in seen:
             unused.append(f"{top} is there twice")
@@ -252,7 +295,8 @@ def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: 
         raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
     _warn_of_unused(path, unused, len(points) + len(unused))
     # 0.0 is added to z so that depths of 0 do not become -0.0
-    return _as_dataset(path, names, np.array(points) * [1.0, 1.0, scale] + 0.0, unused)
+    factor = scale if paths is None else 1.0  # paths are in metres, positive up
+    return _as_dataset(path, names, np.array(points) * [1.0, 1.0, factor] + 0.0, unused)
 
 
 def _of_las(path: Path, positive: str | None, length_unit: str | None, columns: Any) -> xr.Dataset:

@@ -13,6 +13,7 @@ meshio `Mesh`                         (vertices, triangles)
 `vertices` and `faces`                trimesh: (vertices, triangles)
 `vertices` and `triangles`            xtgeo, LoopStructural: (vertices, triangles)
 `vertices` and `edges` (n, 3)         GemPy: (vertices, triangles)
+arrays of vertices and triangles      (vertices, triangles), without twins of corners
 geopandas `GeoDataFrame`              points (n, 3), or fault sticks from lines
 pandas `DataFrame`                    points by usual names; with the number of a stick: sticks
 ====================================  ==================================================
@@ -64,6 +65,8 @@ def own_form(value: Any, name: str, role: str, positive: str | None = None) -> A
     >>> vertices.shape, triangles.tolist()
     ((3, 3), [[0, 1, 2]])
     """
+    if isinstance(value, tuple) and _are_mesh(value):
+        return _without_twins(np.asarray(value[0], dtype=np.float64), np.asarray(value[1]))
     # geosurf's own and xarray's objects, arrays, tables, paths: nothing to do
     plain = isinstance(value, Noun | FaultSticks | TriSurface | str | tuple | list | np.ndarray)
     if plain or hasattr(value, "data_vars") or hasattr(value, "coords"):
@@ -73,6 +76,15 @@ def own_form(value: Any, name: str, role: str, positive: str | None = None) -> A
         if is_one(value):
             return convert(value, what, role, positive)
     return value
+
+
+def _are_mesh(value: tuple[Any, ...]) -> bool:
+    """Whether these are vertices (n, 3) and triangles (m, 3), as programs hand meshes on."""
+    if len(value) != 2:
+        return False
+    shapes = [np.shape(part) for part in value if isinstance(part, np.ndarray)]
+    whole = isinstance(value[1], np.ndarray) and value[1].dtype.kind in "iu"
+    return whole and len(shapes) == 2 and all(len(one) == 2 and one[1] == 3 for one in shapes)
 
 
 def _has(*names: str) -> Callable[[Any], bool]:

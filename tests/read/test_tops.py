@@ -140,3 +140,57 @@ def test_columns_by_name_and_by_number(tmp_path):
 def test_a_damaged_file_is_an_error(tmp_path):
     with pytest.raises(FormatError, match="the last line has no line end"):
         gs.read_tops(write(tmp_path, "Well,X,Y,Z,Top\nW1,1,5,2,Top"), positive="up")
+
+
+WELLS = (
+    "Well,MD,X,Y,Z\nW-1,0,0,0,20\nW-1,1000,0,0,-980\nW-1,2000,600,0,-1780\nB,0,9,9,0\nB,5,9,9,-5\n"
+)
+
+
+@pytest.fixture
+def paths(tmp_path):
+    (tmp_path / "wells.csv").write_text(WELLS)
+    return gs.read_wells(tmp_path / "wells.csv", positive="up")
+
+
+def test_tops_with_measured_depths_lie_on_the_paths_of_their_wells(tmp_path, paths):
+    path = tmp_path / "tops.csv"
+    path.write_text("Well,Surface,MD\nW-1,Top,1000\nW-1,Base,1500\nW-1,Deep,2001\nB,Top,-999.25\n")
+    with pytest.warns(gs.GeosurfWarning, match="2 of 4 rows"):
+        tops = gs.read_tops(path, wells=paths)
+    assert tops.easting.values.tolist() == [0.0, 300.0]
+    assert tops.elevation.values.tolist() == [-980.0, -1380.0]
+    assert "'Deep' in well 'W-1' (line 4) is beyond the path of its well" in tops.attrs["unused"]
+
+    # other names of columns, and feet
+    path.write_text("Id,Pick,DEPT\nW-1,Top,1000\n")
+    found = gs.read_tops(path, wells=paths, columns=("Id", "DEPT", "Pick"), length_unit="ft")
+    assert found.elevation.values.tolist() == [pytest.approx(20 - 304.8)]
+
+
+def test_measured_tops_without_their_path_are_refused(tmp_path, paths):
+    path = tmp_path / "tops.csv"
+    path.write_text("Well,Surface,MD\nW-2,Top,1000\n")
+    with pytest.raises(FormatError, match=r"pass wells=gs\.read_wells"):
+        gs.read_tops(path, positive="up")
+    with pytest.raises(
+        FormatError, match=r"line 2: well 'W-2' has no path in wells=\. Did you mean"
+    ):
+        gs.read_tops(path, wells=paths)
+    with pytest.raises(InputError, match=r"wells= has no md\. Pass what gs\.read_wells"):
+        gs.read_tops(path, wells=paths.drop_vars("md"))
+    with pytest.raises(InputError, match="Give well, measured depth and horizon: three names"):
+        gs.read_tops(path, wells=paths, columns=(1, 2, 3, 4, 5))
+
+
+def test_a_well_of_gocad_is_refused_with_what_to_do(tmp_path):
+    path = tmp_path / "a.wl"
+    path.write_text("GOCAD Well 1\nHEADER {\nname: W-1\n}\nWREF 0 0 25\nPATH 0 25 0 0\nEND\n")
+    for read in (gs.read_wells, gs.read_tops):
+        with pytest.raises(
+            FormatError, match=r"this is a GOCAD Well.*columns Well, MD, X, Y and Z"
+        ):
+            read(path, positive="up")
+    with pytest.raises(FormatError, match="file of the kind GOCAD Well"):
+        gs.read_points(path, positive="up")
+    assert "geosurf does not read" in str(gs.info(path))

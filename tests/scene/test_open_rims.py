@@ -105,5 +105,31 @@ def test_triangles_with_two_corners_at_one_place_are_dropped():
         np.sort(one.vertices[one.triangles].reshape(-1, 9), axis=0) for one in (made, expected)
     ]
     assert (corners[0] == corners[1]).all()
+    arrays = Element.vertices, Element.edges
+    with_arrays = gs.Scene(HORIZONS, {"F1": arrays}, BOX).volumes
+    assert with_arrays.equals(gs.Scene(HORIZONS, {"F1": (vertices, triangles)}, BOX).volumes)
     same = gs.Scene(HORIZONS, {"F1": Element()}, BOX).volumes
     assert same.equals(gs.Scene(HORIZONS, {"F1": (vertices, triangles)}, BOX).volumes)
+
+
+def test_surfaces_of_modelling_packages_go_in_as_horizons_and_faults():
+    """As LoopStructural has them (triangles), and GemPy (edges)."""
+
+    class Surface:
+        def __init__(self, mesh):
+            self.vertices, self.triangles = mesh
+
+    class Element:
+        def __init__(self, mesh):
+            self.vertices, self.edges = mesh
+
+    top, base = sheet(-1000), sheet(-1500)
+    expected = gs.Scene({"Top": top, "Base": base}, {"F1": wall()}, BOX).volumes
+    assert len(expected) == 6
+    for kind in (Surface, Element):
+        given = {"Top": kind(top), "Base": kind(base)}
+        assert gs.Scene(given, {"F1": kind(wall())}, BOX).volumes.equals(expected)
+    short = {"Top": Surface(sheet(-1000, (30, 1050)))}
+    with pytest.raises(gs.errors.OpenUnitError, match="ends 30 m before the west side") as refused:
+        gs.Scene(short, {}, BOX).units  # noqa: B018 - computed when asked for
+    assert str(refused.value).startswith("units leak around horizon 'Top': ")

@@ -14,7 +14,7 @@ from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._columns import checked_decimal
 from geosurf.read._common import agreed_scale, agreed_sign
-from geosurf.read._detect import detect
+from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset
 from geosurf.read._tops_layout import plain_name, unit_in_name
@@ -111,6 +111,7 @@ def read_wells(
         found = path_of_las(path, positive, length_unit, three_names(given))
         return _dataset(path, {found.well: (found.points, found.md)}, None)
 
+    refuse_foreign(path)
     trace = trace_of(path, sign, any(isinstance(word, int) for word in given.values()))
     places = places_of(path, trace, given)
     check_kind(path, trace, places)
