@@ -17,7 +17,7 @@ Paths = dict[str, tuple[np.ndarray, np.ndarray]]
 
 def paths_with_depths(wells: Any) -> Paths:
     """
-    Return measured depths (n,) and places (n, 3) of each well, or say what is missing.
+    Return measured depths (n,) and places (n, 3) of each well, or name what is missing.
 
     Parameters
     ----------

@@ -80,3 +80,13 @@ def test_a_word_of_many_points_is_named_with_its_line(tmp_path):
     path.write_text("0 1 2\n" * 50_000 + "0 1 2e999\n")
     with pytest.raises(FormatError, match="line 50001: found '2e999'"):
         gs.read_points(path, positive="up")
+
+
+@pytest.mark.parametrize("n", [3, 300])  # read word by word, and in bulk
+def test_a_map_without_values_has_no_decimal_points_to_miss(tmp_path, n):
+    path = tmp_path / "top.zmap"
+    path.write_text(map_of_numbers(n, "-99").replace("-1600.25", "-99"))
+    assert np.isnan(gs.read_horizon(path, positive="up")).all()
+    path.write_text(map_of_numbers(n, "5").replace("-1600.25", "-99"))
+    with pytest.raises(FormatError, match="no value has a decimal point"):
+        gs.read_horizon(path, positive="up")

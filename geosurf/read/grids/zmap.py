@@ -100,8 +100,7 @@ def read_zmap(
     values, n = block_numbers(blocks, header.ncol * header.nrow, pieces.values)
     check_count(path, n, header)
     values[np.isin(values, [float(null) for null in nulls if is_number(null)])] = np.nan
-    has_point = pieces.has_point
-    if decimals and not has_point:
+    if decimals and not pieces.has_point and not np.isnan(values).all():
         # old programs then read 12345 as 1.2345, newer ones do not
         raise FormatError(
             f"{path}, line {lines[1][0]}: the header announces {decimals} decimals, but no "
@@ -134,7 +133,8 @@ class _Pieces:
     """
 
     def __init__(self, path: Path, nulls: set[str]) -> None:
-        self.path, self.nulls, self.has_point = path, nulls, False
+        self.path, self.nulls = path, nulls
+        self.has_point = False
 
     def values(self, piece: str, first: int) -> np.ndarray:
         """Values of a piece that begins on line `first`."""
