@@ -58,7 +58,7 @@ HORIZON_FORMATS = {
 FAULT_FORMATS = {
     "sticks": ("polylines", "read_sticks", (".pol", ".csv", ".dat", ".txt")),
     "charisma": ("polylines", "read_charisma_sticks", (".charisma",)),
-    "cps3_lines": ("cps3_lines", "read_cps3_sticks", ()),
+    "cps3_lines": ("cps3_lines", "read_cps3_sticks", (".cps3lines",)),
     "attributes": ("attributes", "read_attribute_sticks", (".rmsattr",)),
     "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
     "pline": ("gocad_lines", "read_pline_sticks", (".pl",)),
@@ -82,7 +82,7 @@ POLYGON_FORMATS = {
     "pline": ("gocad_lines", "read_pline", (".pl",)),
     "geojson": ("features.geojson", "read_geojson_polygons", (".geojson", ".json")),
     "shapefile": ("features.shapefile", "read_shapefile_polygons", (".shp",)),
-    "cps3_lines": ("cps3_lines", "read_cps3_polygons", ()),
+    "cps3_lines": ("cps3_lines", "read_cps3_polygons", (".cps3lines",)),
     "attributes": ("attributes", "read_attribute_polygons", (".rmsattr",)),
     "resqml": ("resqml.surfaces", "read_resqml_polygons", (".epc",)),
 }
