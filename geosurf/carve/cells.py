@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.carve import measures
+from geosurf.carve.floating_in_store import place_in_store
 from geosurf.carve.half_faces import Parents, Parts, find_parts, joined_sides
 from geosurf.carve.isolated import place_floating
 from geosurf.carve.outside import (
@@ -28,6 +29,7 @@ from geosurf.carve.outside import (
 )
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, same_turn
 
 # surfaces that own a part, and how each is turned: 1 as the part's triangles are, -1 against them
@@ -235,6 +237,9 @@ def _seen(
         floats = not np.isin(piece, fixed).all()
         if not _asks_triangles(pieces, floats):
             break
+        if any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources):
+            sides = place_in_store(pieces, parts, piece, fixed, sides)
+            return pieces, parts, sides, parents, owners, owner
         pieces = patches.changed().pieces
 
     # pieces that touch nothing: a ray from each finds the cell that it floats in

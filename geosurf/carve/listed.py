@@ -9,7 +9,9 @@ from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
 from geosurf.model import Lattice
 from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.excerpt import list_triangles
 
+_NONE = np.empty(0, dtype=np.int64)
 MOST = 1 << 26  # triangles of grids that stay in their store, 6 GB
 
 
@@ -37,20 +39,17 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
     is_wanted, n_triangle = np.append(wanted, False), len(pieces.triangles)  # the last: no face
     cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
 
-    # points: corners of listed triangles, then nodes of each lattice
-    first_node = [len(pieces.x)]
-    corners, faces = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    chosen = []
     for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
         rows = np.arange(cut[i], cut[i + 1])
         rows = rows[is_wanted[cells.face_of_element[rows]]]
-        ids, keys, of = pieces.triangles[rows], pieces.key[rows], cells.face_of_element[rows]
-        lattice = source.lattice
-        first_node.append(first_node[-1])
+        keys, of_run = _NONE, _NONE
         if strips is not None:
+            lattice = source.lattice
             assert lattice is not None  # only lattices have strips
-            first = n_triangle + pieces.first_run[i]
-            of_run = cells.face_of_element[first : first + len(strips.runs)]
-            some = np.flatnonzero(is_wanted[of_run])
+            first = int(pieces.first_run[i])
+            all_runs = slice(n_triangle + first, n_triangle + first + len(strips.runs))
+            some = np.flatnonzero(is_wanted[cells.face_of_element[all_runs]])
             runs = strips.runs[some]
             n = runs[:, LAST] - runs[:, FIRST] + 1
             if isinstance(lattice, ChunkedLattice) and int(n.sum()) > MOST:
@@ -59,39 +58,16 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
                     "triangles are clipped, too many to list from its store. Take every tenth "
                     "node first: da[::10, ::10]."
                 )
+            keys, of_run = _keys_of_runs(lattice, runs, n), first + np.repeat(some, n)
+        chosen.append((rows, keys, of_run))
 
-            # nodes that triangles use as well have the numbers of these
-            more = _keys_of_runs(lattice, runs, n)
-            nodes = lattice.corners_of_keys(more)
-            at = np.minimum(np.searchsorted(strips.nodes, nodes), max(len(strips.nodes) - 1, 0))
-            if len(strips.nodes):
-                points, known = strips.points[at], strips.nodes[at] == nodes
-                nodes = np.where(known, points, nodes + first_node[i])
-            else:
-                nodes = nodes + first_node[i]
-            ids, keys = np.concatenate([ids, nodes]), np.concatenate([keys, more])
-            of = np.concatenate([of, np.repeat(of_run[some], n)])
-            first_node[-1] += lattice.n_node
-            order = np.argsort(keys, kind="stable")  # pieces of one triangle keep their order
-            ids, of = ids[order], of[order]
-        corners.append(ids)
-        faces.append(of)
-
-    face = np.concatenate(faces)
-    used, triangles = np.unique(np.concatenate(corners), return_inverse=True)
-    x = np.empty((len(used), 3))
-    ends = np.searchsorted(used, first_node)
-    x[: ends[0]] = pieces.x[used[: ends[0]]]
-    for i, source in enumerate(pieces.sources):
-        mine = slice(ends[i], ends[i + 1])
-        if ends[i] < ends[i + 1]:
-            x[mine] = source.places_of_nodes(used[mine] - first_node[i]) - pieces.origin
-
+    listed = list_triangles(pieces, chosen)
+    face = cells.face_of_element[listed.element]
     several = np.flatnonzero(np.isin(face, list(cells.also)))
     also = {i: cells.also[k] for i, k in zip(several.tolist(), face[several].tolist(), strict=True)}
     return FullCells(
         cells.surface_of[face], also, cells.cell_of_side[face], cells.n_cell, cells.patches,
-        pieces, cells.face_of_element, triangles.reshape(-1, 3), np.arange(len(face)), x,
+        pieces, cells.face_of_element, listed.triangles, np.arange(len(face)), listed.x,
     )  # fmt: skip
 
 

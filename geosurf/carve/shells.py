@@ -18,9 +18,8 @@ from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, RoundingError
-from geosurf.kernels.meshes.numbering import renumbered
-from geosurf.kernels.meshes.shells import order_by_corners
 from geosurf.model import Patches, Unit, frozen
+from geosurf.model.excerpt import outward_shell
 from geosurf.model.pieces import Pieces, by_unit, same_turn
 
 
@@ -111,18 +110,9 @@ class Shells:
         x, triangles, front, row, start = self._sorted
         rows = row[start[u] : start[u + 1]]
 
-        # faces with the unit in front look inward: two corners swapped, they look outward
-        t = triangles[rows]
-        inward = front[rows] == u
-        t[inward] = t[inward][:, [0, 2, 1]]
-
-        # each triangle starts at its lowest corner, then triangles are sorted: same bytes always
-        first = t.argmin(axis=1)[:, None]
-        t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
-        used, faces = renumbered(t)
-        order = order_by_corners(faces, len(used))
-        surface = self.cells.in_full.surface_of[rows[order]]
-        return x[used], faces[order], surface
+        # faces with the unit in front look inward
+        used, faces, order = outward_shell(triangles[rows], front[rows] == u)
+        return x[used], faces, self.cells.in_full.surface_of[rows[order]]
 
 
 def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:

@@ -18,7 +18,10 @@ from geosurf.errors import InputError
 from geosurf.measure.columns import signs_of_turns
 from geosurf.measure.faces import check_model
 from geosurf.measure.lines import chains_of, ragged
+from geosurf.measure.parts import stays_in_store
 from geosurf.model import Patches, Units
+from geosurf.model.excerpt import model_near
+from geosurf.model.regions import Line
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -85,7 +88,8 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     start = 0.0
     for a, b in pairwise(corners):
         leg = _Leg(a, b, start)
-        rows += _rings(units, leg) + _lines(patches, units, leg)
+        near = model_near(units, Line(a, b)) if stays_in_store(units) else (patches, units)
+        rows += _rings(near[1], leg) + _lines(*near, leg)
         start += leg.length
     if not any(words[0] == "unit" for _, words, _ in rows):
         w, e, s, n = units.box[:4]

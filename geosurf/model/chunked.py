@@ -8,8 +8,9 @@ names the size; what streams asks for `bands` or `window`.
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -29,7 +30,9 @@ _BROKEN = (  # what libraries of stores raise for files that are damaged or gone
     OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, ImportError,
     ArithmeticError, AttributeError,
 )  # fmt: skip
+_FEW = 1 << 14  # nodes that were looked up, and are held
 _AT_ONCE = 1 << 22  # nodes that are read at once
+AHEAD = 1 << 25  # nodes of a band that is read ahead: 256 MB
 _NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
 
 
@@ -150,6 +153,7 @@ class _Held:
     chunks: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict)
     size: int = 0
     nodes: tuple[np.ndarray, np.ndarray] = _NOTHING
+    every: dict[bytes, np.ndarray] = field(default_factory=dict)
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __reduce__(self) -> Any:
@@ -221,6 +225,25 @@ class ChunkedLattice(Lattice):
     def _numbers(self) -> TriangleNumbers:
         return TriangleNumbers(self.shape, self.rising, self.gaps)
 
+    def elevations_at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        """Elevations [m] of some rows and columns, which rise: one pass over the chunks."""
+        known: dict[bytes, np.ndarray] = self.__dict__["_held"].every
+        key = rows.tobytes() + cols.tobytes()
+        if key not in known:  # pictures of one size ask for the same nodes
+            found = np.empty((len(rows), len(cols)))
+            done = 0
+            for first, band in self.bands():
+                here = slice(done, int(np.searchsorted(rows, first + band.shape[0])))
+                found[here] = band.elevation[np.ix_(rows[here] - first, cols)]
+                done = here.stop
+            known.clear()
+            known[key] = found
+        return known[key]
+
+    def check_in_memory(self) -> None:
+        """Raise the error of whoever lists all triangles."""
+        raise self._too_large()
+
     def presence(self, rows: tuple[int, int]) -> np.ndarray:
         """Mask (n, n_col) of the nodes that exist in some rows (first, last + 1)."""
         return self.holes.present(rows)
@@ -249,8 +272,8 @@ class ChunkedLattice(Lattice):
         return HorizonError(
             f"horizon {self.store.name!r} stays in its store ({n_row} x {n_col} nodes, "
             f"{8e-9 * self.n_node:.2g} GB), and this result needs all nodes in memory. Curves, "
-            "units and volumes do not. "
-            "Load it with da.load(), or select a part with da.isel(...).",
+            "units, volumes, thickness maps, sections and samples do not. Load it with da.load(), "
+            "or select a part with da.isel(...).",
             surfaces=[self.store.name],
         )
 
@@ -327,7 +350,8 @@ class ChunkedLattice(Lattice):
                 chunk = self._chunk(a, b)
                 r, c = self.store.row_starts[a], self.store.col_starts[b]
                 z[missing[some]] = chunk[row[some] - r, col[some] - c]
-            self.remember(wanted[missing], z[missing])
+            if len(missing) <= _FEW:  # many are a part of the model that is asked for once
+                self.remember(wanted[missing], z[missing])
         found[:] = z[inverse.reshape(-1)]
         return found
 
@@ -408,20 +432,39 @@ class ChunkedLattice(Lattice):
         wanted : ndarray of bool, shape (n_row - 1,), optional
             Rows of cells; bands without any are not read.
         """
-        n_col = self.shape[1]
-        room = np.empty((1 + int(np.diff(self.store.row_starts).max()), n_col))
+        tiles = []
         for i in range(self.tile_shape[0]):
             (first, last), _ = self.store.tile(i, 0)
             some = wanted is None or wanted[first : last - 1].any()
-            if not some or last - first < 2:
-                continue
-            z = room[: last - first]
-            if i:
-                z[0] = self.bounds.last_rows[i - 1]
-            start = int(self.store.row_starts[i])
-            self.store.read((start, last), (0, n_col), z[start - first :])
-            self._same(z, (first, last), (0, n_col))
-            yield first, self._part((first, last), (0, n_col), z)
+            if some and last - first > 1:
+                tiles.append(i)
+
+        # the next band is read while this one is used, if there is room for both
+        size = (1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
+        ahead = 1 if size[0] * size[1] <= AHEAD and len(tiles) > 1 else 0
+        rooms = [np.empty(size) for _ in range(1 + ahead)]
+        with ThreadPoolExecutor(1) as pool:
+            reads: deque[Future[Lattice]] = deque()
+            for n, i in enumerate(tiles):
+                if not reads:
+                    reads.append(pool.submit(self._band, i, rooms[n % len(rooms)]))
+                band = reads.popleft().result()
+                if ahead and n + 1 < len(tiles):
+                    room = rooms[(n + 1) % len(rooms)]
+                    reads.append(pool.submit(self._band, tiles[n + 1], room))
+                yield self.store.tile(i, 0)[0][0], band
+
+    def _band(self, i: int, room: np.ndarray) -> Lattice:
+        """A row of tiles, read into `room`."""
+        (first, last), _ = self.store.tile(i, 0)
+        cols = 0, self.shape[1]
+        z = room[: last - first]
+        if i:
+            z[0] = self.bounds.last_rows[i - 1]
+        start = int(self.store.row_starts[i])
+        self.store.read((start, last), cols, z[start - first :])
+        self._same(z, (first, last), cols)
+        return self._part((first, last), cols, z)
 
 
 def part_of(lattice: Lattice, rows: tuple[int, int], cols: tuple[int, int]) -> Lattice:

@@ -256,6 +256,14 @@ class Lattice(Noun):
         mask.flags.writeable = False
         return mask
 
+    def elevations_at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        """Elevations [m] of some rows and columns, which rise, float64 (n_row, n_col)."""
+        found: np.ndarray = self.elevation[np.ix_(rows, cols)]
+        return found
+
+    def check_in_memory(self) -> None:
+        """Raise an error if elevations stay in a store: what follows lists all triangles."""
+
     def presence(self, rows: tuple[int, int]) -> np.ndarray:
         """Mask (n, n_col) of the nodes that exist in some rows (first, last + 1)."""
         return self.present[slice(*rows)]

@@ -89,6 +89,9 @@ class Pieces(Noun):
         corners, nodes = self.triangles[cut[0] : cut[1]], np.empty(0, dtype=np.int64)
         if strips is None:
             return Listed(self, i, corners, own, nodes)
+        lattice = self.sources[i].lattice
+        assert lattice is not None  # only lattices have strips
+        lattice.check_in_memory()
         n_core = len(self.x)
         ids, _ = number_nodes(strips.places, strips.runs, strips.nodes, strips.points, n_core)
         nodes = np.flatnonzero(ids >= n_core)

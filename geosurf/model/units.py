@@ -357,6 +357,11 @@ class Units(Shown, Mapping[str, Unit]):
         return {}
 
     @property
+    def has_pieces(self) -> bool:
+        """Whether the units know their patches: without, `piece_sides` is an error."""
+        return self._piece_sides is not None
+
+    @property
     def volume(self) -> float:
         """Sum of all volumes [m3]."""
         return math.fsum(unit.volume for unit in self._units.values())

@@ -11,6 +11,7 @@ import numpy as np
 
 from geosurf.conventions import counted, length_text
 from geosurf.model import Curves, Lattice, Patches, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
@@ -31,7 +32,8 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
     """Return a surface with few enough triangles to draw.
 
     A gridded surface with more than `max_triangle` triangles is reduced to every n-th row and
-    column. A surface without a lattice is returned unchanged.
+    column; one that stays in its store is read for that. A surface without a lattice is returned
+    unchanged.
 
     Parameters
     ----------
@@ -49,15 +51,17 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
 
     # two triangles for each cell: every n-th row and column leaves n^2 times fewer
     stride = math.ceil(math.sqrt(2.0 * n_row * n_col / max_triangle))
-    if stride <= 1:
+    stored = isinstance(lattice, ChunkedLattice)
+    if stride <= 1 and not stored:
         return surface
+    stride = max(stride, 1)
     rows, columns = _strided(n_row, stride), _strided(n_col, stride)
     if lattice.easting.ndim == 1:
         easting, northing = lattice.easting[columns], lattice.northing[rows]
     else:
         nodes = np.ix_(rows, columns)
         easting, northing = lattice.easting[nodes], lattice.northing[nodes]
-    elevation = lattice.elevation[np.ix_(rows, columns)]
+    elevation = lattice.elevations_at(rows, columns)
     coarse = Lattice(easting, northing, elevation, lattice.rising, lattice.reverse)
     return TriSurface(surface.name, surface.role, lattice=coarse)
 

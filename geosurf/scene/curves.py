@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement import find_contacts
+from geosurf.arrangement import KnownPairs, find_contacts
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.model import Curves, TriSurface
 
@@ -19,6 +20,7 @@ def curves_of_pair(
     *,
     voxel_size: float | None,
     tolerance: float | None,
+    known: KnownPairs | None = None,
 ) -> Curves:
     """Return the curves of two surfaces, or along which one surface crosses itself.
 
@@ -29,6 +31,8 @@ def curves_of_pair(
         Of the local frame; without a tolerance only.
     voxel_size, tolerance : float or None
         As for `Scene`.
+    known : KnownPairs, optional
+        Where candidates of the pair are stored, for the model that is built of them later.
     """
     alone = len(pair) == 1
     if tolerance is not None:
@@ -36,7 +40,8 @@ def curves_of_pair(
             pair, tolerance=tolerance, voxel_size=voxel_size, self_intersections=alone
         )
     pairs = [(0, len(pair) - 1)]
-    return curves_of(find_contacts(pair, pairs=pairs, origin=origin, voxel_size=voxel_size))
+    how: dict[str, Any] = {"pairs": pairs, "origin": origin, "voxel_size": voxel_size}
+    return curves_of(find_contacts(pair, known=known, **how))
 
 
 def curves_of_all(

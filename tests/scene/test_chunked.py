@@ -116,8 +116,9 @@ def test_what_needs_all_nodes_names_the_size_and_the_remedy(path):
     scene = gs.Scene(opened(path), faults())
     words = r"'Top' stays in its store \(37 x 45 nodes.*GB\).*da\.load\(\)"
     for ask in (
-        lambda: scene.thickness("Top/Base"),
-        lambda: scene.sample([[500.0, 500.0, -1030.0]]),
+        lambda: scene.orientation("Top"),
+        lambda: scene.sample([[500.0, 500.0, -1030.0]], distance=True),
+        lambda: scene.units["Top/Base F1+"].triangles,
         lambda: scene.replace(tolerance=1.0).curves,
         lambda: scene.replace(voxel_size=50.0).curves,
         lambda: scene.surface("Top").vertices,

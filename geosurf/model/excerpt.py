@@ -1,0 +1,238 @@
+"""A part of a model as plain triangles, in the order of the whole: what is near some places.
+
+Of grids only the cells near the places are listed, so a horizon that stays in its store is read
+there alone. Points and triangles keep the order that `Patches` and the shells of units give them:
+whoever works on the part gets the bytes that the whole gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from geosurf.model.base import in_crs_of
+from geosurf.model.lattice import Lattice
+from geosurf.model.patches import Patches
+from geosurf.model.pieces import Pieces
+from geosurf.model.units import Unit, Units
+
+Chosen = tuple[np.ndarray, np.ndarray, np.ndarray]
+_NONE = np.empty(0, dtype=np.int64)
+
+
+class Region(Protocol):
+    """Places in the map, in world coordinates."""
+
+    def cells(self, lattice: Lattice) -> np.ndarray:
+        """Return all cells of a grid that may be near, rising, int64 (n,); some more do no harm."""
+
+    def meets(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return which boxes (n, 2), (n, 2) in the map may be near, bool (n,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Excerpt:
+    """
+    Some triangles of some pieces.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+        Local coordinates of the points in use, in the order of `Patches.local`.
+    triangles : ndarray of int64, shape (n, 3)
+        In the order of `Patches.triangles`.
+    surface, element : ndarray of int64, shape (n,)
+        Surface of each, and the element of the pieces that it is of.
+    """
+
+    x: np.ndarray
+    triangles: np.ndarray
+    surface: np.ndarray
+    element: np.ndarray
+
+
+def list_triangles(pieces: Pieces, chosen: Sequence[Chosen]) -> Excerpt:
+    """
+    List some triangles of the pieces of a model.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    chosen : sequence of (ndarray, ndarray, ndarray)
+        For each surface: rows of `Pieces.triangles`; keys of triangles in runs of its grid; the
+        run that each of these is in, counted over all surfaces.
+    """
+    n_triangle = len(pieces.triangles)
+    first_node = [len(pieces.x)]
+    corners, surfaces, elements = [], [], []
+    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
+        rows, more, runs = chosen[i]
+        ids, keys, of = pieces.triangles[rows], pieces.key[rows], rows
+        first_node.append(first_node[-1])
+        if strips is not None:
+            assert source.lattice is not None  # only lattices have strips
+
+            # nodes that triangles use as well have the numbers of these
+            nodes = source.lattice.corners_of_keys(more)
+            at = np.minimum(np.searchsorted(strips.nodes, nodes), max(len(strips.nodes) - 1, 0))
+            if len(strips.nodes):
+                points, known = strips.points[at], strips.nodes[at] == nodes
+                nodes = np.where(known, points, nodes + first_node[i])
+            else:
+                nodes = nodes + first_node[i]
+            ids, keys = np.concatenate([ids, nodes]), np.concatenate([keys, more])
+            of = np.concatenate([of, n_triangle + runs])
+            first_node[-1] += source.lattice.n_node
+            order = np.argsort(keys, kind="stable")  # pieces of one triangle keep their order
+            ids, of = ids[order], of[order]
+        corners.append(ids)
+        elements.append(of)
+        surfaces.append(np.full(len(of), i))
+
+    used, triangles = np.unique(np.concatenate(corners), return_inverse=True)
+    x = np.empty((len(used), 3))
+    ends = np.searchsorted(used, first_node)
+    x[: ends[0]] = pieces.x[used[: ends[0]]]
+    for i, source in enumerate(pieces.sources):
+        mine = slice(ends[i], ends[i + 1])
+        if ends[i] < ends[i + 1]:
+            x[mine] = source.places_of_nodes(used[mine] - first_node[i]) - pieces.origin
+    return Excerpt(x, triangles.reshape(-1, 3), np.concatenate(surfaces), np.concatenate(elements))
+
+
+def list_near(pieces: Pieces, region: Region) -> Excerpt:
+    """List all triangles of the pieces of a model that may be near a region, and some others."""
+    return list_triangles(pieces, near_of(pieces, region))
+
+
+def near_of(pieces: Pieces, region: Region) -> list[Chosen]:
+    """Return which triangles of each surface may be near a region, as `list_triangles` takes it."""
+    # of triangles that are listed already by their boxes in the map
+    corners = pieces.x[pieces.triangles][:, :, :2] + pieces.origin[:2]
+    near = region.meets(corners.min(axis=1), corners.max(axis=1))
+    cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
+    chosen = []
+    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
+        rows = cut[i] + np.flatnonzero(near[cut[i] : cut[i + 1]])
+        keys, runs = _NONE, _NONE
+        if strips is not None:
+            assert source.lattice is not None  # only lattices have strips
+            cells = region.cells(source.lattice)
+            keys, runs = in_runs(pieces, i, np.stack([2 * cells, 2 * cells + 1], 1).reshape(-1))
+        chosen.append((rows, keys, runs))
+    return chosen
+
+
+def in_runs(pieces: Pieces, i: int, keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return those of some keys of a surface that are in runs, and the run of each, in all."""
+    from geosurf.kernels.lattices.strips import runs_of_keys
+
+    strips = pieces.strips[i]
+    assert strips is not None
+    runs = runs_of_keys(strips.places, strips.runs, strips.start, keys)
+    return keys[runs >= 0], runs[runs >= 0] + pieces.first_run[i]
+
+
+def model_near(units: Units, region: Region) -> tuple[Patches, Units]:
+    """
+    Return the part of a model near a region, as patches and units that have no other triangles.
+
+    Parameters
+    ----------
+    units : Units
+    region : Region
+
+    Returns
+    -------
+    patches : Patches
+        Each surface with its triangles near the region; they have no parents and no curves.
+    units : Units
+        All units in their order, with the same names and volumes; each with its triangles near the
+        region, in their order.
+    """
+    pieces, sides = units.piece_sides
+    listed = list_near(pieces, region)
+    beside = units.sides_seen[listed.element]
+    n = np.zeros(len(listed.triangles), dtype=np.int64)
+    patches = Patches(
+        pieces.sources, listed.x, pieces.origin, listed.triangles, listed.surface, n, n,
+        np.empty((0, 2)),
+    )  # fmt: skip
+
+    # of triangles with the same corners the first one alone bounds units
+    mine = sides[listed.element]
+    mine = np.where((mine[:, :1] == mine[:, 1:]), -1, mine)
+    x, triangles = _by_coordinates(listed.x, listed.triangles)
+    parts = []
+    for u, unit in enumerate(units.values()):
+        rows = np.flatnonzero((mine == u).any(axis=1))
+        parts.append(_part(unit, x, triangles[rows], mine[rows, 0] == u, listed.surface[rows]))
+    found = Units(
+        parts, units.box, units.report, units.footprint, lambda: beside, units.box_volume,
+        units.sliver_settings, units.merged, units.unmerged,
+    )  # fmt: skip
+    return patches, in_crs_of(found, [units])
+
+
+def _by_coordinates(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points by x, then y, then z, and triangles as rows of them."""
+    order = np.lexsort(x.T[::-1])
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return x[order], rank[triangles]
+
+
+def outward_shell(
+    triangles: np.ndarray, inward: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Turn triangles (n, 3) outward and sort them, so that nothing is left of the order of surfaces.
+
+    Parameters
+    ----------
+    triangles : ndarray of int64, shape (n, 3)
+        Rows of points that are sorted by coordinates.
+    inward : ndarray of bool, shape (n,)
+        Which of them look inward.
+
+    Returns
+    -------
+    used : ndarray of int64
+        Points in use, rising.
+    faces : ndarray of int64, shape (n, 3)
+        Rows of these; each starts at its lowest corner, and they are sorted by corners.
+    order : ndarray of int64, shape (n,)
+        Which triangle each of them was.
+    """
+    from geosurf.kernels.meshes.numbering import renumbered
+    from geosurf.kernels.meshes.shells import order_by_corners
+
+    # two corners swapped, they look outward
+    t = triangles
+    t[inward] = t[inward][:, [0, 2, 1]]
+    first = t.argmin(axis=1)[:, None]
+    t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
+    used, faces = renumbered(t)
+    order = order_by_corners(faces, len(used))
+    return used, faces[order], order
+
+
+def _part(
+    unit: Unit, x: np.ndarray, triangles: np.ndarray, inward: np.ndarray, surface: np.ndarray
+) -> Unit:
+    """A unit with some of its triangles; its area is not known."""
+    used, faces, order = outward_shell(triangles, inward)
+    return Unit(
+        unit.name, unit.zone, unit.zone_index, unit.block, x[used], unit.origin, faces,
+        surface[order], unit.surface_names, unit.volume, float("nan"), unit.contact, unit.beneath,
+        (), unit.compartment_of,
+    )  # fmt: skip
+
+
+__all__ = [
+    "Chosen", "Excerpt", "Region", "in_runs", "list_near", "list_triangles", "model_near",
+    "near_of", "outward_shell",
+]  # fmt: skip
