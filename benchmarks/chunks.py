@@ -2,7 +2,9 @@
 
 ``python -m benchmarks.chunks --nodes 20000 --folder FOLDER`` writes a Zarr store of two horizons
 there (5.4 GB for 20 000 x 20 000 nodes); it stays for the next run. Each row is a process of its
-own: reading all chunks once, then curves and volumes without and with bounds next to the store.
+own: reading all chunks once, then curves and volumes without and with bounds next to the store,
+then measures of a model that is there already. With ``--rim`` horizons end at oblique lines, beyond
+which nodes are absent (NaN).
 """
 
 from __future__ import annotations
@@ -22,10 +24,17 @@ import numpy as np
 import geosurf as gs
 
 CHUNK, STEP = 1000, 12.5
-WAYS = ("read", "curves", "volumes")
+MEASURES = {
+    "map": "thickness map, 100 x 100 cells",
+    "fine map": "thickness map, 2000 x 2000 cells",
+    "sample": "sample of 10 000 points",
+    "section": "section along the map",
+    "picture": "map of a horizon",
+}
+WAYS = ("read", "curves", "volumes", *MEASURES)
 
 
-def write_store(path: Path, n: int) -> None:
+def write_store(path: Path, n: int, rim: bool = False) -> None:
     """Write two waves with noise, n x n nodes each, in chunks."""
     import dask.array as da
     import xarray as xr
@@ -36,7 +45,11 @@ def write_store(path: Path, n: int) -> None:
         (first, last), (left, right) = block_info[None]["array-location"]
         x, y = np.meshgrid(axis[left:right], axis[first:last])
         noise = np.random.default_rng(first * n + left).standard_normal(x.shape)
-        return -2000.0 + shift + 80 * np.sin(x / 7000) * np.cos(y / 9000) + 0.2 * noise
+        z = -2000.0 + shift + 80 * np.sin(x / 7000) * np.cos(y / 9000) + 0.2 * noise
+        size = n * STEP
+        absent = (x + 0.2 * y < 0.1 * size) | (x - 0.1 * y > 0.95 * size)
+        found: np.ndarray = np.where(absent, np.nan, z) if rim else z
+        return found
 
     empty = da.zeros((n, n), chunks=CHUNK)
     attrs = {"units": "m", "positive": "up"}
@@ -80,10 +93,32 @@ def run(way: str, path: Path) -> dict[str, Any]:
             for name in ("Top", "Base")
         }
         scene = gs.Scene(horizons, faults(n))
-        _ = scene.curves if way == "curves" else (scene.curves, scene.volumes)
+        if way in MEASURES:
+            _ = scene.units
+            wall, processor = time.perf_counter(), time.process_time()
+            measure(scene, way)
+        else:
+            _ = scene.curves if way == "curves" else (scene.curves, scene.volumes)
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     took = time.perf_counter() - wall, time.process_time() - processor
     return {"wall": took[0], "processor": took[1], "memory": most}
+
+
+def measure(scene: gs.Scene, way: str) -> None:
+    """Do one of `MEASURES`."""
+    west, east, south, north, bottom, top = scene.box
+    if way == "map":
+        scene.thickness("Top/Base")
+    elif way == "fine map":
+        scene.thickness("Top/Base", max(east - west, north - south) / 2000)
+    elif way == "sample":
+        rng = np.random.default_rng(0)
+        low, high = (west, south, bottom), (east, north, top)
+        scene.sample(rng.uniform(low, high, size=(10_000, 3)), codes=True)
+    elif way == "section":
+        scene.section([(west, 0.3 * south + 0.7 * north), (east, 0.6 * south + 0.4 * north)])
+    else:
+        scene.plot_map("Top")
 
 
 def row(name: str, way: str, path: Path, once: dict[str, Any] | None) -> dict[str, Any]:
@@ -105,14 +140,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--nodes", type=int, default=8000)
     parser.add_argument("--folder", type=Path, required=True)
+    parser.add_argument("--rim", action="store_true", help="end horizons at oblique lines")
     parser.add_argument("--way", choices=WAYS, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.way:
         print(json.dumps(run(asked.way, asked.folder)))
         return
-    path = asked.folder / f"horizons_{asked.nodes}.zarr"
+    path = asked.folder / f"horizons_{asked.nodes}{'_rim' if asked.rim else ''}.zarr"
     if not path.exists():
-        write_store(path, asked.nodes)
+        write_store(path, asked.nodes, asked.rim)
     for bounds in asked.folder.glob(f"{path.name}.*.geosurf-bounds"):
         bounds.unlink()
     print("| what | wall [s] | x reading | processor [s] | x reading | largest memory [MB] |")
@@ -124,6 +160,8 @@ def main() -> None:
         bounds.unlink()
     row("curves and volumes, first time", "volumes", path, once)
     row("curves and volumes, again", "volumes", path, once)
+    for way, name in MEASURES.items():
+        row(name, way, path, once)
 
 
 if __name__ == "__main__":

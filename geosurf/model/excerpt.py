@@ -156,9 +156,9 @@ def model_near(units: Units, region: Region) -> tuple[Patches, Units]:
     pieces, sides = units.piece_sides
     listed = list_near(pieces, region)
     beside = units.sides_seen[listed.element]
-    n = np.zeros(len(listed.triangles), dtype=np.int64)
+    unknown = np.zeros(len(listed.triangles), dtype=np.int64)
     patches = Patches(
-        pieces.sources, listed.x, pieces.origin, listed.triangles, listed.surface, n, n,
+        pieces.sources, listed.x, pieces.origin, listed.triangles, listed.surface, unknown, unknown,
         np.empty((0, 2)),
     )  # fmt: skip
 
@@ -170,9 +170,10 @@ def model_near(units: Units, region: Region) -> tuple[Patches, Units]:
     for u, unit in enumerate(units.values()):
         rows = np.flatnonzero((mine == u).any(axis=1))
         parts.append(_part(unit, x, triangles[rows], mine[rows, 0] == u, listed.surface[rows]))
+    w, e, south, n, bottom, top = units.box
     found = Units(
-        parts, units.box, units.report, units.footprint, lambda: beside, units.box_volume,
-        units.sliver_settings, units.merged, units.unmerged,
+        parts, (w, e, south, n, bottom, top), units.report, units.footprint, lambda: beside,
+        units.box_volume, units.sliver_settings, units.merged, units.unmerged,
     )  # fmt: skip
     return patches, in_crs_of(found, [units])
 

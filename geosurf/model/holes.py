@@ -85,15 +85,40 @@ class Holes(Noun):
         width = np.minimum(some[:, LAST] + 1, cols[1]) - np.maximum(some[:, FIRST], cols[0])
         return int(np.maximum(width, 0).sum())
 
-    def present(self, rows: tuple[int, int]) -> np.ndarray:
-        """Mask of the nodes that exist in some rows (first, last + 1), bool (n, n_col)."""
+    def uneven_columns(self, rows: tuple[int, int]) -> list[tuple[int, int]]:
+        """
+        Return ranges of columns (first, last + 1) where a rim may be in some rows.
+
+        Columns outside have all nodes of these rows and so have both neighbours, or all three have
+        none. The first and the last column are always inside.
+
+        Examples
+        --------
+        >>> Holes((2, 9), np.array([[1, 4, 4]])).uneven_columns((0, 2))
+        [(0, 1), (3, 6), (8, 9)]
+        """
         some = self.intervals[self.start[rows[0]] : self.start[rows[1]]]
         n_col = self.shape[1]
+        steps = np.bincount(some[:, FIRST], minlength=n_col + 1)
+        steps -= np.bincount(some[:, LAST] + 1, minlength=n_col + 1)
+        n_absent = np.pad(np.cumsum(steps[:-1]), 1, constant_values=-1)  # beyond the grid: neither
+        around = np.stack([n_absent[:-2], n_absent[1:-1], n_absent[2:]])
+        even = (around == 0).all(axis=0) | (around == rows[1] - rows[0]).all(axis=0)
+
+        edge = np.flatnonzero(np.diff(np.pad(~even, 1).astype(np.int8)))
+        return list(zip(edge[::2].tolist(), edge[1::2].tolist(), strict=True))
+
+    def present(self, rows: tuple[int, int], cols: tuple[int, int] | None = None) -> np.ndarray:
+        """Mask of the nodes that exist in some rows and columns (first, last + 1), bool."""
+        some = self.intervals[self.start[rows[0]] : self.start[rows[1]]]
+        left, right = cols or (0, self.shape[1])
+        some = some[(some[:, LAST] >= left) & (some[:, FIRST] < right)]
+        first, last = np.maximum(some[:, FIRST], left), np.minimum(some[:, LAST] + 1, right)
 
         # +1 where a hole begins, -1 behind it: sums along the rows are 1 in holes
-        steps = np.zeros((rows[1] - rows[0], n_col + 1), dtype=np.int8)
-        steps[some[:, ROW] - rows[0], some[:, FIRST]] += 1
-        steps[some[:, ROW] - rows[0], some[:, LAST] + 1] -= 1
+        steps = np.zeros((rows[1] - rows[0], right - left + 1), dtype=np.int8)
+        steps[some[:, ROW] - rows[0], first - left] += 1
+        steps[some[:, ROW] - rows[0], last - left] -= 1
         mask: np.ndarray = np.cumsum(steps[:, :-1], axis=1, dtype=np.int8) == 0
         return mask
 

@@ -6,6 +6,7 @@ Kernels are imported where they are called: a reader has no use for them.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -264,9 +265,16 @@ class Lattice(Noun):
     def check_in_memory(self) -> None:
         """Raise an error if elevations stay in a store: what follows lists all triangles."""
 
-    def presence(self, rows: tuple[int, int]) -> np.ndarray:
-        """Mask (n, n_col) of the nodes that exist in some rows (first, last + 1)."""
-        return self.present[slice(*rows)]
+    def presence(self, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
+        """Mask of the nodes that exist in some rows and columns (first, last + 1)."""
+        return self.present[slice(*rows), slice(*cols)]
+
+    def rim_windows(self, at_once: int) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+        """Yield windows of nodes, rows and columns (first, last + 1), that hold all of its rim."""
+        n_row, n_col = self.shape
+        step = max(at_once // n_col, 1)
+        for low in range(0, n_row, step):
+            yield (low, min(low + step, n_row)), (0, n_col)
 
     @cached_property
     def holes(self) -> Holes:

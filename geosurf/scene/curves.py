@@ -10,6 +10,7 @@ import numpy as np
 from geosurf.arrangement import KnownPairs, find_contacts
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.model import Curves, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 
 Pair = tuple[int, int]
 
@@ -20,7 +21,7 @@ def curves_of_pair(
     *,
     voxel_size: float | None,
     tolerance: float | None,
-    known: KnownPairs | None = None,
+    known: Callable[[Sequence[TriSurface]], KnownPairs],
 ) -> Curves:
     """Return the curves of two surfaces, or along which one surface crosses itself.
 
@@ -31,8 +32,9 @@ def curves_of_pair(
         Of the local frame; without a tolerance only.
     voxel_size, tolerance : float or None
         As for `Scene`.
-    known : KnownPairs, optional
-        Where candidates of the pair are stored, for the model that is built of them later.
+    known : callable
+        Where candidates of a pair are held, for the model that is built later: only those of
+        horizons in their store are worth the memory.
     """
     alone = len(pair) == 1
     if tolerance is not None:
@@ -40,8 +42,9 @@ def curves_of_pair(
             pair, tolerance=tolerance, voxel_size=voxel_size, self_intersections=alone
         )
     pairs = [(0, len(pair) - 1)]
+    held = known(pair) if any(isinstance(one.lattice, ChunkedLattice) for one in pair) else None
     how: dict[str, Any] = {"pairs": pairs, "origin": origin, "voxel_size": voxel_size}
-    return curves_of(find_contacts(pair, known=known, **how))
+    return curves_of(find_contacts(pair, known=held, **how))
 
 
 def curves_of_all(

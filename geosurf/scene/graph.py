@@ -44,7 +44,6 @@ from geosurf.faults.virtual.walls import Wall
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.compartments import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, Truncation
@@ -303,14 +302,9 @@ class Graph:
         options = {"voxel_size": self.inputs.voxel_size, "tolerance": self.inputs.tolerance}
         return self.memory.get_or_compute(
             "curves", subject, ("curves", *keys, origin.tobytes(), *options.values()),
-            lambda: curves_of_pair(pair, origin, known=self._known_of_stored(pair), **options),
+            lambda: curves_of_pair(pair, origin, known=self.memory.known_pairs, **options),
             lambda curves: counted(curves.n_curve, "curve"),
         )  # fmt: skip
-
-    def _known_of_stored(self, pair: Sequence[TriSurface]) -> KnownPairs | None:
-        """Where candidates of a pair are held; only those of stores are worth the memory."""
-        stored = any(isinstance(one.lattice, ChunkedLattice) for one in pair)
-        return self.memory.known_pairs(pair) if stored else None
 
     def _ends_inside(self, name: str) -> bool:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""

@@ -17,7 +17,7 @@ import numpy as np
 from geosurf.files.atomic import write_whole
 from geosurf.files.sealed import read_own, sealed, unsealed
 from geosurf.kernels.compile.cache_folder import cache_root
-from geosurf.model.chunked import ChunkBounds, Store
+from geosurf.model.chunk_store import ChunkBounds, Store
 
 _FORM = f"geosurf bounds of chunks 1 {list(ChunkBounds.__dataclass_fields__)}"
 _ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols", "holes")

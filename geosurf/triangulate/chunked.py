@@ -15,7 +15,8 @@ from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkBounds, ChunkedLattice, Store
+from geosurf.model.chunk_store import ChunkBounds, Store
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.holes import holes_in
 from geosurf.triangulate.chunk_files import key_of_store, load_bounds, save_bounds
 

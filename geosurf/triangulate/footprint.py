@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 
 _SAMPLE = 4000  # nodes that a lattice is fitted to
 _AT_ONCE = 1 << 22  # nodes whose links are looked at together
@@ -128,10 +129,12 @@ def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
 
 def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
-    n_row, n_col = lattice.shape
-    step = max(_AT_ONCE // n_col, 1)
-    bands = [_links_of_rows(lattice, k, min(k + step, n_row)) for k in range(0, n_row, step)]
-    links = np.concatenate([part for kind in zip(*bands, strict=True) for part in kind])
+    n_col = lattice.shape[1]
+    windows = [_links_in(lattice, *window) for window in lattice.rim_windows(_AT_ONCE)]
+    kinds = [np.concatenate(parts) for parts in zip(*windows, strict=True)]
+    if isinstance(lattice, ChunkedLattice):  # windows of the same rows: row by row, as in memory
+        kinds = [part[np.argsort(part[:, 0], kind="stable")] for part in kinds]
+    links = np.concatenate(kinds)
     links = links if lattice.right_handed else links[:, ::-1]
     row, col = np.divmod(links, n_col)
     if lattice.easting.ndim == 1:
@@ -139,32 +142,34 @@ def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     return np.stack([lattice.easting[row, col], lattice.northing[row, col]], axis=-1)
 
 
-def _links_of_rows(lattice: Lattice, low: int, high: int) -> list[np.ndarray]:
-    """Links (n, 2) of the rim that begin in some rows of nodes, one array for each kind."""
-    n_row, n_col = lattice.shape
-    n = np.zeros((high - low + 2, n_col), dtype=bool)  # one row before them and one behind
+def _links_in(lattice: Lattice, rows: tuple[int, int], cols: tuple[int, int]) -> list[np.ndarray]:
+    """Links (n, 2) of the rim that begin in a window of nodes, one array for each kind."""
+    (n_row, n_col), (low, high), (left, right) = lattice.shape, rows, cols
+    n = np.zeros((high - low + 2, right - left + 2), dtype=bool)  # one node more on each side
     start, stop = max(low - 1, 0), min(high + 1, n_row)
-    n[start - low + 1 : stop - low + 1] = lattice.presence((start, stop))
+    west, east = max(left - 1, 0), min(right + 1, n_col)
+    window = lattice.presence((start, stop), (west, east))
+    n[start - low + 1 : stop - low + 1, west - left + 1 : east - left + 1] = window
+    node = np.arange(low, high + 1)[:, None] * n_col + np.arange(left, right + 1)
 
-    # first and second triangle of each cell: in the row before and in these rows
+    # first and second triangle of each cell: from the row and the column before the window on
     a, b, c, d = n[:-1, :-1], n[:-1, 1:], n[1:, 1:], n[1:, :-1]
     first, second = (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
-    node = np.arange(low * n_col, (high + 1) * n_col).reshape(-1, n_col)
 
     # along rows: the second triangle of a cell has its upper side, the first its lower one
-    below, above = second[:-1], first[1:]
+    below, above = second[:-1, 1:], first[1:, 1:]
     found = [_directed(above & ~below, node[:-1, :-1], node[:-1, 1:]),
              _directed(below & ~above, node[:-1, 1:], node[:-1, :-1])]  # fmt: skip
 
     # which triangle of a cell touches its east and its west side depends on the diagonal
     first, second = first[1:], second[1:]
-    right, left = (first, second) if lattice.rising else (second, first)
-    west, east = (np.zeros((high - low, n_col), bool) for _ in range(2))
-    west[:, 1:], east[:, :-1] = right, left
-    found += [_directed(west & ~east, node[:-1], node[1:]),
-              _directed(east & ~west, node[1:], node[:-1])]  # fmt: skip
+    on_right, on_left = (first, second) if lattice.rising else (second, first)
+    before, behind = on_right[:, :-1], on_left[:, 1:]
+    found += [_directed(before & ~behind, node[:-1, :-1], node[1:, :-1]),
+              _directed(behind & ~before, node[1:, :-1], node[:-1, :-1])]  # fmt: skip
 
     # diagonals
+    first, second = first[:, 1:], second[:, 1:]
     ends = node[:-1, :-1], node[1:, 1:]
     on_left, on_right = second, first
     if not lattice.rising:

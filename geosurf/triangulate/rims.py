@@ -175,21 +175,22 @@ def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
 
     # A node is on the rim unless all eight neighbours exist.
     n_row, n_col = lattice.shape
-    easting, northing = lattice.horizontal()
     found = []
-    step = max(_AT_ONCE // n_col, 1)
-    for low in range(0, n_row, step):
-        high = min(low + step, n_row)
+    for (low, high), (left, right) in lattice.rim_windows(_AT_ONCE):
+        there = np.zeros((high - low + 2, right - left + 2), dtype=bool)
         start, stop = max(low - 1, 0), min(high + 1, n_row)
-        there = np.zeros((high - low + 2, n_col + 2), dtype=bool)
-        there[start - low + 1 : stop - low + 1, 1:-1] = lattice.presence((start, stop))
-        inner = np.ones((high - low, n_col), dtype=bool)
+        west, east = max(left - 1, 0), min(right + 1, n_col)
+        window = lattice.presence((start, stop), (west, east))
+        there[start - low + 1 : stop - low + 1, west - left + 1 : east - left + 1] = window
+        inner = np.ones((high - low, right - left), dtype=bool)
         for i in (0, 1, 2):
             for j in (0, 1, 2):
-                inner &= there[i : i + high - low, j : j + n_col]
+                inner &= there[i : i + high - low, j : j + right - left]
         row, col = np.nonzero(there[1:-1, 1:-1] & ~inner)
-        found.append(np.column_stack([easting[row + low, col], northing[row + low, col]]))
-    return np.concatenate(found)
+        found.append((row + low) * n_col + col + left)
+    row, col = np.divmod(np.sort(np.concatenate(found)), n_col)
+    easting, northing = lattice.horizontal()
+    return np.column_stack([easting[row, col], northing[row, col]])
 
 
 def _lines(outline: np.ndarray) -> np.ndarray:
