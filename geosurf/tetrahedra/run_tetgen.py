@@ -120,9 +120,13 @@ def _run(boundary: Boundary, options: dict[str, Any], patience: float) -> dict[s
                 check=False,
             )
         except subprocess.TimeoutExpired:
+            other = (
+                "Give a larger size, or none" if options["quality"]
+                else "Give a size, about twice the distance of the nodes of the horizons"
+            )  # fmt: skip
             raise GeometryError(
-                f"{what}: it did not end within {patience / 60:.0f} minutes. Give a larger size, "
-                "or none; or build the model from coarser surfaces."
+                f"{what}: it did not end within {patience / 60:.0f} minutes. {other}; "
+                "or build the model from coarser surfaces."
             ) from None
         except OSError as error:
             raise DependencyError(f"TetGen cannot be started in a process: {error}.") from error

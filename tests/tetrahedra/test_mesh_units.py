@@ -207,7 +207,7 @@ class TetGen:
     [
         ('raise RuntimeError("The input has self-intersections.")', r"self-intersections\. Check"),
         ("import os; os._exit(7)", r"its process ended \(7\).*check\(\)"),
-        ("import time; time.sleep(60)", "did not end within .* minutes. Give a larger size"),
+        ("import time; time.sleep(60)", "did not end within .* minutes. Give a size"),
     ],
 )
 def test_what_tetgen_refuses_is_named_and_leaves_no_files(
