@@ -30,10 +30,10 @@ import geosurf as gs
 from benchmarks.results import inputs_of
 
 SERIES = {
-    "nodes": [(3, n, 2) for n in (201, 401, 801, 1601)],
-    "horizons": [(n, 201, 2) for n in (5, 10, 20, 40)],
-    "faults": [(3, 201, n) for n in (5, 10, 20, 40)],
-    "units": [(n, 101, n) for n in (5, 10, 20, 30)],
+    "nodes": [(3, n, 2) for n in (401, 801, 1601)],
+    "horizons": [(n, 201, 2) for n in (10, 20, 40)],
+    "faults": [(3, 201, n) for n in (5, 10, 20)],
+    "units": [(n, 101, n) for n in (5, 10, 20)],
 }
 LIMIT = 1.1
 SMALL = 0.02  # s: below it an exponent is noise

@@ -18,7 +18,6 @@ from geosurf.errors import InputError
 from geosurf.measure.columns import signs_of_turns
 from geosurf.measure.faces import check_model
 from geosurf.measure.lines import chains_of, ragged
-from geosurf.measure.parts import stays_in_store
 from geosurf.model import Patches, Units
 from geosurf.model.excerpt import model_near
 from geosurf.model.regions import Line
@@ -88,7 +87,7 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     start = 0.0
     for a, b in pairwise(corners):
         leg = _Leg(a, b, start)
-        near = model_near(units, Line(a, b)) if stays_in_store(units) else (patches, units)
+        near = model_near(units, Line(a, b)) if units.has_pieces else (patches, units)
         rows += _rings(near[1], leg) + _lines(*near, leg)
         start += leg.length
     if not any(words[0] == "unit" for _, words, _ in rows):

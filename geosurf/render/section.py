@@ -262,7 +262,11 @@ def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
             continue
         # the edge closes the seam between neighbours
         outline = outline_of(parts)
-        axes.add_patch(PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4))
+        patch = PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4)
+
+        # not `add_patch`: it looks for the extremes of each segment of the outline as of a curve
+        axes.add_artist(patch)
+        axes.update_datalim(outline.vertices)
 
 
 def _draw_lines(

@@ -15,6 +15,7 @@ from geosurf.measure import (
     juxtaposition_table,
     orientation,
     thickness_map,
+    vertical_section,
     wall_lines,
 )
 from geosurf.measure.cutoffs import fault_polygons
@@ -56,6 +57,20 @@ def test_runs_and_triangles_give_the_same(scene, listed):
         assert_same(juxtaposition_table(*pair, name), juxtaposition_table(*listed, name))
         assert_same(allan_diagram(*pair, name), allan_diagram(*listed, name))
         assert_same(orientation(*pair, name), orientation(*listed, name))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        [(500.0, 700.0), (9500.0, 8700.0)],
+        [(5000.0, 300.0), (5000.0, 9000.0), (900.0, 4000.0)],  # along a column of nodes
+        [(0.0, 4833.5), (10000.0, 4833.5)],
+    ],
+)
+def test_sections_of_runs_and_of_triangles_are_the_same(scene, listed, line):
+    one, two = (vertical_section(*m, line) for m in ((scene.patches, scene.units), listed))
+    assert_same(one, two)
+    assert float(one.area.sum()) > 0.0
 
 
 def test_faults_are_measured_without_the_triangles_of_horizons(scene):
@@ -147,9 +162,10 @@ def length_inside(corners, foot):
     return total
 
 
-def test_a_thickness_map_lists_no_shell():
+def test_thickness_maps_and_sections_list_no_shell():
     fresh = Scene(*inputs_of(3, 61, 2))
     for zone in ("H00/H01", "H01/H02", "above H00"):
         fresh.thickness(zone)
+    fresh.section([(500.0, 700.0), (9500.0, 8700.0)])
     assert "expanded" not in fresh.patches.pieces.__dict__
     assert not any("_arrays" in unit.__dict__ for unit in fresh.units.values())
