@@ -107,7 +107,7 @@ def faces_of(
     GridFaces
     """
     height = np.where(np.isnan(height), middles[zone], height)
-    live = (block >= 0).any(axis=0)
+    live = np.asarray((block >= 0).any(axis=0))
     sides = (live[:, :-1] & live[:, 1:], live[:-1] & live[1:], live)
     found: list[list[np.ndarray]] = [[], [], []]
     for fault, below in enumerate(faults):

@@ -38,7 +38,8 @@ def _triangles(fault: TriSurface) -> np.ndarray:
     points, row = np.unique(fault.vertices, axis=0, return_inverse=True)
     rows = np.sort(row.reshape(-1)[fault.triangles], axis=1)
     rows = rows[np.lexsort(rows.T)]
-    return points[rows].reshape(-1, 9)
+    triangles: np.ndarray = points[rows].reshape(-1, 9)
+    return triangles
 
 
 def _warning(one: str, other: str) -> GeosurfWarning:
