@@ -132,7 +132,11 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         If a surface is not in the box, or not inside the walls.
     """
     found = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
-    pairs = cells.cell_of_side[faces_between(cells)]
+    between = faces_between(cells)
+    flat = np.zeros(len(cells.surface_of), dtype=bool)
+    for surface in level:
+        flat[own_sides(cells, surface)[0]] = True
+    level_faces = between[flat[between]]
     for k, surface in enumerate(level):
         sides = upper_sides(patches, cells, surface)[1]
         if len(sides) == 0:
@@ -151,9 +155,9 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
 
         # the others take it from neighbours: first across other horizons and contacts, which lie
         # parallel to it, then across faults where all blocks around agree
-        links = _links(cells, pairs, surface, torn, level)
+        links = _links(cells, level_faces, surface, torn)
         _spread(side, links)
-        across = _links(cells, pairs, surface, torn)
+        across = _links(cells, between, surface, torn)
         _agree(side, links, across)
 
         # blocks around that do not agree: a horizon that throw moved knows where it would be
@@ -211,27 +215,37 @@ def _beyond(patches: Patches, surface: int) -> GeometryError:
     )
 
 
-def _links(
-    cells: Cells,
-    pairs: np.ndarray,
-    surface: int,
-    torn: np.ndarray,
-    through: Sequence[int] | None = None,
-) -> np.ndarray:
-    """Pairs of cells with a surface between them other than one: any, or some of them."""
-    wanted = np.zeros(len(cells.surface_of), dtype=bool)
-    if through is None:
-        wanted[:] = True
-    else:
-        for other in through:
-            wanted[own_sides(cells, other)[0]] = True
-    wanted[own_sides(cells, surface)[0]] = False
-    links = distinct_pairs(pairs[wanted[faces_between(cells)]], cells.n_cell)
+def _links(cells: Cells, faces: np.ndarray, surface: int, torn: np.ndarray) -> np.ndarray:
+    """Pairs of cells with one of some faces between them that is not of the surface."""
+    others = np.ones(len(cells.surface_of), dtype=bool)
+    others[own_sides(cells, surface)[0]] = False
+    links = distinct_pairs(cells.cell_of_side[faces[others[faces]]], cells.n_cell)
     return links[~torn[links].any(axis=1)]
 
 
 def _spread(values: np.ndarray, links: np.ndarray) -> None:
     """Carry +1 and -1 over links to cells that have 0."""
+    # cells that do not know theirs, joined: a group that meets one value alone takes it at once,
+    # which for a stack of layers would be one round for each layer
+    known = values[links] != 0
+    group = join_pairs(links[~known.any(axis=1)], len(values))
+    edge = known[:, 0] != known[:, 1]
+    rows, first = links[edge], known[edge, 0]
+    giver, taker = np.where(first, rows.T, rows.T[::-1])
+    high, low = np.zeros((2, len(values)), dtype=bool)
+    high[group[taker[values[giver] > 0]]] = low[group[taker[values[giver] < 0]]] = True
+    told = np.where(high & ~low, 1, np.where(low & ~high, -1, 0))[group]
+
+    # a group that meets both: the nearest one counts, round by round
+    torn = (high & low)[group] & (values == 0)
+    new = (values == 0) & (told != 0)
+    values[new] = told[new]
+    if torn.any():
+        _spread_by_rounds(values, links[torn[links].any(axis=1)])
+
+
+def _spread_by_rounds(values: np.ndarray, links: np.ndarray) -> None:
+    """The same from each cell to its neighbours, again and again."""
     while True:
         a, b = values[links].T
         onward = links[(a != 0) & (b == 0)]
