@@ -4,6 +4,7 @@
 file               question                                               source
 =================  =====================================================  ====================
 `fault_distance`   How far is a datum from a fault? Which links are cut?
+`fault_table`      What is the value of a mesh at points of its plane?
 `fault_trace`      Where does a fault meet a gridded horizon?             marching triangles
 `link_lines`       Which lines do links form? What is near a line?
 `node_bands`       Which nodes of a lattice lie in a band?

@@ -20,6 +20,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.sheets.fault_table import values_on_triangles
 from geosurf.kernels.sheets.moved_rock import across_fault, distances_from_fault, values_in_table
 from geosurf.model import TriSurface
 from geosurf.model.content import Content
@@ -347,36 +348,10 @@ def _on_mesh(
     blocks = Blocks(low * scale, high * scale, 1e-6)
     rows, block = blocks.of(points * scale)
     out = np.full(len(points), np.nan)
-    best = np.full(len(points), INSIDE)
-    count = blocks.starts[block + 1] - blocks.starts[block]
-    for part in np.array_split(np.arange(len(rows)), int(count.sum()) // PAIRS + 1):
-        # all pairs (point, triangle of its block), in parts that fit into memory
-        n = count[part]
-        pair = np.repeat(part, n)
-        k = np.arange(len(pair)) - np.repeat(np.cumsum(n) - n, n)
-        t = blocks.items[blocks.starts[block[pair]] + k]
-        weight = _barycentric(corners[t], points[rows[pair]])
-
-        # the triangle that holds a point has no weight below 0, within rounding
-        least = weight.min(axis=1)
-        order = np.lexsort((least, pair))  # the last of each point is the one it is deepest in
-        last = np.flatnonzero(np.append(np.diff(pair[order]) != 0, True))
-        chosen = order[last] if len(order) else order
-        row = rows[pair[chosen]]
-        good = least[chosen] >= best[row]
-        row, chosen = row[good], chosen[good]
-        out[row] = (weight[chosen] * r[triangles[t[chosen]]]).sum(axis=1)
+    values_on_triangles(
+        plane, r, triangles, blocks.starts, blocks.items, points, rows, block, INSIDE, out
+    )
     return out
-
-
-def _barycentric(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Weights (n, 3) of the corners (n, 3, 2) of triangles at points (n, 2)."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    one, two, to = b - a, c - a, points - a
-    det = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
-    v = (to[:, 0] * two[:, 1] - to[:, 1] * two[:, 0]) / det
-    w = (one[:, 0] * to[:, 1] - one[:, 1] * to[:, 0]) / det
-    return np.stack([1.0 - v - w, v, w], axis=1)
 
 
 def _nearest(
