@@ -13,6 +13,7 @@ from geosurf.model import TetMesh, Units
 from geosurf.tetrahedra.boundary import Boundary, boundary_of, with_parts
 from geosurf.tetrahedra.refine import refined
 from geosurf.tetrahedra.regions import FACES, regions_of
+from geosurf.tetrahedra.run_tetgen import N_ORDER, fill
 
 HAS_TETGEN = pytest.mark.skipif(
     "not __import__('importlib.util').util.find_spec('tetgen')",
@@ -207,7 +208,7 @@ class TetGen:
     [
         ('raise RuntimeError("The input has self-intersections.")', r"self-intersections\. Check"),
         ("import os; os._exit(7)", r"its process ended \(7\).*check\(\)"),
-        ("import time; time.sleep(60)", "did not end within .* minutes. Give a size"),
+        ("import time; time.sleep(60)", "did not end within .* other orders .* Give a size"),
     ],
 )
 def test_what_tetgen_refuses_is_named_and_leaves_no_files(
@@ -220,9 +221,39 @@ def test_what_tetgen_refuses_is_named_and_leaves_no_files(
     monkeypatch.chdir(here)
     monkeypatch.syspath_prepend(str(fake))
     monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.PATIENCE", (2.0, 0.0))
+    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.SHORT", (0.5, 0.0))
     with pytest.raises(GeometryError, match=f"TetGen cannot fill .*{words}"):
         gs.mesh_units(units_of_two())
     assert not [*here.iterdir()]
+
+
+@pytest.mark.parametrize("n_refused", range(N_ORDER))
+def test_another_order_of_vertices_is_tried_and_turned_back(
+    n_refused: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    x = np.array([[3.0, 1, 0], [0, 2, 0], [0, 0, 5], [1, 1, 1], [4, 4, 4]])
+    faces = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 4]])
+    sides = np.zeros((4, 2), dtype=np.int64)
+    boundary = Boundary(x, np.zeros(3), faces, sides, np.zeros(4, dtype=np.int64), ("all",))
+    seen: list[bytes] = []
+
+    def run(given: Boundary, options: object, patience: float) -> dict[str, np.ndarray]:
+        seen.append(given.x.tobytes())
+        np.testing.assert_array_equal(given.x[given.faces], x[faces])
+        if len(seen) <= n_refused:
+            raise GeometryError("it did not end")
+        node = np.concatenate([given.x, [[0.5, 0.5, 0.5]]])
+        cells = np.column_stack([given.faces, np.full(4, 5)])
+        marks = np.array([1, 2, 0, 4])
+        return {"node": node, "elem": cells, "trifaces": given.faces, "markers": marks}
+
+    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen._run", run)
+    found, cells, parts, parents = fill(boundary, None)
+    np.testing.assert_array_equal(found, np.concatenate([x, [[0.5, 0.5, 0.5]]]))
+    np.testing.assert_array_equal(cells, np.column_stack([faces, np.full(4, 5)]))
+    np.testing.assert_array_equal(parts, faces[[0, 1, 3]])
+    assert parents.tolist() == [0, 1, 3]
+    assert len(set(seen)) == len(seen) == n_refused + 1
 
 
 def units_of_two() -> Units:
