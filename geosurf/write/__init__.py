@@ -21,7 +21,7 @@ from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import OutputError
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
-from geosurf.write._files import commit, commit_set
+from geosurf.write._files import commit, commit_folder, commit_set
 from geosurf.write.prj import prj_of
 from geosurf.write.registry import (
     INSTEAD,
@@ -58,9 +58,10 @@ def write(
         .irap .irapbin``; without rotation ``.zmap .zmp .cps3 .cps .asc``; its nodes ``.xyz``.
         Lines (FaultSticks, lists, Datasets such as fault polygons): ``.pol .csv .geojson``.
         Points: ``.xyz .poi .csv .vs .geojson .parquet``. Datasets: ``.nc``; of one dimension
-        ``.csv .parquet``; regular grids ``.vti``. CornerPointGrid: ``.grdecl`` (pillars,
-        depths, active cells, faults), ``.inc`` (zones, blocks and regions), ``.egrid`` and
-        ``.roff`` (with xtgeo). Surfaces, a list or mapping of them, Scene: ``.epc`` (RESQML).
+        ``.csv .parquet``; regular grids ``.vti`` and ``.zarr`` (a folder). CornerPointGrid:
+        ``.grdecl`` (pillars, depths, active cells, faults), ``.inc`` (zones, blocks and regions),
+        ``.egrid`` and ``.roff`` (with xtgeo). Surfaces, a list or mapping of them, Scene:
+        ``.epc`` (RESQML).
     name : str, optional
         Name to store. Default: the object's own, else the file name without suffix.
     crs : str, optional
@@ -80,7 +81,7 @@ def write(
     InputError
         If a horizon has no ``positive`` or no known ``units`` and the format needs them.
     DependencyError
-        If NetCDF or Parquet support is not installed.
+        If NetCDF, Zarr or Parquet support is not installed.
 
     Examples
     --------
@@ -117,6 +118,11 @@ def write(
     if suffix in SETS:
         files, lost, ours = encode(obj, path, name, crs)
         return Written(sorted(commit_set(path, files, ours), key=path.__ne__), lost)
+    if suffix == ".zarr":
+        from geosurf.write.zarr import is_block_model
+
+        files, lost = encode(obj, name)
+        return Written(commit_folder(path, files, is_block_model), lost)
     title = name or _own_name(obj)
     if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
         title = str(title or path.stem)

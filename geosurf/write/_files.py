@@ -9,15 +9,23 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PurePath, PurePosixPath
 
 from geosurf.errors import OutputError
-from geosurf.files.atomic import N_RANDOM, PREFIX, write_whole
-from geosurf.files.folders import Names, finish, make_stage, replace_files
+from geosurf.files.atomic import N_RANDOM, PREFIX, sync_folder, write_whole
+from geosurf.files.folders import (
+    Names,
+    exchange,
+    finish,
+    make_stage,
+    replace_files,
+    sync_tree,
+)
 from geosurf.files.locks import Lock
 from geosurf.write.written import Loss
 
@@ -91,6 +99,84 @@ def commit_set(
                 shutil.rmtree(stage, ignore_errors=True)
             lock.release()
     return [folder / name for name in files]
+
+
+def commit_folder(
+    folder: Path, files: Mapping[PurePosixPath, bytes], is_ours: Callable[[Path], bool]
+) -> list[Path]:
+    """Write a folder that is one thing, such as a store: the old one or the new one is there.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        New, empty, or one that may be replaced.
+    files : mapping of pathlib.PurePosixPath to bytes
+        By path relative to the folder.
+    is_ours : callable
+        Whether a folder that is there may be replaced.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The folder.
+
+    Raises
+    ------
+    OutputError
+        If something else is there, or it cannot be written. Then nothing has changed.
+    """
+    mine = hashlib.sha256(folder.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
+    lock = Lock(folder.parent / f"{PREFIX}lock-{mine}")
+    stage, aside = (folder.parent.resolve() / f"{PREFIX}{word}-{mine}" for word in ("new", "old"))
+    with _refused(folder):
+        try:
+            lock.take(wait=True)
+            # a writer was killed between two renames: its old folder comes back first
+            if aside.is_dir() and not aside.is_symlink() and not os.path.lexists(folder):
+                aside.rename(folder)
+            _refuse_stranger(folder, is_ours)
+            make_stage(stage)
+            for name, data in files.items():
+                (stage / name).parent.mkdir(parents=True, exist_ok=True)
+                (stage / name).write_bytes(data)
+            sync_tree(stage)
+            _swap_in(folder, stage, aside)
+            sync_folder(folder.parent)
+        finally:
+            if lock.taken:
+                shutil.rmtree(stage, ignore_errors=True)
+            lock.release()
+    return [folder]
+
+
+def _refuse_stranger(folder: Path, is_ours: Callable[[Path], bool]) -> None:
+    """Refuse to replace what may not be replaced."""
+    if not os.path.lexists(folder):
+        return
+    plain = folder.is_dir() and not folder.is_symlink()
+    if not plain or (any(folder.iterdir()) and not is_ours(folder)):
+        raise OutputError(
+            f"{folder} exists and is not, or not only, what geosurf wrote there, so it is not "
+            "replaced. Give another path, or remove it."
+        )
+
+
+def _swap_in(folder: Path, stage: Path, aside: Path) -> None:
+    """Let a stage become the folder, in one step where the system can; the old one goes."""
+    if not os.path.lexists(folder):
+        stage.rename(folder)
+        return
+    if exchange(stage, folder.parent.resolve() / folder.name):
+        return  # the stage is the old folder now
+    # there is no folder between two renames: nobody reads a mixture
+    shutil.rmtree(aside, ignore_errors=True)
+    folder.rename(aside)
+    try:
+        stage.rename(folder)
+    except (OSError, KeyboardInterrupt):
+        aside.rename(folder)
+        raise
+    shutil.rmtree(aside, ignore_errors=True)
 
 
 def _named_by(index: Path, names: Names) -> list[PurePosixPath]:

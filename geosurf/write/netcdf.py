@@ -61,21 +61,7 @@ def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, lis
 def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[bytes, list[Loss]]:
     """Return NetCDF-4 bytes; attributes that it cannot hold become text."""
     _need_h5netcdf(what)
-    dataset = dataset.copy()
-    # encodings are those of the file it was read from, and may not fit
-    dataset = dataset.drop_encoding()
-
-    # coordinates state their unit and meaning as CF wants it, unless they do already
-    dataset.attrs = _plain(dataset.attrs)
-    for key, variable in dataset.variables.items():
-        variable.attrs = _plain(variable.attrs)
-        if key in STANDARD_NAMES:
-            variable.attrs.setdefault("units", "m")
-            variable.attrs.setdefault("standard_name", STANDARD_NAMES[str(key)])
-
-    dataset.attrs.setdefault("Conventions", "CF-1.11")
-    if crs is not None:
-        dataset = _with_mapping(dataset, crs)
+    dataset = with_cf_words(dataset, crs)
     # h5netcdf writes to a path; the bytes then take the way of all other files.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         file = Path(folder) / "out.nc"
@@ -87,6 +73,34 @@ def _bytes(dataset: xr.Dataset, what: str, crs: str | None = None) -> tuple[byte
                 "convert that variable."
             ) from error
         return file.read_bytes(), []
+
+
+def with_cf_words(dataset: xr.Dataset, crs: str | None, *, lists: bool = False) -> xr.Dataset:
+    """
+    Return a dataset with the attributes of CF, as its file holds it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    crs : str or None
+        Reference system: it becomes the grid mapping ``spatial_ref``.
+    lists : bool
+        Whether the format holds lists of words as attributes; else they become one text.
+    """
+    dataset = dataset.copy()
+    # encodings are those of the file it was read from, and may not fit
+    dataset = dataset.drop_encoding()
+
+    # coordinates state their unit and meaning as CF wants it, unless they do already
+    dataset.attrs = _plain(dataset.attrs, lists=lists)
+    for key, variable in dataset.variables.items():
+        variable.attrs = _plain(variable.attrs, lists=lists)
+        if key in STANDARD_NAMES:
+            variable.attrs.setdefault("units", "m")
+            variable.attrs.setdefault("standard_name", STANDARD_NAMES[str(key)])
+
+    dataset.attrs.setdefault("Conventions", "CF-1.11")
+    return dataset if crs is None else _with_mapping(dataset, crs)
 
 
 def _need_h5netcdf(what: str) -> None:
@@ -162,8 +176,8 @@ def _mapping(crs: str) -> dict[str, Any]:
     return found | _plain(words) | {"spatial_ref": words.get("crs_wkt", crs)}
 
 
-def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
-    """Attributes as numbers, lists of numbers, or text; None is left out."""
+def _plain(attrs: dict[Any, Any], *, lists: bool = False) -> dict[str, Any]:
+    """Attributes as numbers, lists of numbers, perhaps of words, or text; None is left out."""
     out: dict[str, Any] = {}
     for key, value in attrs.items():
         # HDF5 has no None, and truth values only as numbers
@@ -174,6 +188,8 @@ def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
             out[str(key)] = int(value)
         elif array.dtype.kind in "iuf" and array.ndim <= 1:
             out[str(key)] = array.item() if array.ndim == 0 else array
+        elif lists and array.ndim == 1 and all(isinstance(word, str) for word in array):
+            out[str(key)] = array.tolist()
         else:
             out[str(key)] = str(value)
     return out

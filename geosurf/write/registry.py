@@ -88,6 +88,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Dataset on a grid": {
         ".nc": ("netcdf", "netcdf_of_dataset"),
+        ".zarr": ("zarr", "zarr_of_grid"),
         ".vti": ("vti", "vti_of_grid"),
     },
     "Dataset": {".nc": ("netcdf", "netcdf_of_dataset"), **TABLE},
@@ -105,7 +106,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
 # suffixes of formats with a place for a coordinate reference system
 KEEP_CRS = (
     ".nc", ".ts", ".pl", ".vs", ".vtp", ".vtm", ".vti", ".grdecl", ".zmap", ".zmp", ".geojson",
-    ".glb", ".gltf", ".parquet", ".ml",
+    ".glb", ".gltf", ".parquet", ".ml", ".zarr",
 )  # fmt: skip
 WITH_PRJ = (".asc",)  # a file .prj next to it holds the system
 # formats that do not state whether z is elevation or depth, and have no custom for it

@@ -109,6 +109,12 @@ def _case(k: int):
     return make_case("random soups", k, 1)
 
 
+@cache
+def blocks(k: int) -> object:
+    """A block model; the second one has other cells."""
+    return scenes()[k].sample(cell=(1000, 1000, 200 + 100 * k), codes=True)
+
+
 OTHERS = [
     Writer("picture", *(_with(lambda place, k: save_png(bytes([k]) * 5000, place / "a.png")))),
     Writer("report", *(_with(lambda place, k: gs.report_scene(scenes()[k], place, {})))),
@@ -116,6 +122,8 @@ OTHERS = [
     Writer("stress case",  # and its picture, a file of its own
            *(_with(lambda place, k: save_case(_case(k), place / "case.npz"))),
            may_be_unfinished=True, marked=lambda found: "case.png" not in found),
+    Writer("block model .zarr", *(_with(lambda place, k: gs.write(blocks(k), place / "b.zarr"))),
+           may_be_unfinished=True, marked=lambda found: not found),
     Writer("kernel cache", _keep(1), _keep(2), silent=True),
 ]  # fmt: skip
 
@@ -197,7 +205,7 @@ def warm() -> None:
     for kind in KINDS:
         thing(kind, 0), thing(kind, 1)
     for k in (0, 1):
-        _case(k)
+        _case(k), blocks(k)
     with tempfile.TemporaryDirectory() as name:
         for writer in [*SINGLE, OTHERS[1], OTHERS[3], VTM, RUNS[0]]:
             writer.write_old(Path(name))
