@@ -11,7 +11,6 @@ import numpy as np
 from geosurf.conventions import counted, is_whole, number_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
-from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model.base import Shown, frozen, in_crs_of, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
@@ -192,9 +191,10 @@ class Patches(Shown):
 
     def surface(self, i: int | str) -> TriSurface:
         """Return one surface of the split mesh, by row or by name."""
-        i = self._row(i)
+        from geosurf.kernels.meshes.numbering import renumbered
 
         # of the pieces, so that no other surface is listed
+        i = self._row(i)
         source, part = self.sources[i], self.pieces.listed(i)
         used, faces = renumbered(part.triangles)
         found = TriSurface(source.name, source.role, part.local(used) + self.origin, faces)
