@@ -34,6 +34,7 @@ from geosurf.read.resqml.representations import (
     places_of,
     representations,
 )
+from geosurf.read.resqml.wells import kinds_in, paths_of, trajectories
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -214,7 +215,9 @@ def surfaces_of(path: Path) -> list[Representation]:
 def functions_of(path: Path) -> list[str]:
     """Return the functions that read the objects of a package."""
     with open_package(path) as package:
-        found = [_function(one) for one in _of_kinds(package, KINDS, "surfaces")]
+        wells = ["read_wells"] if trajectories(package) else []
+        held = representations(package) if wells else _of_kinds(package, KINDS, "surfaces")
+        found = [*map(_function, held), *wells]
         sealed = ["read_units"] if holds_units(package) else []
         return [*dict.fromkeys(found), *sealed]
 
@@ -228,6 +231,8 @@ def function_of(path: Path, name: str | None, sealed: bool) -> str:
     with open_package(path) as package:
         if sealed and name is None and holds_units(package):
             return "read_units"
+        if name is None and trajectories(package) and not representations(package):
+            return "read_wells"
         groups = {one.title: [one] for one in _of_kinds(package, KINDS, "surfaces")}
         return _function(chosen(path, groups, name, "objects")[1][0])
 
@@ -236,12 +241,14 @@ def all_points(path: Path) -> list[np.ndarray]:
     """Return the points (n, 3) of all objects, for `geosurf.info`."""
     words = Words(None, None)
     with open_package(path) as package:
-        held = _of_kinds(package, KINDS, "surfaces")
-        noted(
-            "names",
-            ", ".join(f"{one.title} ({one.role})" if one.role else one.title for one in held),
-        )
-        return [places_of(package, one, words).reshape(-1, 3) for one in held]
+        wells = trajectories(package)
+        held = representations(package) if wells else _of_kinds(package, KINDS, "surfaces")
+        if held:
+            named = [f"{one.title} ({one.role})" if one.role else one.title for one in held]
+            noted("names", ", ".join(named))
+        places = [places_of(package, one, words).reshape(-1, 3) for one in held]
+        paths = paths_of(package, words.positive, words.length_unit)[0] if wells else {}
+        return [*places, *(points for points, _ in paths.values())]
 
 
 # ------------------------------------------------------------------ which object
@@ -250,10 +257,9 @@ def _of_kinds(package: Package, kinds: tuple[str, ...], what: str) -> list[Repre
     held = representations(package)
     found = [one for one in held if one.kind in kinds]
     if not found:
-        others = sorted({one.kind for one in held}) or ["none that is read"]
         raise FormatError(
             f"{package.path}: the package has no {what}; its representations are "
-            f"{', '.join(others)}. Read them with geosurf.info to see what there is."
+            f"{kinds_in(package)}. Read them with geosurf.info to see what there is."
         )
     return found
 

@@ -16,9 +16,10 @@ from geosurf.read._columns import checked_decimal
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._noted import noted
-from geosurf.read._placed import points_dataset
+from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._tops_layout import plain_name, unit_in_name
 from geosurf.read.las import path_of_las
+from geosurf.read.resqml.wells import wells_of_resqml
 from geosurf.read.wells.columns import (
     PLACES,
     SURVEY,
@@ -58,9 +59,9 @@ def read_wells(
     ----------
     path : path-like
         A well trace of Petrel (``.dev``), a well of RMS (``.rmswell``), wells of ResInsight, LAS
-        with curves of positions, or a table with a header; the content determines which. A table
-        has ``Well`` (else all rows are one well) and ``X``, ``Y``, ``Z`` or ``TVDSS``, perhaps with
-        ``MD``, or ``MD``, ``Inc``, ``Azi`` with `heads`.
+        with curves of positions, RESQML (``.epc``) with trajectories, or a table with a header;
+        the content determines which. A table has ``Well`` (else all rows are one well) and ``X``,
+        ``Y``, ``Z`` or ``TVDSS``, perhaps with ``MD``, or ``MD``, ``Inc``, ``Azi`` with `heads`.
     heads : mapping or path-like, optional
         Where each well has measured depth 0: easting, northing and elevation [m], such as
         ``{"W-1": (461000, 5932000, 25)}``, or a table with ``Well``, ``X``, ``Y``, ``KB``. Only
@@ -110,6 +111,10 @@ def read_wells(
     if detect(path) == "las":
         found = path_of_las(path, positive, length_unit, three_names(given))
         return _dataset(path, {found.well: (found.points, found.md)}, None)
+
+    if detect(path) == "resqml":
+        refuse_columns(path, "RESQML", columns, decimal)
+        return _dataset(path, *wells_of_resqml(path, positive, length_unit))
 
     refuse_foreign(path)
     trace = trace_of(path, sign, any(isinstance(word, int) for word in given.values()))
