@@ -14,6 +14,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
 from geosurf.kernels.meshes.parts import (
     DONE,
@@ -190,7 +191,7 @@ def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
     if not rims:
         return np.empty(0, dtype=np.int64)
     of_run = parts.of_element[len(pieces.triangles) :][np.concatenate(rims) == 1]
-    return np.unique(of_run[of_run >= 0])
+    return distinct(of_run[of_run >= 0])
 
 
 def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:

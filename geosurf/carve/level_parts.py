@@ -23,6 +23,7 @@ from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells, unit_of_volume
 from geosurf.carve.volume import doubtful_volume
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import FluidContact, Patches, Unit, Units
 from geosurf.model.compartments import separators
 
@@ -149,7 +150,7 @@ def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
     by_level: dict[float, np.ndarray] = {}
     for level in sorted({level for split in splits for level in split.cuts}):
         cut = [shells.faces(split.row) for split in splits if level in split.cuts]
-        by_level[level] = _beside(shells, np.unique(np.concatenate(cut)), level)
+        by_level[level] = _beside(shells, distinct(*cut), level)
 
     found = []
     for split in splits:

@@ -24,6 +24,7 @@ from geosurf.carve.outside import box_of
 from geosurf.carve.sectors import sides_by_sectors
 from geosurf.conventions import METRES_PER_UNIT, length_text, place
 from geosurf.errors import GeometryError, OpenUnitError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, TriSurface
 from geosurf.model.chunked import ChunkedLattice
@@ -45,7 +46,7 @@ def upper_sides(patches: Patches, cells: Cells, surface: int) -> tuple[np.ndarra
 
 def owned_by(cells: Cells, surface: int) -> np.ndarray:
     """Faces of a surface, those that it shares with others included; each once."""
-    return np.unique(own_sides(cells, surface)[0])
+    return distinct(own_sides(cells, surface)[0])
 
 
 def own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -96,7 +97,7 @@ def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:
     """Pairs of cells inside the box, lower first, each once."""
     # one whole number for both orders of a pair; 0 is the outside, which is no neighbour
     low, high = pairs.min(axis=1, initial=n_cell), pairs.max(axis=1, initial=0)
-    keys = np.unique((low * (n_cell + 1) + high)[low > 0])
+    keys = distinct((low * (n_cell + 1) + high)[low > 0])
     return np.stack(np.divmod(keys, n_cell + 1), axis=1)
 
 

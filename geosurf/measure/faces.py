@@ -10,6 +10,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
@@ -139,7 +140,7 @@ class Faces:
     def along(self, points: np.ndarray) -> np.ndarray:
         """Distance of local points (n, 3) along the mean strike, from the fault's end [m]."""
         # the first vertex along the strike is 0, so that lines of both walls share one axis
-        start = (self.x[np.unique(self.triangles), :2] @ self.strike[0]).min()
+        start = (self.x[distinct(self.triangles), :2] @ self.strike[0]).min()
         found: np.ndarray = points[:, :2] @ self.strike[0] - start
         return found
 
@@ -239,7 +240,7 @@ def edges_of(units: Units, i: int) -> np.ndarray:
         # a surface meets others along edges of triangles that curves touch: runs have none
         pieces = units.piece_sides[0]
         low, high = np.searchsorted(pieces.surface, [i, i + 1])
-        kept[key] = np.unique(edge_keys(pieces.triangles[low:high], POINTS))
+        kept[key] = distinct(edge_keys(pieces.triangles[low:high], POINTS))
     return kept[key]
 
 

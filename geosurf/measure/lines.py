@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.chains import link_segments
 from geosurf.model.plain_dataset import PlainDataset
 
@@ -39,7 +40,7 @@ def chains_of(edges: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
 
     # vertices are numbered by place (x, then y, then z), so that neither the order of edges nor the
     # numbers of vertices decide where a line starts
-    used = np.unique(edges)
+    used = distinct(edges)
     used = used[np.lexsort(x[used].T[::-1])]  # numbered by place
     rank = np.empty(len(x), dtype=np.int64)
     rank[used] = np.arange(len(used))
@@ -84,7 +85,7 @@ def rings_of(triangles: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     rim = ~np.isin(start * n + end, end * n + start)
     start, end = start[rim], end[rim]
     # numbered by place, so that where rings touch the way on does not depend on numbers
-    used = np.unique(start)
+    used = distinct(start)
     used = used[np.lexsort(x[used].T[::-1])]
     rank = np.empty(n, dtype=np.int64)
     rank[used] = np.arange(len(used))

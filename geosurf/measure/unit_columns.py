@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.measure.columns import cross_columns, elevations
 from geosurf.measure.grid_cells import keys_at, keys_of_runs, runs_of_keys
 from geosurf.model import Unit, Units
@@ -92,7 +93,7 @@ def passages(
     except InputError:  # units that were not carved have their triangles only
         return [_of_shell(listed[u], feet, middle) for u in rows]
     elements = [units.elements_of(u) for u in rows]
-    wanted = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *elements]))
+    wanted = distinct(*elements)
     local, middle = feet - pieces.origin[:2], middle - pieces.origin[:2]
     met = _joined(
         [

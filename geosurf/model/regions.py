@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model.lattice import Lattice
 
 _SLACK = 1e-9  # of the size of coordinates: far more than rounding
@@ -52,7 +53,7 @@ class Feet:
                 row, col = south + i, west + j
                 some = (row <= north) & (col <= east)
                 found.append(row[some] * (n_col - 1) + col[some])
-        return np.unique(np.concatenate(found))
+        return distinct(*found)
 
     def meets(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Which boxes meet the box around all lines."""
@@ -140,7 +141,7 @@ class Boxes:
                 for k, axis in enumerate((lattice.easting, lattice.northing))
             )
             found.append((rows[:, None] * (lattice.shape[1] - 1) + cols).reshape(-1))
-        return np.unique(np.concatenate(found))
+        return distinct(*found)
 
     def meets(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Which boxes meet one of these."""

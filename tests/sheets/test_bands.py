@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.lattices.third_differences import third_differences
 from geosurf.kernels.sheets import link_lines, node_bands
 from geosurf.kernels.sheets.fault_distance import distance_at_elevation
@@ -24,7 +25,6 @@ from geosurf.sheets.faults.fault_distance import (
 from geosurf.sheets.faults.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.working_grid import WorkingGrid
 from geosurf.sheets.report.cutoffs import profile, undirected_chains
 from geosurf.sheets.report.describe import _misfit

@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.carve.certificate.elements import Elements
 from geosurf.carve.certificate.partition import Matched, rows_of
 from geosurf.carve.rays import NO_HIT, Rays
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.numbering import number_keys
 
@@ -236,7 +237,7 @@ class Around:
         row, behind = element[side // 2], side % 2 == 1
         turn = (self.found.turn_of_patches[row] == behind).astype(np.int64)
         units = self._beside[self.found.of_patches[row], turn]
-        return np.unique(units[units >= 0])
+        return distinct(units[units >= 0])
 
     @cached_property
     def _bare(self) -> np.ndarray:

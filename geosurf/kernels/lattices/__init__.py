@@ -13,5 +13,6 @@ file                 question                                                  s
 `triangle_list`      The same for a list of triangles, in Morton order.        Morton 1966
 `coarsen`            Which fewer triangles stay within a tolerance?            Evans et al. 2001
 `third_differences`  How rough is a grid? Third differences.
+`sets`               Which whole numbers, nodes, links, edges, occur? With numpy.
 ===================  ========================================================  =================
 """

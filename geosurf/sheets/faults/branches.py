@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.fault_distance import (
     NearTrace,
     mesh_blocks,
@@ -20,7 +21,6 @@ from geosurf.sheets.faults.fault_distance import (
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.drape import around, without_absent
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import grounded, lattice_graph, smoothest
 
 ON = 0.02  # cells from its main fault within which a fault ends on it

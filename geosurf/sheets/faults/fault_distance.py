@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.fault_distance import distance_at_elevation
 from geosurf.kernels.sheets.link_lines import NEAR, nearest_on_line
 from geosurf.kernels.sheets.node_bands import nodes_of_blocks, points_in_blocks
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.sets import distinct
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
 REACHES = 4  # of which blocks of a fault are remembered

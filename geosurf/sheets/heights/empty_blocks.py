@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.heave import throw_beside
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.inputs import Inputs
 from geosurf.sheets.heights.state import Heights, Tears
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct, is_among
 
 SLIVER = 60  # nodes: blocks without data up to this size are always filled
 

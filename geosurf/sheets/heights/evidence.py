@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.heights.inputs import Inputs, NearPicks
 from geosurf.sheets.heights.smear import Smear, distances, smear_of
 from geosurf.sheets.heights.state import SENSE, Heights
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct
 
 
 def picks_in_gaps(inputs: Inputs, state: Heights) -> np.ndarray:

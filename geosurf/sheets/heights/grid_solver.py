@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.tips import tips_of
 from geosurf.sheets.heights.empty_blocks import bridge
@@ -17,7 +18,6 @@ from geosurf.sheets.heights.tip_residual import Bent
 from geosurf.sheets.heights.tip_solve import Task
 from geosurf.sheets.lattice.drape import around, narrow_gaps, without_absent
 from geosurf.sheets.lattice.noise import Noise, noise_of
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import (
     BEND,
     Common,

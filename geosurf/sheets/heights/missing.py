@@ -13,13 +13,13 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.grid_solver import FILL
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.drape import around, draped
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct
 
 REMEDY = (
     "Add data there, set fill_empty_blocks=True to continue the horizon across the fault, or leave "

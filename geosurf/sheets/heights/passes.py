@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.faults.fault_distance import near_traces
 from geosurf.sheets.faults.traces import FaultMesh
@@ -24,7 +25,6 @@ from geosurf.sheets.heights.selection import select
 from geosurf.sheets.heights.state import Evidence, Heights, Selection, Tears
 from geosurf.sheets.lattice.noise import Noise, weight_of
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct
 
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
 BRIDGE = 0.75  # cells next to the cut-offs that are bridged to find the trace between them

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.tips import Tips
 from geosurf.sheets.heights.relief import FREE, SEEN
@@ -26,7 +27,6 @@ from geosurf.sheets.heights.tip_residual import (
 from geosurf.sheets.lattice.drape import around, without_absent
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.noise import Noise
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import Common, lattice_graph, with_more
 
 Solved = tuple[np.ndarray, Bent | None]

@@ -12,6 +12,5 @@ fourth_differences.py  differences for data that are met exactly (Wahba 1990)
 sparse.py              the same energy as a sparse matrix, for scattered points
 drape.py               a surface filled across faults without a tear; absent nodes to fill
 working_grid.py        heights of all nodes, of which a band is solved again and again
-sets.py                sets of whole numbers as increasing arrays: nodes, links, edges
 =====================  ============================================================================
 """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.graph_distance import links_among
 from geosurf.kernels.sheets.node_bands import dilate_nodes
-from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.lattice.solve import Graph, grounded, lattice_graph, smoothest
 
 

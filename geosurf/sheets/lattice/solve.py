@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import InvariantError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.envelope_solver import (
     add_squares,
     factorise,
@@ -24,7 +25,6 @@ from geosurf.kernels.sheets.envelope_solver import (
 from geosurf.kernels.sheets.graph_distance import steps_from
 from geosurf.kernels.sheets.node_bands import links_between
 from geosurf.sheets.lattice.fourth_differences import FourthDifferences, fourth_differences
-from geosurf.sheets.lattice.sets import distinct
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

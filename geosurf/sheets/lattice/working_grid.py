@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct
 
 
 class WorkingGrid:

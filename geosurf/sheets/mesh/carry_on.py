@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.noise import scale_of
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.mesh.ghosts import ghost_heights, joined_heights
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.faults.traces import mesh_in_frame
@@ -27,7 +28,6 @@ from geosurf.sheets.heights.stand_in import StandIn, nodes_to_stand_in, stood_in
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.mesh.build import Built, NeedsMore, build
 from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
 from geosurf.sheets.mesh.holes import Hole

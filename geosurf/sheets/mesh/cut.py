@@ -18,6 +18,7 @@ import numpy as np
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import frame_origin
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import patches_from
@@ -26,7 +27,6 @@ from geosurf.rebuild.wall_sides import WALL
 from geosurf.sheets.faults.fault_distance import Blocks
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.holes import Hole, holes_at, holes_of
 from geosurf.sheets.mesh.islands import islands
 from geosurf.sheets.mesh.leaks import (

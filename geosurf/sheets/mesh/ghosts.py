@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.cut_edges import EAST, NORTH
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.noise import scale_of
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import STRETCH, Graph, lattice_graph, smoothest
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_edges
 

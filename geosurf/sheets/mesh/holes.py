@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import Patches
 from geosurf.model.base import any_of
-from geosurf.sheets.lattice.sets import distinct, is_among
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from scipy.spatial import cKDTree

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.fault_distance import Blocks
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.sets import distinct, is_among
 
 TILE = 3  # 2**3 nodes each way: what is in one tile or in neighbouring ones hangs together
 LEAST = 10_000  # triangles: a smaller island is cut with the next one

@@ -11,12 +11,12 @@ from threading import Lock
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import Blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.mesh.rings import grown_at, grown_over
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, tear
 

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import Patches
 from geosurf.model.base import all_of, any_of
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
 Leak = tuple[int, int, frozenset[int]]

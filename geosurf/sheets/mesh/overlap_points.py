@@ -13,13 +13,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.noise import scale_of
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import BEND, Graph, weights_of
 from geosurf.sheets.lattice.sparse import CHOLESKY, EXACT, energy_of
 from geosurf.sheets.mesh.ghosts import HOLD, JOINED, bends, mesh_graph

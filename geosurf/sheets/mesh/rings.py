@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import is_among
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.sets import is_among
 from geosurf.sheets.mesh.ghosts import grow, kept_apart
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model.base import all_of
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
-from geosurf.sheets.lattice.sets import distinct, is_among
 
 
 @dataclass(eq=False)

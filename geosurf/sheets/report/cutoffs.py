@@ -12,10 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
 from geosurf.sheets.faults.traces import split_lines
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.cut import Part
 from geosurf.sheets.mesh.torn_mesh import Torn
 

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.arrangement.threads import map_threads
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import FALLING, RISING
 from geosurf.sheets.faults.traces import Trace
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.close import Closed
 from geosurf.sheets.report.cutoffs import cutoff_lines, longest, profile

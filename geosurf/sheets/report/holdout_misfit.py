@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import is_among
 from geosurf.sheets.faults.cut_edges import EAST, NORTH, Cuts
 from geosurf.sheets.heights.inputs import NearPicks
 from geosurf.sheets.heights.state import SENSE, Heights
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.sets import is_among
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.overlap_points import on_sheet
 
