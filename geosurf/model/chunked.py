@@ -10,10 +10,9 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +22,9 @@ from geosurf.model.chunk_store import ChunkBounds, Store
 from geosurf.model.holes import Holes, TriangleNumbers
 from geosurf.model.lattice import Lattice
 from geosurf.model.survey import Survey
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from concurrent.futures import Future
 
 CACHE = 64 << 20  # bytes of chunks that one grid holds: the last ones that were used
 KNOWN = 8_000_000  # nodes next to curves that are held one by one
@@ -339,6 +341,8 @@ class ChunkedLattice(Lattice):
         size = (1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
         ahead = 1 if size[0] * size[1] <= AHEAD and len(tiles) > 1 else 0
         rooms = [np.empty(size) for _ in range(1 + ahead)]
+        from concurrent.futures import ThreadPoolExecutor
+
         with ThreadPoolExecutor(1) as pool:
             reads: deque[Future[Lattice]] = deque()
             for n, i in enumerate(tiles):

@@ -33,7 +33,8 @@ def warn_of_inputs(
         warn_of_unclear_crs(refuse_other_systems(known, inputs.crs, tops, inputs.aoi))
 
     # one file under two names
-    memory.warn(*warnings_of_repeats(map(read.fault, inputs.faults)))
+    rules = (*inputs.rules, *inputs.horizon_rules)
+    memory.warn(*warnings_of_repeats(map(read.fault, inputs.faults), rules))
 
     # tops of horizons that the scene does not have
     if tops is not None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
+from geosurf.faults.rules import Rule
 from geosurf.model import TriSurface
 
 
-def warnings_of_repeats(faults: Iterable[TriSurface]) -> list[GeosurfWarning]:
+def warnings_of_repeats(
+    faults: Iterable[TriSurface], rules: Iterable[Rule] = ()
+) -> list[GeosurfWarning]:
     """
     Warn of faults with the same triangles, to the last digit, in whatever order.
+
+    Faults that end differently, such as the halves of an older fault, are parts of one surface.
 
     Examples
     --------
@@ -21,11 +26,16 @@ def warnings_of_repeats(faults: Iterable[TriSurface]) -> list[GeosurfWarning]:
     >>> print(warnings_of_repeats([one, two])[0].subject)
     F1b
     """
-    first: dict[tuple[int, bytes], list[TriSurface]] = {}
+    first: dict[tuple[Hashable, ...], list[TriSurface]] = {}
+    ends: dict[str, list[tuple[str, str]]] = {}
+    for rule in rules:
+        ends.setdefault(rule.fault, []).append((rule.main, rule.keep))
     found = []
     for fault in faults:
         # few faults have the same number of triangles and the same bounds: only these are compared
-        alike = first.setdefault((fault.n_triangle, np.asarray(fault.bounds).tobytes()), [])
+        end = tuple(sorted(ends.get(fault.name, [])))
+        key = fault.n_triangle, np.asarray(fault.bounds).tobytes(), end
+        alike = first.setdefault(key, [])
         same = [one for one in alike if np.array_equal(_triangles(one), _triangles(fault))]
         if same:
             found.append(_warning(same[0].name, fault.name))

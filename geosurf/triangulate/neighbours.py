@@ -65,7 +65,7 @@ def own_form(value: Any, name: str, role: str, positive: str | None = None) -> A
     >>> vertices.shape, triangles.tolist()
     ((3, 3), [[0, 1, 2]])
     """
-    if isinstance(value, tuple) and _are_mesh(value):
+    if isinstance(value, tuple) and not isinstance(value, PlainMesh) and _are_mesh(value):
         return _without_twins(np.asarray(value[0], dtype=np.float64), np.asarray(value[1]))
     # geosurf's own and xarray's objects, arrays, tables, paths: nothing to do
     plain = isinstance(value, Noun | FaultSticks | TriSurface | str | tuple | list | np.ndarray)

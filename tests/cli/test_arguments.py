@@ -46,7 +46,7 @@ MISTAKES = {
     "curves a": "geosurf curves: second and -o/--out are missing.",
     "curves a b -o c --positive dwon": "geosurf curves: --positive: 'dwon' is not known. Give up or down. Did you mean 'down'?",
     "convert a": "geosurf convert: TARGET is missing.",
-    "convert a b --as pints": "geosurf convert: --as: 'pints' is not known. Give horizon, fault, points, polygons or tops. Did you mean 'points'?",
+    "convert a b --as pints": "geosurf convert: --as: 'pints' is not known. Give horizon, fault, points, polygons, tops or wells. Did you mean 'points'?",
     "info": "geosurf info: FILE is missing.",
     "new": "geosurf new: FOLDER and FILES are missing.",
     "new a --example grid": "geosurf new: --example: 'grid' is not known. Give grids, points or network. Did you mean 'grids'?",

@@ -165,7 +165,7 @@ def assert_open(patches, error):
     assert at.min() < 1e-9, f"{error.place} is not on the rim of {name}"
     told = float(re.search(r"([0-9.e+-]+) m of its rim", str(error)).group(1))
     whole = np.linalg.norm(np.diff(ends, axis=1), axis=2).sum()
-    assert told == pytest.approx(whole, rel=1e-5), (told, whole)
+    assert told == pytest.approx(whole, rel=5e-3), (told, whole)  # three digits are told
 
 
 def assert_not_told(above, below, pairs):

@@ -43,7 +43,8 @@ def nearest(whole, power, cut, tens):
         return 0.0, PLAIN
     if not cut and whole <= EXACT and -N_TENS <= power <= N_TENS:
         # both factors are exact: one rounding
-        return (high / tens[-power] if power < 0 else high * tens[power]), PLAIN
+        down = -power
+        return (high / tens[down] if power < 0 else high * tens[power]), PLAIN
     if not cut and whole <= EXACT and N_TENS < power <= 2 * N_TENS:
         # some powers fit into the whole number
         high *= tens[power - N_TENS]
@@ -54,7 +55,8 @@ def nearest(whole, power, cut, tens):
     # value = first + correction, with an error below `bound`; `unit`: what missing digits may add
     low = float(whole - int(high))
     if power <= 0:
-        ten = tens[-power]
+        down = -power
+        ten = tens[down]
         first = high / ten
         product, error = two_product(first, ten)
         correction = ((high - product) - error + low) / ten
