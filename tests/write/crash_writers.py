@@ -45,7 +45,7 @@ def scenes():
     world = gs.synthetic.graben(n=11)
     found = []
     for faults in (world.faults, {}):
-        scene = gs.Scene(world.horizons, faults, world.box)
+        scene = gs.Scene(world.horizons, faults, world.box, crs="EPSG:4326")  # as GeoJSON asks
         scene.check()
         _ = scene.units.table
         found.append(scene)
@@ -86,7 +86,7 @@ def single(kind: str, suffix: str) -> Writer:
 
 
 KINDS = ("TriSurface", "Curves", "Patches", "Unit", "Units", "horizon (DataArray)")
-SINGLE = [single(k, s) for k in KINDS for s in FORMATS[k] if s != ".vtm"]
+SINGLE = [single(k, s) for k in KINDS for s in FORMATS[k] if s not in (".vtm", ".epc")]
 
 
 def _keep(k: int) -> Action:
