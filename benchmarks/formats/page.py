@@ -17,7 +17,7 @@ written and the nearest one that was read, in both directions. Loss: what the wr
 **Command.** `python -m benchmarks.formats --peer PYTHON -o docs/validation/formats.md`, where
 PYTHON is an interpreter with the other packages; `--peer` may be repeated. `--keep FOLDER` lets a
 run that was ended go on. Times are processor
-times, the best of three, while others used the machine.
+times, the best of three.
 
 **When.** {date}. Other packages: {peers}.
 """

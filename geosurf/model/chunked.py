@@ -273,6 +273,13 @@ class ChunkedLattice(Lattice):
                 held.size -= held.chunks.popitem(last=False)[1].nbytes
         return chunk
 
+    def _forget_chunks(self) -> None:
+        """Give up the chunks that were used last."""
+        held: _Held = self.__dict__["_held"]
+        with held.lock:
+            held.chunks.clear()
+            held.size = 0
+
     def _same(self, z: np.ndarray, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
         """Elevations that were read, or an error if nodes have gone since the store was opened."""
         # a chunk whose file is gone reads as NaN
@@ -330,6 +337,8 @@ class ChunkedLattice(Lattice):
         wanted : ndarray of bool, shape (n_row - 1,), optional
             Rows of cells; bands without any are not read.
         """
+        from concurrent.futures import ThreadPoolExecutor
+
         tiles = []
         for i in range(self.tile_shape[0]):
             (first, last), _ = self.store.tile(i, 0)
@@ -340,9 +349,8 @@ class ChunkedLattice(Lattice):
         # the next band is read while this one is used, if there is room for both
         size = (1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
         ahead = 1 if size[0] * size[1] <= AHEAD and len(tiles) > 1 else 0
+        self._forget_chunks()  # the bands take their memory
         rooms = [np.empty(size) for _ in range(1 + ahead)]
-        from concurrent.futures import ThreadPoolExecutor
-
         with ThreadPoolExecutor(1) as pool:
             reads: deque[Future[Lattice]] = deque()
             for n, i in enumerate(tiles):
