@@ -90,7 +90,7 @@ def _reading(function: str, path: Path, stated: bool) -> Callable[[], object]:
 
 
 def _words(stated: bool) -> dict[str, str]:
-    """What a reader is told of a file that does not state its direction."""
+    """The words that a reader needs for a file that does not state its direction."""
     return {} if stated else {"positive": "up"}
 
 

@@ -34,8 +34,8 @@ from geosurf.rebuild.moved_vertices import moved_surface, rounded, shifted
 from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
 
-STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
-SHIFT = 2.0**-15  # metres; with rounding to it, at most three quarters of what the last step moves
+STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; also the largest moves along an axis
+SHIFT = 2.0**-15  # metres; with rounding to it, at most half of what the last step moves
 DRAWS = 5  # of shifts, one after the other
 
 
@@ -205,7 +205,7 @@ def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
     return RoundingError(
         f"float64 cannot represent the pieces of {len(np.unique(bad))} triangles, the "
         f"first of surface {name!r} at {place(where)}; moving vertices by up to "
-        f"{STEPS[-1] / 2:.0e} m does not help. Surfaces almost touch there. Move one of "
+        f"{STEPS[-1]:.0e} m does not help. Surfaces almost touch there. Move one of "
         "them slightly.",
         place=where,
         surfaces=dict.fromkeys([name, *others]),

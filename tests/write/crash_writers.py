@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
 import geosurf as gs
@@ -86,7 +87,9 @@ def single(kind: str, suffix: str) -> Writer:
 
 
 KINDS = ("TriSurface", "Curves", "Patches", "Unit", "Units", "horizon (DataArray)")
-SINGLE = [single(k, s) for k in KINDS for s in FORMATS[k] if s not in (".vtm", ".epc")]
+# sets of several files are no single file; Parquet only where its package is
+LEFT_OUT = {".vtm", ".epc"} | ({".parquet"} if find_spec("pyarrow") is None else set())
+SINGLE = [single(k, s) for k in KINDS for s in FORMATS[k] if s not in LEFT_OUT]
 
 
 def _keep(k: int) -> Action:

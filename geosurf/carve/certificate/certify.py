@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Literal
 
 from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
+from geosurf.arrangement.threads import map_threads
 from geosurf.carve.certificate.by_runs import checks_by_runs, same_runs
 from geosurf.carve.certificate.by_triangles import checks_by_triangles
-from geosurf.carve.certificate.lines import Half, in_two_threads
+from geosurf.carve.certificate.lines import MANY
 from geosurf.errors import InputError
 from geosurf.model import Certificate, Check, Patches, Units
 
@@ -96,15 +97,16 @@ def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patch
     --------
     >>> import geosurf as gs
     >>> world = gs.synthetic.tilted_planes()
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> certify_repeated(scene.patches, scene.units, scene._graph.rebuild).ok
+    >>> one, two = (gs.Scene(world.horizons, world.faults, world.box) for _ in range(2))
+    >>> certify_repeated(one.patches, one.units, lambda: two.patches).ok
     True
     """
-    halves: list[Half] = [
-        lambda: list(certify(patches, units).checks),
-        lambda: [same_bytes(patches, rebuild())],
+    halves: list[tuple[Callable[[], tuple[Check, ...]]]] = [
+        (lambda: certify(patches, units).checks,),
+        (lambda: (same_bytes(patches, rebuild()),),),
     ]
-    return Certificate(tuple(in_two_threads(halves, patches.n_triangle) or ()))
+    checks, repeated = map_threads(lambda run: run(), halves, worth=patches.n_triangle > MANY)
+    return Certificate((*checks, *repeated))
 
 
 def _refuse_if_too_large(n_triangle: int) -> None:
