@@ -69,6 +69,11 @@ class Shells:
         up, down = extent[rows[outward], LOOKS_UP], extent[rows[~outward], LOOKS_DOWN]
         return 0.5 * math.fsum([*up.ravel().tolist(), *down.ravel().tolist()])
 
+    def surfaces(self, u: int) -> list[int]:
+        """Surfaces that a unit has on one side only, rising."""
+        rows: list[int] = np.unique(self.cells.surface_of[self.faces(u)]).tolist()
+        return rows
+
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
         west, south, bottom = self.cells.extent[self.faces(u), LOWER].min(axis=0).tolist()
@@ -242,6 +247,15 @@ class _Carved(Unit):
         """Sides of faults that it lies on."""
         sides: tuple[str, ...] = self._sides()
         return sides
+
+    @cached_property
+    def bounded_by(self) -> tuple[str, ...]:
+        """Names of the surfaces that bound the unit, from faces: no triangle is listed."""
+        if self._shell is None:  # a copy with other triangles
+            found: tuple[str, ...] = Unit.bounded_by.func(self)
+            return found
+        shells, u = self._shell
+        return tuple(self.surface_names[i] for i in shells.surfaces(u))
 
     @cached_property
     def area(self) -> float:

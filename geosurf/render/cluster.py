@@ -1,7 +1,10 @@
-"""Shells with fewer triangles: points of one surface that are close together become one.
+"""Shells with fewer triangles: points of the same surfaces that are close together become one.
 
-Points where surfaces meet stay as they are, so outlines and cut-off lines are exact, and units that
-share a surface go on sharing it. On a plane the volume of a shell does not change.
+A point belongs to the set of surfaces that meet in it: points inside a surface become one with
+each other, points of a line where two surfaces meet with others of that line. So a unit stays
+closed, units that share a surface go on sharing it, and the ends of lines stay where they are. On a
+plane the volume of a shell does not change. Lines stay as they are unless their triangles alone
+take more than half of what may be drawn.
 
 Source: vertex clustering after Rossignac & Borrel (1993), "Multi-resolution 3D approximations for
 rendering complex scenes", in cells of the map; unlike them we never merge points of two surfaces.
@@ -10,85 +13,114 @@ rendering complex scenes", in cells of the map; unlike them we never merge point
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from geosurf.render.thin_units import Shell
+from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.render.thin_units import UnitMesh
 
-STEP, TRIES = 1.25, 16  # by how much cells grow in each attempt: to 35 times the first size
+STEP, TRIES = 1.25, 16  # by how much cells grow at least in each attempt
+LARGEST = 1 << 62  # number of a cell
 
 
-def clustered(shells: list[Shell], max_triangle: int, exaggeration: float = 1.0) -> list[Shell]:
-    """Return shells with about `max_triangle` triangles in all.
+def clustered(mesh: UnitMesh, max_triangle: int, exaggeration: float = 1.0) -> UnitMesh:
+    """Return a mesh whose shells have about `max_triangle` triangles in all.
 
     Parameters
     ----------
-    shells : list of Shell
+    mesh : UnitMesh
     max_triangle : int
-        The result has more where that many lie along the lines where surfaces meet.
     exaggeration : float
         Vertical exaggeration of the picture: cells are lower by that.
 
     Returns
     -------
-    list of Shell
+    UnitMesh
     """
-    n = sum(len(shell.triangles) for shell in shells)
+    n = mesh.n_drawn
     if n <= max_triangle:
-        return shells
-    points, rows = _shared_points([shell.points for shell in shells])
-    triangles = [row[shell.triangles] for row, shell in zip(rows, shells, strict=True)]
-    alone, surface = _one_surface(len(points), triangles, shells)
+        return mesh
+    points, triangles = mesh.points, mesh.triangles
+    sides = (mesh.sides >= 0).sum(axis=1)  # how many shells draw each triangle
+    meeting, several = surfaces_at(len(points), triangles, mesh.surface)
+
+    # an edge on a line stays, whatever happens around it
+    rigid = several[triangles].sum(axis=1) > 1
+    moves = ~several if 2 * sides[rigid].sum() <= max_triangle else np.ones(len(points), dtype=bool)
 
     # the first size is right for a regular mesh
-    edges = np.concatenate([points[t[:, 0], :2] - points[t[:, 1], :2] for t in triangles])
+    edges = points[triangles[:, 0], :2] - points[triangles[:, 1], :2]
     size = float(np.median(np.hypot(*edges.T))) * math.sqrt(n / max_triangle) or 1.0
     for _ in range(TRIES):
-        of_point = _clusters(points, surface, alone, size, exaggeration)
-        kept = [_distinct(of_point[t]) for t in triangles]
-        if sum(int(rows_kept.sum()) for rows_kept in kept) <= max_triangle:
+        of_point = _clusters(points, meeting, moves, size, exaggeration)
+        corners = of_point[triangles]
+        kept = _distinct(corners)
+        n = int(sides[kept].sum())
+        if n <= max_triangle:
             break
-        size *= STEP
+        size *= max(STEP, math.sqrt(n / max_triangle))
     means = _means(points, of_point)
-    return [
-        _shell(means, of_point[t[k]], shell.surface[k])
-        for t, k, shell in zip(triangles, kept, shells, strict=True)
-    ]
+    return replace(
+        mesh,
+        points=means,
+        triangles=corners[kept],
+        sides=mesh.sides[kept],
+        surface=mesh.surface[kept],
+    )
 
 
-def _shared_points(parts: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Distinct points (n, 3) of all shells, and the row of each point of each shell."""
-    points, rows = np.unique(np.concatenate(parts), axis=0, return_inverse=True)
-    ends = np.cumsum([len(part) for part in parts])[:-1]
-    return points, np.split(rows.ravel(), ends)
-
-
-def _one_surface(
-    n_point: int, triangles: list[np.ndarray], shells: list[Shell]
+def surfaces_at(
+    n_point: int, triangles: np.ndarray, surface: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Whether each point lies on a single surface, and the first surface of each point."""
+    """Return a number for the set of surfaces at each point, and whether there are several.
+
+    Examples
+    --------
+    >>> triangles = np.array([[0, 1, 2], [1, 2, 3], [3, 2, 4]])
+    >>> meeting, several = surfaces_at(5, triangles, np.array([7, 7, 8]))
+    >>> meeting.tolist(), several.tolist()
+    ([0, 0, 1, 1, 2], [False, False, True, True, False])
+    """
     low = np.full(n_point, np.iinfo(np.int64).max)
     high = np.full(n_point, -1)
-    for t, shell in zip(triangles, shells, strict=True):
-        surface = np.repeat(shell.surface, 3)
-        np.minimum.at(low, t.ravel(), surface)
-        np.maximum.at(high, t.ravel(), surface)
-    return low == high, high
+    for k in range(3):
+        np.minimum.at(low, triangles[:, k], surface)
+        np.maximum.at(high, triangles[:, k], surface)
+    several = low < high
+    meeting = high.copy()
+
+    # the surfaces of a point join its set one after the other, each set with a number of its own
+    n_surface = int(surface.max(initial=0)) + 2
+    corner = np.flatnonzero(several[triangles].ravel())
+    pairs = np.unique(triangles.ravel()[corner] * n_surface + surface[corner // 3])
+    point, one = np.divmod(pairs, n_surface)
+    first = np.flatnonzero(np.append(True, point[1:] != point[:-1]))[: len(pairs)]
+    place = np.arange(len(pairs)) - np.repeat(first, np.diff(np.append(first, len(pairs))))
+    joined = np.full(n_point, -1)
+    for k in range(int(place.max(initial=-1)) + 1):
+        now = place == k
+        joined[point[now]] = (joined[point[now]] + 1) * n_surface + one[now]
+        joined[several] = number_keys(joined[several])[1]
+    meeting[several] = n_surface + joined[several]
+    return number_keys(meeting)[1], several
 
 
 def _clusters(
-    points: np.ndarray, surface: np.ndarray, alone: np.ndarray, size: float, exaggeration: float
+    points: np.ndarray, meeting: np.ndarray, moves: np.ndarray, size: float, exaggeration: float
 ) -> np.ndarray:
-    """The cluster of each point: a cell of one surface, or the point itself."""
-    cell = np.floor((points - points.min(axis=0)) / (size, size, size / exaggeration))
-    cell = cell.astype(np.int64)
-    key = np.column_stack([surface, cell])
-
-    # one number for each cell: rows of numbers are slower to sort
-    spans = key.max(axis=0) + 1
-    code = np.ravel_multi_index(tuple(key.T), tuple(spans.tolist()))
-    code[~alone] = -1 - np.flatnonzero(~alone)
-    return np.unique(code, return_inverse=True)[1].ravel()
+    """The cluster of each point: a cell of one set of surfaces, or the point itself."""
+    low = points.min(axis=0)
+    steps = (size, size, size / exaggeration)
+    code = meeting.copy()
+    for k in range(3):
+        cell = ((points[:, k] - low[k]) / steps[k]).astype(np.int64)
+        n_cell = int(cell.max()) + 1
+        if (int(code.max()) + 1) * n_cell > LARGEST:
+            code = number_keys(code)[1]
+        code = code * n_cell + cell
+    code[~moves] = -1 - np.flatnonzero(~moves)
+    return number_keys(code)[1]
 
 
 def _distinct(triangles: np.ndarray) -> np.ndarray:
@@ -105,12 +137,6 @@ def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
     sums = [np.bincount(of_point, (points[:, k] - start[k])) for k in range(3)]
     result: np.ndarray = np.column_stack(sums) / count[:, None] + start
     return result
-
-
-def _shell(points: np.ndarray, triangles: np.ndarray, surface: np.ndarray) -> Shell:
-    """A shell without unused points."""
-    used, rows = np.unique(triangles, return_inverse=True)
-    return Shell(points[used], rows.reshape(-1, 3), surface)
 
 
 __all__ = ["clustered"]

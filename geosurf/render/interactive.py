@@ -25,7 +25,7 @@ from geosurf.render import palette
 from geosurf.render.bodies import curve_bodies, network_bodies, stick_body, tet_bodies
 from geosurf.render.cluster import clustered
 from geosurf.render.surface_layers import rim, thinned
-from geosurf.render.thin_units import shells_to_draw
+from geosurf.render.thin_units import mesh_to_draw, shells_to_draw
 from geosurf.render.unit_layers import explosion, outline
 from geosurf.render.views import bounds_of, choose_exaggeration
 
@@ -52,7 +52,13 @@ def view_of_units(units: Units, max_triangle: int = MAX_VIEW_TRIANGLE) -> View3D
     """
     shades = unit_colours((unit.name, unit.zone_index) for unit in units.without_slivers)
     stretch = choose_exaggeration(units.box)
-    shells = clustered(shells_to_draw(units, max_triangle), max_triangle, stretch)
+    mesh = mesh_to_draw(units, max_triangle)
+    few = mesh.n_drawn <= max_triangle
+    shells = (
+        shells_to_draw(units, max_triangle)
+        if few
+        else clustered(mesh, max_triangle, stretch).shells
+    )
     drawn = zip(units.values(), shells, explosion(units, EXPLODED), strict=True)
     diagonal = float(np.hypot(*np.ptp(np.reshape(units.box[:4], (2, 2)), axis=1)))
     bodies = []

@@ -13,9 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.errors import InputError
-from geosurf.model import Lattice, Unit, Units
-from geosurf.model.pieces import Pieces, Strips
+from geosurf.kernels.meshes.numbering import renumbered
+from geosurf.model import Lattice, Units
+from geosurf.model.pieces import Pieces, Strips, by_unit
 
 MAX_UNIT_TRIANGLE = 400_000  # of all shells: one for each four pixels of a picture
 ROW, FIRST, LAST = 0, 1, 2  # columns of runs
@@ -41,12 +41,45 @@ class Shell:
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
-    """Triangles of one surface, rows of points; the unit in front of and behind each."""
+class UnitMesh:
+    """Triangles between units, each listed once for the units on both of its sides.
 
+    Attributes
+    ----------
+    points : ndarray of float64, shape (n_point, 3)
+        World coordinates [m]; surfaces that meet share their points.
+    triangles : ndarray of int64, shape (n_triangle, 3)
+    sides : ndarray of int64, shape (n_triangle, 2)
+        Unit in front and behind, two different ones; -1 outside.
+    surface : ndarray of int64, shape (n_triangle,)
+        Surface of each.
+    n_unit : int
+    """
+
+    points: np.ndarray
     triangles: np.ndarray
     sides: np.ndarray
     surface: np.ndarray
+    n_unit: int
+
+    @property
+    def n_drawn(self) -> int:
+        """Number of triangles of all shells."""
+        return int((self.sides >= 0).sum())
+
+    @property
+    def shells(self) -> list[Shell]:
+        """The shell of each unit, turned outward."""
+        rows, first = by_unit(self.sides, self.n_unit)
+        found = []
+        for u, (low, high) in enumerate(pairwise(first.tolist())):
+            mine = rows[low:high]
+            t = self.triangles[mine]
+            inward = self.sides[mine, 0] == u
+            t[inward] = t[inward][:, [0, 2, 1]]
+            used, t = renumbered(t)
+            found.append(Shell(self.points[used], t, self.surface[mine]))
+        return found
 
 
 def shells_to_draw(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[Shell]:
@@ -58,18 +91,52 @@ def shells_to_draw(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[
     units : Units
     max_triangle : int
     """
-    try:
-        pieces, sides = units.piece_sides
-    except InputError:  # units that were not carved have their triangles only
-        return [_whole(unit) for unit in units.values()]
+    if not units.has_pieces:  # units that were not carved have their triangles only
+        return whole_shells(units)
+    pieces, sides = units.piece_sides
     stride = _stride(pieces, sides, max_triangle)
     if stride == 1:
-        return [_whole(unit) for unit in units.values()]
-    return thinned_shells(pieces, sides, len(units), stride)
+        return whole_shells(units)
+    return thinned_mesh(pieces, sides, len(units), stride).shells
 
 
-def _whole(unit: Unit) -> Shell:
-    return Shell(unit.vertices, unit.triangles, unit.surface_of_triangle)
+def mesh_to_draw(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> UnitMesh:
+    """
+    Return the triangles between units, with about `max_triangle` of all shells, or all of them.
+
+    Parameters
+    ----------
+    units : Units
+    max_triangle : int
+    """
+    if not units.has_pieces:
+        return _welded(whole_shells(units))
+    pieces, sides = units.piece_sides
+    return thinned_mesh(pieces, sides, len(units), _stride(pieces, sides, max_triangle))
+
+
+def whole_shells(units: Units) -> list[Shell]:
+    """Return the shells of units with all of their triangles."""
+    return [Shell(u.vertices, u.triangles, u.surface_of_triangle) for u in units.values()]
+
+
+def _welded(shells: list[Shell]) -> UnitMesh:
+    """Shells whose points are one where they have equal coordinates."""
+    points, row = np.unique(
+        np.concatenate([np.empty((0, 3)), *(shell.points for shell in shells)]),
+        axis=0, return_inverse=True,
+    )  # fmt: skip
+    first = np.cumsum([0, *(len(shell.points) for shell in shells)])
+    parts = [row.ravel()[shell.triangles + k] for shell, k in zip(shells, first, strict=False)]
+    unit = np.repeat(np.arange(len(shells)), [len(part) for part in parts])
+    surfaces = [shell.surface for shell in shells]
+    return UnitMesh(
+        points,
+        np.concatenate([np.empty((0, 3), dtype=np.int64), *parts]),
+        np.column_stack([np.full(len(unit), -1), unit]),
+        np.concatenate([np.empty(0, dtype=np.int64), *surfaces]),
+        len(shells),
+    )
 
 
 def _stride(pieces: Pieces, sides: np.ndarray, max_triangle: int) -> int:
@@ -86,9 +153,9 @@ def _stride(pieces: Pieces, sides: np.ndarray, max_triangle: int) -> int:
     return math.ceil(math.sqrt(n / max_triangle))
 
 
-def thinned_shells(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) -> list[Shell]:
+def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) -> UnitMesh:
     """
-    Return the shell of each unit from blocks of `stride` x `stride` cells.
+    Return the triangles between units, from blocks of `stride` x `stride` cells.
 
     Parameters
     ----------
@@ -100,7 +167,9 @@ def thinned_shells(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) 
     """
     n_core = len(pieces.triangles)
     points = [pieces.x + pieces.origin]
-    parts = [_Part(pieces.triangles, sides[:n_core], pieces.surface)]
+    listed = _between(sides[:n_core])
+    triangles, beside = [pieces.triangles[listed]], [sides[:n_core][listed]]
+    surface = [pieces.surface[listed]]
     n_point = len(pieces.x)
     for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
         if strips is None or not len(strips.runs):
@@ -110,16 +179,22 @@ def thinned_shells(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) 
         nodes, of_runs = _blocks(source.lattice, strips, sides[first:], stride)
 
         # nodes that cut triangles have, too, keep their points: normals pass from one to the other
-        used, place_of = np.unique(nodes, return_inverse=True)
+        used, place_of = renumbered(nodes)
         at = np.minimum(np.searchsorted(strips.nodes, used), max(len(strips.nodes) - 1, 0))
         known = strips.nodes[at] == used if len(strips.nodes) else np.zeros(len(used), dtype=bool)
         number = n_point + np.cumsum(~known) - 1
         number[known] = strips.points[at[known]]
         points.append(source.places_of_nodes(used[~known]))
         n_point += len(points[-1])
-        t = number[place_of.reshape(nodes.shape)]
-        parts.append(_Part(t, of_runs, np.full(len(t), i)))
-    return _by_unit(np.concatenate(points), parts, n_unit)
+        triangles.append(number[place_of])
+        beside.append(of_runs)
+        surface.append(np.full(len(nodes), i))
+    return UnitMesh(*map(np.concatenate, (points, triangles, beside, surface)), n_unit)
+
+
+def _between(sides: np.ndarray) -> np.ndarray:
+    """Rows with different units on both sides."""
+    return np.flatnonzero(sides[:, 0] != sides[:, 1])
 
 
 def _blocks(
@@ -162,27 +237,3 @@ def _blocks(
     fine = lattice.corners_of_keys(2 * (fine_row * n_col + place // 2) + half)
     of = np.concatenate([np.tile(of_block[same], 2), kinds[fine_row, place]]) - 1
     return np.concatenate([coarse, fine]), pairs[of]
-
-
-def _by_unit(points: np.ndarray, parts: list[_Part], n_unit: int) -> list[Shell]:
-    """Shells from parts: each triangle once for the unit on either side, turned outward."""
-    triangles, sides, surface = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("triangles", "sides", "surface")
-    )
-    rows = np.flatnonzero(sides[:, 0] != sides[:, 1])
-    unit = np.concatenate([sides[rows, 1], sides[rows, 0]])
-    row = np.concatenate([rows, rows])
-    front = np.repeat([False, True], len(rows))
-
-    # unit by unit, -1 (outside) first
-    order = np.argsort(unit, kind="stable")
-    ends = np.searchsorted(unit[order], np.arange(n_unit + 1))
-    found = []
-    for low, high in pairwise(ends.tolist()):
-        mine = order[low:high]
-        t = triangles[row[mine]]
-        t = np.where(front[mine][:, None], t[:, [0, 2, 1]], t)
-        used, place_of = np.unique(t, return_inverse=True)
-        found.append(Shell(points[used], place_of.reshape(t.shape), surface[row[mine]]))
-    return found

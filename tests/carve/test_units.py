@@ -143,6 +143,18 @@ def ring_of(points):
 
 
 # --------------------------------------------------------------------- names
+@pytest.mark.parametrize("world", [synthetic.tilted_planes(n=9), synthetic.waves(21)])
+def test_surfaces_that_bound_a_unit_are_those_of_its_triangles(world):
+    """Found from faces, and no triangle is listed: a page asks for those of every unit."""
+    units = Scene(world.horizons, world.faults, world.box).units
+    found = {name: unit.bounded_by for name, unit in units.items()}
+    shells, _ = next(iter(units.values()))._shell
+    assert "in_full" not in shells.cells.__dict__
+    for name, unit in units.items():
+        rows = np.unique(unit.surface_of_triangle).tolist()
+        assert found[name] == tuple(unit.surface_names[i] for i in rows)
+
+
 def test_zones_and_blocks_have_names():
     units = carve([level("Top", 3), level("Base", 1), upright("F1", 1)])
     assert volumes(units) == {

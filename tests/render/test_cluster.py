@@ -1,4 +1,4 @@
-"""Points that become one: planes keep their volume, meeting lines stay, the budget is kept."""
+"""Points that become one: planes keep their volume, lines their ends, the budget is kept."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.render.cluster import clustered
+from benchmarks.results import inputs_of
+from geosurf.render.cluster import clustered, surfaces_at
 from geosurf.render.interactive import view_of_units
-from geosurf.render.thin_units import shells_to_draw
+from geosurf.render.thin_units import UnitMesh, mesh_to_draw
 from geosurf.render.unit_layers import outline
 
 
@@ -23,27 +24,71 @@ def units():
     return gs.Scene(world.horizons, world.faults, world.box).units
 
 
-@pytest.mark.parametrize("share", [0.7, 0.4])
+def lines_of(shells) -> list[set[tuple[float, ...]]]:
+    """Points of the lines where surfaces meet, of each shell."""
+    ends = [s.points[outline(s, creases=False)].reshape(-1, 3) for s in shells]
+    return [{tuple(p) for p in np.round(x, 6).tolist()} for x in ends]
+
+
+@pytest.mark.parametrize("share", [0.7, 0.4, 0.1])
 def test_planes_keep_volume_and_outline_with_fewer_triangles(units, share):
-    whole = shells_to_draw(units, 10**9)
-    n = sum(len(shell.triangles) for shell in whole)
-    few = clustered(whole, int(share * n))
-    assert sum(len(shell.triangles) for shell in few) <= share * n
-    for one, other in zip(whole, few, strict=True):
-        # points of a plane stay in it, and its rim stays where it is: so does the volume
+    whole = mesh_to_draw(units, 10**9)
+    few = clustered(whole, int(share * whole.n_drawn))
+    assert few.n_drawn <= share * whole.n_drawn
+    for one, other in zip(whole.shells, few.shells, strict=True):
+        # points of a plane stay in it, and those of a line on the line: so does the volume
         assert volume(other) == pytest.approx(volume(one), rel=1e-9)
-        ends = [
-            {tuple(p) for p in np.round(s.points[outline(s, creases=False)].reshape(-1, 3), 6)}
-            for s in (one, other)
-        ]
-        assert ends[0] == ends[1]
         assert len(np.unique(other.triangles)) == len(other.points)
+    before, after = lines_of(whole.shells), lines_of(few.shells)
+    if share > 0.5:
+        assert before == after
+    else:  # lines alone would take more: they have fewer points, and the same ends
+        corners = {tuple(np.round(p, 6).tolist()) for p in corner_points(whole)}
+        for old, new in zip(before, after, strict=True):
+            assert len(new) < len(old)
+            assert old & corners <= new
+
+
+def corner_points(mesh: UnitMesh) -> np.ndarray:
+    """Points where three surfaces or more meet, found one by one."""
+    at: dict[int, set[int]] = {}
+    for corners, surface in zip(mesh.triangles.tolist(), mesh.surface.tolist(), strict=True):
+        for point in corners:
+            at.setdefault(point, set()).add(surface)
+    return mesh.points[[point for point, of in at.items() if len(of) > 2]]
+
+
+def test_sets_of_surfaces_are_those_that_meet(units):
+    mesh = mesh_to_draw(units, 10**9)
+    meeting, several = surfaces_at(len(mesh.points), mesh.triangles, mesh.surface)
+    at: dict[int, set[int]] = {}
+    for corners, surface in zip(mesh.triangles.tolist(), mesh.surface.tolist(), strict=True):
+        for point in corners:
+            at.setdefault(point, set()).add(surface)
+    found: dict[int, set[frozenset[int]]] = {}
+    for point, of in at.items():
+        assert several[point] == (len(of) > 1)
+        found.setdefault(int(meeting[point]), set()).add(frozenset(of))
+    assert all(len(sets) == 1 for sets in found.values())
+    assert len(set.union(*found.values())) == len(found) > 10
 
 
 def test_few_enough_triangles_are_returned_as_they_are(units):
-    whole = shells_to_draw(units, 10**9)
+    whole = mesh_to_draw(units, 10**9)
     assert clustered(whole, 10**9) is whole
-    assert clustered([], 5) == []
+    none = UnitMesh(*(np.empty((0, k)) for k in (3, 3, 2)), np.empty(0), 0)
+    assert clustered(none, 5) is none
+    assert none.shells == []
+
+
+@pytest.mark.parametrize("n_horizon", [3, 12])
+def test_views_of_many_horizons_have_as_many_triangles(n_horizon):
+    """Lines of many surfaces take all that may be drawn: horizons between them keep their part."""
+    scene = gs.Scene(*inputs_of(n_horizon, 41, 2))
+    view = view_of_units(scene.units, 6000)
+    assert sum(len(body.triangles) for body in view.bodies) <= 6000
+    most = {body.name: len(body.triangles) for body in view.bodies}
+    assert min(most.values()) > 20
 
 
 def test_units_that_share_a_surface_go_on_sharing_its_points(units):

@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.model import Units
 from geosurf.render import unit_layers
-from geosurf.render.thin_units import Shell, shells_to_draw, thinned_shells
+from geosurf.render.thin_units import Shell, shells_to_draw, thinned_mesh
 
 
 def volume(shell: Shell, origin: np.ndarray) -> float:
@@ -30,7 +30,7 @@ def test_blocks_fill_the_volume_of_plane_units(flip: bool) -> None:
     units = planes(flip)
     counts = []
     for stride in (1, 2, 3, 7):
-        shells = thinned_shells(*units.piece_sides, len(units), stride)
+        shells = thinned_mesh(*units.piece_sides, len(units), stride).shells
         counts.append(sum(len(shell.triangles) for shell in shells))
         for shell, unit in zip(shells, units.values(), strict=True):
             assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=1e-9)
@@ -43,7 +43,7 @@ def test_without_blocks_shells_have_the_triangles_of_units() -> None:
     world = gs.synthetic.tilted_planes(n=9)
     units = gs.Scene(world.horizons, world.faults, world.box).units
     for shell, unit in zip(
-        thinned_shells(*units.piece_sides, len(units), 1), units.values(), strict=True
+        thinned_mesh(*units.piece_sides, len(units), 1).shells, units.values(), strict=True
     ):
         for points in (unit.vertices, shell.points):
             assert len(np.unique(points, axis=0)) == len(points)
