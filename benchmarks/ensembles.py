@@ -50,7 +50,7 @@ def main() -> None:
     parser.add_argument("case", choices=("throw", "field"))
     parser.add_argument("--n", type=int, default=20)
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--processes", action="store_true")
+    parser.add_argument("--processes", action=argparse.BooleanOptionalAction)
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
     scene, uncertain = {"throw": throw, "field": field}[asked.case]()

@@ -289,7 +289,11 @@ def _add_ensemble(add: Callable[..., Any]) -> None:
     ensemble.add_argument(
         "--workers", type=whole_number(1), help="realisations at once (default: all cores)"
     )
-    ensemble.add_argument("--processes", action="store_true", help="worker processes, not threads")
+    ensemble.add_argument(
+        "--processes",
+        action=argparse.BooleanOptionalAction,
+        help="worker processes, not threads (default: what is expected to end earlier)",
+    )
 
 
 def _add_new(add: Callable[..., Any]) -> None:

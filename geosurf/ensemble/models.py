@@ -37,6 +37,8 @@ OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out un
 class Model(Protocol):
     """A model that realisations change."""
 
+    is_data: bool  # whether it is data alone: a function may have effects in its own process
+
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
 
@@ -70,6 +72,8 @@ class SceneModel:
     >>> scene.surface("Top").bounds[4] - model.scene.surface("Top").bounds[4]
     10.0
     """
+
+    is_data = True
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -175,6 +179,7 @@ class SceneModel:
 class BuiltModel:
     """A function of a random number generator that returns a scene."""
 
+    is_data = False
     horizon_names: tuple[str, ...] = ()
     fault_names: tuple[str, ...] = ()
     tops: Tops | None = None

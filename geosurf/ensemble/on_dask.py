@@ -7,20 +7,21 @@ from __future__ import annotations
 
 import os
 import pickle
-import tempfile
+import time
 from collections.abc import Callable, Iterable
 from functools import partial
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 from geosurf.arrangement.threads import n_threads
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
+from geosurf.ensemble.worker_processes import Workers, dumps, lost, processes_pay
 from geosurf.errors import DependencyError, InputError, WorkerError
 
 OnRecord = Callable[[Record], None]
-_PLANS: dict[str, Plan] = {}  # of a worker process: the one that it works on
+_FEW = 8  # realisations: fewer are in threads
+_PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works on
 
 
 def require_extra() -> None:
@@ -57,7 +58,7 @@ def run_on_dask(
     *,
     client: Any = None,
     workers: int = 1,
-    processes: bool = False,
+    processes: bool | None = None,
 ) -> None:
     """
     Run realisations and hand on the record of each as soon as it is there.
@@ -74,8 +75,9 @@ def run_on_dask(
         Runs them; the others count without it.
     workers : int
         Realisations at once.
-    processes : bool
-        Whether workers are processes, not threads.
+    processes : bool, optional
+        Whether workers are processes, not threads. Default: whatever is expected to end earlier,
+        by the time of the first realisation.
 
     Raises
     ------
@@ -88,8 +90,13 @@ def run_on_dask(
     # A client has its own workers: `workers` and `processes` count without it only.
     if client is not None:
         _on_cluster(plan, wanted, on_record, client)
-    elif processes:
-        _in_processes(plan, wanted, on_record, workers)
+        return
+    if processes:
+        _in_processes(plan, dumps(plan), wanted, on_record, workers, meanwhile=False)
+        return
+    data = _tried(plan, wanted, on_record, workers) if processes is None else None
+    if data is not None:
+        _in_processes(plan, data, wanted, on_record, workers, meanwhile=True)
     else:
         from dask.threaded import get
 
@@ -110,22 +117,32 @@ def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **optio
         get(graph, list(graph), **options)
 
 
-def _in_processes(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> None:
-    """Worker processes read the plan once each, from a file."""
-    from concurrent.futures.process import BrokenProcessPool
+def _in_processes(
+    plan: Plan, data: bytes, wanted: list[int], on_record: OnRecord, workers: int, meanwhile: bool
+) -> None:
+    """Worker processes, each asked by a thread of this one."""
+    from dask.threaded import get
 
-    from dask.multiprocessing import get
+    with Workers(plan, data, min(workers, len(wanted)), meanwhile=meanwhile) as pool:
+        _streamed(get, _graph(pool.run, wanted), on_record, num_workers=workers)
 
-    # A file instead of a task argument: the plan would be sent with each realisation.
-    with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as folder:
-        file = Path(folder) / "plan"
-        file.write_bytes(dumps(plan))
-        graph = _graph(partial(run_from_file, str(file)), wanted)
-        try:
-            # One task at a time, so that progress shows and no worker sits on a batch.
-            _streamed(get, graph, on_record, num_workers=workers, chunksize=1, optimize_graph=False)
-        except BrokenProcessPool as error:
-            raise WorkerError(_lost(f"{workers} worker processes")) from error
+
+def _tried(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> bytes | None:
+    """Run the first realisation here; the plan as bytes if processes are faster for the others."""
+    # A function may have effects that the caller waits for: it stays in this process.
+    if workers == 1 or len(wanted) < _FEW or not plan.model.is_data:
+        return None
+    start = time.process_time()
+    record = plan.run(wanted[0])
+    seconds = time.process_time() - start
+    on_record(record)
+    del wanted[0]
+    if not processes_pay(seconds, len(wanted), workers):
+        return None
+    try:
+        return dumps(plan)
+    except (TypeError, AttributeError, pickle.PicklingError):  # threads take anything
+        return None
 
 
 def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any) -> None:
@@ -149,7 +166,7 @@ def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any)
         for _, record in finished(futures, with_results=True):
             on_record(record)
     except (KilledWorker, FutureCancelledError, CommClosedError) as error:
-        raise WorkerError(_lost("the Dask cluster")) from error
+        raise WorkerError(lost("the Dask cluster")) from error
     finally:
         # What has not started is not needed after an error.
         client.cancel(futures)
@@ -164,30 +181,6 @@ def _graph(run: Callable[[int], Record], wanted: list[int]) -> dict[str, Any]:
     rank = order(dict.fromkeys(names, (int,)))
     names.sort(key=rank.__getitem__)
     return {name: (partial(run, k),) for name, k in zip(names, wanted, strict=True)}
-
-
-def _lost(where: str) -> str:
-    return (
-        f"a worker of {where} was lost (killed, or out of memory). Run the same call again: it "
-        "continues with what is stored; fewer workers need less memory."
-    )
-
-
-def dumps(plan: Plan) -> bytes:
-    """Return a plan as bytes for another process; functions of a script go along."""
-    import cloudpickle
-
-    return bytes(cloudpickle.dumps(plan))
-
-
-def run_from_file(path: str, realization: int) -> Record:
-    """Run a realisation in a worker process."""
-    # A worker keeps the plan that it read; another run has another file.
-    if path not in _PLANS:
-        os.environ.setdefault("GEOSURF_THREADS", "1")  # workers share the cores
-        _PLANS.clear()
-        _PLANS[path] = pickle.loads(Path(path).read_bytes())
-    return _PLANS[path].run(realization)
 
 
 def run_from_bytes(token: str, data: bytes, realization: int) -> Record:

@@ -41,7 +41,7 @@ def run_ensemble(
     maps: Any = None,
     client: Any = None,
     workers: int | None = None,
-    processes: bool = False,
+    processes: bool | None = None,
     progress: bool | Callable[[str], object] = True,
 ) -> xarray.Dataset:
     """
@@ -72,9 +72,9 @@ def run_ensemble(
         A Dask cluster that runs the realisations.
     workers : int, optional
         Realisations at once, without a client. Default: the cores that the process may use.
-    processes : bool
-        Whether workers are processes instead of threads. A script then needs
-        ``if __name__ == "__main__":``.
+    processes : bool, optional
+        Whether workers are processes instead of threads. Default: what is expected to end earlier,
+        by the time of the first realisation; threads for a callable.
     progress : bool or callable
         True shows progress and the time left, where stderr is a console; a callable gets each line.
 
@@ -125,7 +125,8 @@ def run_ensemble(
     require_extra()
 
     # Arguments are checked before the first model is built.
-    workers, processes = check_workers(workers), flag_of(processes, "processes")
+    workers = check_workers(workers)
+    processes = None if processes is None else flag_of(processes, "processes")
     plan, n = planned(model, n, uncertain, seed, maps)
     # The base case also fixes the area for all realisations.
     base = plan.start()
@@ -201,7 +202,7 @@ def _run(
     target: EnsembleStore,
     client: Any,
     workers: int,
-    processes: bool,
+    processes: bool | None,
     progress: bool | Callable[[str], object],
 ) -> None:
     """Run what is missing, and store each realisation when it is finished."""

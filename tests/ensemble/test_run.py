@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform
+from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.progress import Progress, console_line
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.run import planned
 from geosurf.ensemble.store import EnsembleStore
+from geosurf.ensemble.worker_processes import processes_pay
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from tests.ensemble.worlds import AREA, bytes_of, layer_cake
 
@@ -85,6 +86,32 @@ def test_threads_give_the_same_bytes(tmp_path, truth):
 def test_worker_processes_give_the_same_bytes(tmp_path, truth):
     run(store=tmp_path / "e.zarr", workers=1, processes=True)
     assert bytes_of(tmp_path / "e.zarr") == truth
+
+
+def test_long_ensembles_choose_processes_and_give_the_same_bytes(tmp_path, truth, monkeypatch):
+    asked = []
+
+    def always(seconds, n, workers):
+        asked.append((seconds, n, workers))
+        return True
+
+    monkeypatch.setattr(on_dask, "processes_pay", always)
+    run(store=tmp_path / "e.zarr", workers=2)
+    assert bytes_of(tmp_path / "e.zarr") == truth
+    [(seconds, n, workers)] = asked
+    assert seconds > 0
+    assert (n, workers) == (N - 1, 2)  # the first one was timed
+    with pytest.warns(gs.GeosurfWarning):  # a function may have effects: it stays in threads
+        gs.run_ensemble(sometimes, 24, workers=2)
+    assert len(asked) == 1
+
+
+def test_processes_pay_where_their_start_is_a_small_part():
+    assert not processes_pay(0.01, 100, 2)
+    assert processes_pay(1.0, 100, 2)
+    assert not processes_pay(1.0, 100, 1)
+    times = [n for n in range(1, 200) if processes_pay(0.3, n, 2)]
+    assert times == list(range(times[0], 200))
 
 
 @pytest.mark.filterwarnings("default")
