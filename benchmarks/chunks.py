@@ -25,6 +25,7 @@ import geosurf as gs
 
 CHUNK, STEP = 1000, 12.5
 MEASURES = {
+    "certificate": "certificate",
     "map": "thickness map, 100 x 100 cells",
     "fine map": "thickness map, 2000 x 2000 cells",
     "sample": "sample of 10 000 points",
@@ -107,7 +108,9 @@ def run(way: str, path: Path) -> dict[str, Any]:
 def measure(scene: gs.Scene, way: str) -> None:
     """Do one of `MEASURES`."""
     west, east, south, north, bottom, top = scene.box
-    if way == "map":
+    if way == "certificate":
+        assert scene.check().ok
+    elif way == "map":
         scene.thickness("Top/Base")
     elif way == "fine map":
         scene.thickness("Top/Base", max(east - west, north - south) / 2000)

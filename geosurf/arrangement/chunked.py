@@ -82,7 +82,7 @@ def _joined(found: list[np.ndarray]) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _Hull:
+class Hull:
     """What holds a surface: boxes (n, 6), and planes through what is in them, if that is known.
 
     A plane is a point (n, 3), a normal (n, 3) of any length, and the size of its terms (n,), which
@@ -92,10 +92,14 @@ class _Hull:
     boxes: np.ndarray
     planes: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
-    def only(self, some: np.ndarray) -> _Hull:
+    def only(self, some: np.ndarray) -> Hull:
         """Some of the boxes."""
         planes = self.planes and (self.planes[0][some], self.planes[1][some], self.planes[2][some])
-        return _Hull(self.boxes[some], planes)
+        return Hull(self.boxes[some], planes)
+
+    def widened(self, slip: float) -> Hull:
+        """The same with wider boxes; planes pass near what is in them anyway."""
+        return Hull(self.boxes + np.repeat([-slip, slip], 3), self.planes)
 
 
 def _windows(
@@ -107,11 +111,11 @@ def _windows(
     k = 0 if chunked[0] else 1
     if all(chunked) and not one_map:
         one, two = lattices
-        for (i, j), at in _tiles_near(one, _Hull(two.bounds.boxes)):
-            for _, other in _tiles_near(two, _Hull(_blocks_of(one, i, j))):
+        for (i, j), at in tiles_near(one, Hull(two.bounds.boxes)):
+            for _, other in tiles_near(two, Hull(blocks_of(one, i, j))):
                 yield at, other
         return
-    for _, at in _tiles_near(lattices[k], _hull(surfaces[1 - k], trees[1 - k])):
+    for _, at in tiles_near(lattices[k], hull_of(surfaces[1 - k], trees[1 - k])):
         # of one map equal windows: cells of other places in the map have nothing to add
         if one_map:
             yield at, at
@@ -119,22 +123,22 @@ def _windows(
             yield (at, None) if k == 0 else (None, at)
 
 
-def _hull(surface: TriSurface, whole: Tree) -> _Hull:
+def hull_of(surface: TriSurface, whole: Tree) -> Hull:
     """Boxes that hold a surface; of few triangles their planes, too, since these may be long."""
     if isinstance(surface.lattice, ChunkedLattice):
-        return _Hull(surface.lattice.bounds.blocks)
+        return Hull(surface.lattice.bounds.blocks)
     if surface.lattice is None and surface.n_triangle <= _FEW:
         a, b, c = (surface.vertices[surface.triangles[:, k]] for k in range(3))
         corners = np.stack([a, b, c])
         boxes = np.concatenate([corners.min(axis=0), corners.max(axis=0)], axis=1)
         size = np.linalg.norm(b - a, axis=1) * np.linalg.norm(c - a, axis=1)
-        return _Hull(boxes, (a, np.cross(b - a, c - a), size))
+        return Hull(boxes, (a, np.cross(b - a, c - a), size))
     nodes, levels = whole.top()
     start, n_row, n_col = levels[0, :3].tolist()
-    return _Hull(nodes[start : start + n_row * n_col])
+    return Hull(nodes[start : start + n_row * n_col])
 
 
-def _tiles_near(lattice: ChunkedLattice, hull: _Hull) -> Iterator[tuple[tuple[int, int], Window]]:
+def tiles_near(lattice: ChunkedLattice, hull: Hull) -> Iterator[tuple[tuple[int, int], Window]]:
     """Tiles of which a block meets a hull, each with a window around such blocks."""
     hull = hull.only(_overlap(hull.boxes, lattice.survey.box))
     for tile in np.flatnonzero(_meet_any(lattice.bounds.boxes, hull)).tolist():
@@ -143,7 +147,7 @@ def _tiles_near(lattice: ChunkedLattice, hull: _Hull) -> Iterator[tuple[tuple[in
         if rows[1] - rows[0] < 2 or cols[1] - cols[0] < 2:
             continue  # no cell: its nodes are in the next tile, too
         near = hull.only(_overlap(hull.boxes, lattice.bounds.boxes[tile]))
-        met = _meet_any(_blocks_of(lattice, i, j), near)
+        met = _meet_any(blocks_of(lattice, i, j), near)
         if met.any():
             yield (i, j), _around(np.flatnonzero(met), len(met), rows, cols)
 
@@ -163,7 +167,7 @@ def _around(
     return found[0], found[1]
 
 
-def _blocks_of(lattice: ChunkedLattice, i: int, j: int) -> np.ndarray:
+def blocks_of(lattice: ChunkedLattice, i: int, j: int) -> np.ndarray:
     """Boxes around blocks of cells of a tile."""
     tile = i * lattice.tile_shape[1] + j
     start, stop = lattice.bounds.starts[tile : tile + 2].tolist()
@@ -176,7 +180,7 @@ def _overlap(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
     return marks[:, 0] & marks[:, 1] & marks[:, 2]
 
 
-def _meet_any(some: np.ndarray, hull: _Hull) -> np.ndarray:
+def _meet_any(some: np.ndarray, hull: Hull) -> np.ndarray:
     """Which boxes (n, 6) may meet a hull, bool (n,)."""
     met = np.zeros(len(some), dtype=bool)
     step = max(_AT_ONCE // max(len(hull.boxes), 1), 1)
@@ -235,4 +239,4 @@ def _as_whole(surface: TriSurface, part: TriSurface, keys: np.ndarray, at: Windo
     return moved
 
 
-__all__ = ["is_chunked", "pairs_by_tiles"]
+__all__ = ["Hull", "blocks_of", "hull_of", "is_chunked", "pairs_by_tiles", "tiles_near"]

@@ -22,7 +22,7 @@ from geosurf.model.chunked import ChunkedLattice
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
-_NO_NUMBERS = np.empty(0), np.empty(0), np.empty(0)  # of what stays in a store: a box alone
+NO_NUMBERS = np.empty(0), np.empty(0), np.empty(0)  # of what stays in a store: a box alone
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
@@ -128,7 +128,7 @@ def tree_of_list(vertices: np.ndarray, triangles: np.ndarray) -> Tree:
 
 def _lattice_tree(lattice: Lattice) -> Tree:
     survey = lattice.survey
-    coordinates = _NO_NUMBERS if isinstance(lattice, ChunkedLattice) else lattice.coordinates
+    coordinates = NO_NUMBERS if isinstance(lattice, ChunkedLattice) else lattice.coordinates
     given = coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
     return Tree(*given, survey.nodes, survey.levels)
 

@@ -170,8 +170,8 @@ class ChunkedLattice(Lattice):
         return HorizonError(
             f"horizon {self.store.name!r} stays in its store ({n_row} x {n_col} nodes, "
             f"{8e-9 * self.n_node:.2g} GB), and this result needs all nodes in memory. Curves, "
-            "units, volumes, thickness maps, sections and samples do not. Load it with da.load(), "
-            "or select a part with da.isel(...).",
+            "units, volumes, certificates, thickness maps, sections and samples do not. Load it "
+            "with da.load(), or select a part with da.isel(...).",
             surfaces=[self.store.name],
         )
 
@@ -273,7 +273,7 @@ class ChunkedLattice(Lattice):
                 held.size -= held.chunks.popitem(last=False)[1].nbytes
         return chunk
 
-    def _forget_chunks(self) -> None:
+    def forget_chunks(self) -> None:
         """Give up the chunks that were used last."""
         held: _Held = self.__dict__["_held"]
         with held.lock:
@@ -349,7 +349,7 @@ class ChunkedLattice(Lattice):
         # the next band is read while this one is used, if there is room for both
         size = (1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
         ahead = 1 if size[0] * size[1] <= AHEAD and len(tiles) > 1 else 0
-        self._forget_chunks()  # the bands take their memory
+        self.forget_chunks()  # the bands take their memory
         rooms = [np.empty(size) for _ in range(1 + ahead)]
         with ThreadPoolExecutor(1) as pool:
             reads: deque[Future[Lattice]] = deque()

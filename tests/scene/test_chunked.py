@@ -78,6 +78,8 @@ def test_law_units_and_volumes_are_those_of_grids_in_memory(path):
             loaded.units[name].map_area,
         )
 
+    assert lazy.check().checks == loaded.check().checks
+
     # a contact and an area cut both alike
     area = [[110, 110], [900, 150], [850, 800], [120, 700]]
     change = {"contacts": {"OWC": -1030.0}, "aoi": area}
@@ -108,6 +110,7 @@ def test_law_horizons_that_cross_are_clipped_alike(seed):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gs.GeosurfWarning)
         assert one.units.table.identical(two.units.table)
+        assert one.check().checks == two.check().checks
     assert one.units.report["clipped"]
     assert repr(one.units.report) == repr(two.units.report)
 
@@ -161,7 +164,7 @@ def test_law_absent_nodes_give_the_units_of_grids_in_memory(seed):
             scene = gs.Scene(of, fault, contacts={"OWC": -9.0}, **option)
             try:
                 parts = [scene.units.table, scene.volumes]
-                words = [scene.units.report, scene.box, scene.warnings]
+                words = [scene.units.report, scene.box, scene.warnings, scene.check().checks]
             except gs.errors.OpenUnitError:  # in memory the rim is measured, too
                 parts, words = [], ["leaks"]
             except gs.errors.GeosurfError as error:

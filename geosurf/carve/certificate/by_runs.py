@@ -23,7 +23,7 @@ from geosurf.carve.certificate.checks import (
     surely_exact,
 )
 from geosurf.carve.certificate.facts import Facts, sides_of
-from geosurf.carve.certificate.lines import Half, in_two_threads, lines_of_units
+from geosurf.carve.certificate.lines import MANY, Half, in_two_threads, lines_of_units
 from geosurf.carve.certificate.near_runs import candidates
 from geosurf.carve.volume import exact_volume
 from geosurf.model import Check, Patches, Units
@@ -72,7 +72,8 @@ def checks_by_runs(patches: Patches, units: Units | None = None) -> list[Check] 
     halves: list[Half] = [partial(_mesh_by_runs, facts)]
     if units is not None and sides is not None:
         halves.insert(0, partial(_units_by_runs, facts, units, sides, before))
-    return in_two_threads(halves, len(facts.elements.triangles))
+    worth = len(facts.elements.triangles) > MANY and not facts.stored
+    return in_two_threads(halves, worth)
 
 
 def _units_by_runs(

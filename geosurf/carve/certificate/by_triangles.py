@@ -21,7 +21,7 @@ from geosurf.carve.certificate.checks import (
     shared_in_words,
     surely_exact,
 )
-from geosurf.carve.certificate.lines import Half, in_two_threads, lines_of_units
+from geosurf.carve.certificate.lines import MANY, Half, in_two_threads, lines_of_units
 from geosurf.carve.certificate.partition import matched, numbered
 from geosurf.carve.volume import exact_volume
 from geosurf.conventions import place
@@ -36,7 +36,7 @@ def checks_by_triangles(patches: Patches, units: Units | None = None) -> list[Ch
     halves: list[Half] = [partial(_checks_of_mesh, patches)]
     if units is not None:
         halves.insert(0, partial(_checks_of_units, patches, units))
-    return in_two_threads(halves, patches.n_triangle) or []
+    return in_two_threads(halves, patches.n_triangle > MANY) or []
 
 
 def _checks_of_units(patches: Patches, units: Units) -> list[Check]:

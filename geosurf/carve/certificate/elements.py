@@ -44,8 +44,8 @@ class Elements:
     joined : ndarray of int64, shape (n, 2)
         Runs with a common edge that no other triangle has.
     near : callable, optional
-        (runs, boxes (n, 6), wanted) -> corners (n, 3, 3) and elements of the triangles of these
-        runs, and of the wanted ones near the boxes.
+        (runs, boxes (n, 6), wanted) -> corners (n, 3, 3) and elements of one triangle of each of
+        these runs, the same each time, then of those of wanted runs near the boxes.
     """
 
     sources: Sequence[TriSurface]
@@ -106,7 +106,7 @@ class Elements:
         if self.near is None:
             return self.local, t, of, first[starts]
 
-        # one triangle of each start, from which its ray runs along one of three axes
+        # one triangle of each start, from which its ray runs along the axis on which it is widest
         corners = self.local[t]
         runs = self.near(starts, np.zeros((0, 6)), wanted)
         origin = np.concatenate([corners, runs[0]])
@@ -115,9 +115,10 @@ class Elements:
         some = origin[first[starts]]
         low, high = some.min(axis=1) - _SLIP, some.max(axis=1) + _SLIP
 
-        boxes = np.repeat(np.concatenate([low, high], axis=1), 3, axis=0)
-        for axis in range(3):
-            boxes[axis::3, axis], boxes[axis::3, 3 + axis] = -np.inf, np.inf
+        boxes = np.concatenate([low, high], axis=1)
+        a, b, c = (some[:, k] for k in range(3))
+        ray, axes = np.arange(len(some)), np.abs(np.cross(b - a, c - a)).argmax(axis=1)
+        boxes[ray, axes], boxes[ray, 3 + axes] = -np.inf, np.inf
         runs = self.near(starts, boxes, wanted)
         corners = np.concatenate([corners, runs[0]])
         of = np.concatenate([of, runs[1]])

@@ -16,25 +16,22 @@ from functools import partial
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.carve.certificate.elements import N_SUM, Elements, keys_of_runs, sums_of_listed
+from geosurf.carve.certificate.elements import Elements, keys_of_runs, sums_of_listed
+from geosurf.carve.certificate.lattice_runs import LatticeRuns, read_runs
 from geosurf.carve.certificate.partition import Matched, rows_on
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells
-from geosurf.kernels.lattices.run_checks import (
-    add_to_units,
-    count_private,
-    keys_at_shared,
-    label_runs,
-    mark_nodes,
-    sums_of_runs,
-)
+from geosurf.kernels.lattices.run_checks import add_to_units
+from geosurf.kernels.lattices.strips import FIRST, LAST
 from geosurf.kernels.meshes.parent_checks import copies_of_parents
 from geosurf.kernels.meshes.shell_edges import count_shared
 from geosurf.kernels.meshes.shells import number_triangles, sums_of_triangles
-from geosurf.model import Lattice, Patches, Units
-from geosurf.model.pieces import Pieces, Strips
+from geosurf.model import Patches, Units
+from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.pieces import Pieces
+from geosurf.model.regions import Boxes
 
-EPS = 2.0**-53
+_SLIP = 1e-3  # [m] around boxes; far more than rounding in a frame moves them by
 _MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
 
 
@@ -60,32 +57,6 @@ def sides_of(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray] | 
 
 
 @dataclass(frozen=True, eq=False)
-class LatticeRuns:
-    """What is read from the runs of one lattice; see `geosurf.kernels.lattices.run_checks`."""
-
-    surface: int
-    first: int
-    lattice: Lattice
-    strips: Strips
-    label: np.ndarray
-    shared: np.ndarray
-    listed: np.ndarray
-    graph: bool
-    sums: np.ndarray
-    missing: tuple[float, float]
-
-    @property
-    def runs(self) -> slice:
-        """Elements that its runs are."""
-        return slice(self.first, self.first + len(self.strips.runs))
-
-    def corners(self, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
-        """Local corners (n, 3, 3) of triangles."""
-        nodes = self.lattice.corners_of_keys(keys).ravel()
-        return (self.lattice.places_of_nodes(nodes) - origin).reshape(-1, 3, 3)
-
-
-@dataclass(frozen=True, eq=False)
 class Facts:
     """What the checks of a certificate read.
 
@@ -108,6 +79,11 @@ class Facts:
     n_shared: int
     heights: float
 
+    @property
+    def stored(self) -> bool:
+        """Whether a grid stays in its store: memory is saved there, not time."""
+        return any(one.stays_in_store for one in self.lattices)
+
     @classmethod
     def of(cls, patches: Patches) -> Facts | None:
         """The facts of a rebuilt mesh; None if its triangles have to be listed."""
@@ -118,7 +94,9 @@ class Facts:
             return None  # surfaces that nothing touches: there is no model to speak of
         level = _level(patches, pieces)
         rows = [(pieces, i, of, level) for i, of in enumerate(pieces.strips) if of is not None]
-        found = map_threads(_read, rows, worth=pieces.first_run[-1] > _MANY_RUNS)
+        stored = any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources)
+        worth = pieces.first_run[-1] > _MANY_RUNS and not stored  # bands of one at a time
+        found = map_threads(read_runs, rows, worth=bool(worth))
         lattices = [one for one in found if one is not None]
         return _listed(patches, pieces, lattices, level) if len(lattices) == len(rows) else None
 
@@ -133,8 +111,7 @@ class Facts:
             sides[elements.element], len(elements.local), self.n_shared, counts,
         )  # fmt: skip
         for one in self.lattices:
-            given = one.lattice.places, one.label, one.shared, sides[one.runs], counts
-            n_used += count_private(*given)[0]
+            n_used += one.count(sides[one.runs], counts)[0]
         return counts, n_used, conflicts == 0
 
     def sizes(self, sides: np.ndarray, n_unit: int) -> np.ndarray:
@@ -188,24 +165,54 @@ class Facts:
         for one in self.lattices:
             mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
             if len(mine):
-                keys = keys_of_runs(one.lattice.places, one.strips.runs[mine - one.first])
-                out.append((one.corners(keys, self.patches.origin), one.first + one.label[keys]))
+                runs = one.strips.runs[mine - one.first]
+                keys = keys_of_runs(one.lattice.places, runs)
+                of = np.repeat(mine, runs[:, LAST] - runs[:, FIRST] + 1)
+                out.append((one.corners(keys, self.patches.origin), of))
         return out
 
     def near(
         self, starts: np.ndarray, boxes: np.ndarray, wanted: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles of some runs, and of wanted ones near boxes: see `Elements.near`."""
+        """A triangle of some runs, then those of wanted ones near boxes: see `Elements.near`."""
         n = len(self.patches.pieces.triangles)
         some = np.zeros(len(wanted), dtype=bool)
-        some[starts[starts >= n]] = True
         low, high = self.sums[n:, 8:11], self.sums[n:, 11:14]
         for box in boxes:
             some[n:] |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1) & wanted[n:]
-        parts = self._triangles_of_runs(np.flatnonzero(some))
-        corners = np.concatenate([np.empty((0, 3, 3)), *(part for part, _ in parts)])
-        rows = np.concatenate([np.empty(0, dtype=np.int64), *(of for _, of in parts)])
-        return corners, rows
+        parts = [(np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))]
+        parts += self._first_triangles(np.unique(starts[starts >= n]))
+        parts += self._triangles_near(some, boxes)
+        corners, rows = zip(*parts, strict=True)
+        return np.concatenate(corners), np.concatenate(rows)
+
+    def _first_triangles(self, rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Corners of the first triangle of some runs, and these runs, lattice by lattice."""
+        out = []
+        for one in self.lattices:
+            mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
+            runs = one.strips.runs[mine - one.first]
+            runs[:, LAST] = runs[:, FIRST]
+            keys = keys_of_runs(one.lattice.places, runs)
+            out.append((one.corners(keys, self.patches.origin), mine))
+        return out
+
+    def _triangles_near(
+        self, some: np.ndarray, boxes: np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Corners and runs of the triangles of some runs that may be near boxes."""
+        out, world = [], boxes + np.tile(self.patches.origin, 2)
+        region = Boxes(world[:, :2] - _SLIP, world[:, 3:5] + _SLIP)
+        for one in self.lattices:
+            if not some[one.runs].any():
+                continue
+            cells = region.cells(one.lattice)
+            keys = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
+            run = one.run_of(keys)
+            mine = np.flatnonzero((run >= 0) & some[one.runs][run])
+            corners = one.corners(keys[mine], self.patches.origin)
+            out.append((corners, one.first + run[mine]))
+        return out
 
     def new_triangles(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows of listed triangles that are not copies of their input triangle, and its corners.
@@ -257,45 +264,6 @@ def _level(patches: Patches, pieces: Pieces) -> float:
     return float(pieces.x[:, 2].mean()) if len(pieces.x) else 0.0
 
 
-def _read(pieces: Pieces, i: int, strips: Strips, level: float) -> LatticeRuns | None:
-    """The runs of one lattice; None if they are not what checks by runs depend on."""
-    lattice = pieces.sources[i].lattice
-    assert lattice is not None  # only lattices have strips
-    a, runs = lattice.places, strips.runs
-    rows = np.arange(len(strips.start))
-    if (np.diff(runs[:, 0]) < 0).any() or (np.searchsorted(runs[:, 0], rows) != strips.start).any():
-        return None
-    label, n_bad = label_runs(*lattice.coordinates, a, runs)
-    keys = pieces.key[pieces.surface == i]
-    nodes, points = strips.nodes, strips.points
-    if n_bad or (label[keys] >= 0).any() or not _in_order(nodes, lattice.n_node):
-        return None
-
-    # a node with a point is in the same place, to the last bit
-    if len(np.unique(points)) < len(points) or not _in_order(np.sort(points), len(pieces.x)):
-        return None
-    if not np.array_equal(lattice.places_of_nodes(nodes) - pieces.origin, pieces.x[points]):
-        return None
-
-    # where the map may fold, all triangles are listed and compared with each other
-    size = max(np.abs(lattice.extent).max(), np.abs(pieces.origin).max())
-    graph = bool(lattice.map_height > 16 * EPS * size)
-    shared = np.full(lattice.n_node, not graph)
-    shared[nodes] = True
-    mark_nodes(a, keys, shared)
-    listed = keys_at_shared(a, label, shared)
-    sums = np.zeros((len(runs), N_SUM))
-    sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
-    missing = sums_of_runs(*lattice.coordinates, a, label, pieces.origin, level, sums)
-    first = len(pieces.triangles) + int(pieces.first_run[i])
-    return LatticeRuns(i, first, lattice, strips, label, shared, listed, graph, sums, missing)
-
-
-def _in_order(rows: np.ndarray, n: int) -> bool:
-    """Whether rows rise strictly and are below n."""
-    return not len(rows) or bool((np.diff(rows) > 0).all() and rows[0] >= 0 and rows[-1] < n)
-
-
 def _listed(
     patches: Patches, pieces: Pieces, lattices: list[LatticeRuns], level: float
 ) -> Facts | None:
@@ -311,7 +279,7 @@ def _listed(
         if len(one.strips.nodes):
             known = one.strips.nodes[where] == nodes
             own[known] = one.strips.points[where[known]]
-        new = np.flatnonzero((own < 0) & one.shared[nodes])
+        new = np.flatnonzero((own < 0) & one.is_shared(nodes))
         own[new] = count + np.arange(len(new))
         count += len(new)
         places.append(one.lattice.places_of_nodes(nodes[new]) - pieces.origin)
@@ -324,7 +292,7 @@ def _listed(
         places.append(one.lattice.places_of_nodes(nodes[new]) - pieces.origin)
         corners.append(own[at])
     local = np.concatenate([pieces.x, *places])
-    element = [np.arange(n), *(one.first + one.label[one.listed] for one in lattices)]
+    element = [np.arange(n), *(one.first + one.run_of(one.listed) for one in lattices)]
 
     # elements: triangles first, then runs
     n_run = int(pieces.first_run[-1])
@@ -334,9 +302,8 @@ def _listed(
     no_units = np.empty((0, 3), dtype=np.int64)
     for one in lattices:
         sums[one.runs], surface[one.runs] = one.sums, one.surface
-        given = one.lattice.places, one.label, one.shared
         none = np.full((len(one.strips.runs), 2), -1)
-        joined.append(one.first + count_private(*given, none, no_units)[1])
+        joined.append(one.first + one.count(none, no_units)[1])
     lower, upper = _bounds(patches)
     within = ((sums[:, 8:11] >= lower) & (sums[:, 11:14] <= upper)).all(axis=1)
     elements = Elements(

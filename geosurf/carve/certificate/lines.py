@@ -51,8 +51,8 @@ def lines_of_units(
     return [*lines, replace(names, name="names before slivers were merged match")]
 
 
-def in_two_threads(halves: list[Half], n_triangle: int) -> list[Check] | None:
+def in_two_threads(halves: list[Half], worth: bool) -> list[Check] | None:
     """Lines of all halves in their order, or None if one half has no answer."""
-    found = map_threads(lambda half: half(), [(half,) for half in halves], worth=n_triangle > MANY)
+    found = map_threads(lambda half: half(), [(half,) for half in halves], worth=worth)
     whole = [half for half in found if half is not None]
     return list(itertools.chain.from_iterable(whole)) if len(whole) == len(found) else None

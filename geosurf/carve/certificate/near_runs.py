@@ -9,30 +9,35 @@ import numpy as np
 from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.tree import Tree, apart, separated_by_tops, tree_of_list
-from geosurf.carve.certificate.facts import Facts, LatticeRuns
-from geosurf.kernels.lattices.unlisted_triangles import mark_near, unlisted_boxes
+from geosurf.carve.certificate.facts import Facts
+from geosurf.carve.certificate.lattice_runs import LatticeRuns
+from geosurf.carve.certificate.near_tiles import NearTiles, tree_of_free, tree_of_lattice
+from geosurf.kernels.lattices.unlisted_triangles import mark_near
+
+_NONE = np.empty(0, dtype=bool)
 
 
 def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     """Corners (n, 3, 3) and surfaces of the triangles in runs that are not listed, and whose
     boxes meet those of triangles of other surfaces.
     """
-    lattices, sources, origin = facts.lattices, facts.patches.sources, facts.patches.origin
+    lattices, origin = facts.lattices, facts.patches.origin
+    of = [facts.patches.sources[one.surface] for one in lattices]
 
     # triangles in runs that are not listed count; others are compared one by one anyway
-    free = [_unlisted(one) for one in lattices]
-    trees = [_tree_of_free(one, origin, of) for one, of in zip(lattices, free, strict=True)]
-    hit = [np.zeros(len(of), dtype=bool) for of in free]
+    free = [_NONE if one.stays_in_store else one.unlisted() for one in lattices]
+    trees = [_tree_of(one, origin, some) for one, some in zip(lattices, free, strict=True)]
+    hit = [np.zeros(len(some), dtype=bool) for some in free]
 
     def between(i: int, j: int) -> None:
         """Mark the triangles of two lattices that are near each other."""
         one, two = lattices[i], lattices[j]
-        if not of_one_map(sources[one.surface], sources[two.surface]):
+        if not of_one_map(of[i], of[j]):
             beside(i, trees[j], free[j], hit[j])
             return
-        whole = [_tree_of_lattice(of, origin) for of in (one, two)]
+        whole = [tree_of_lattice(of.lattice, origin) for of in (one, two)]
         p, q = pairs_of_one_map((one.lattice, two.lattice), (whole[0], whole[1]))[0].T
-        both = (one.label[p] >= 0) & (two.label[q] >= 0)
+        both = (one.run_of(p) >= 0) & (two.run_of(q) >= 0)
         hit[i][p[both]] = hit[j][q[both]] = True
 
     def beside(i: int, other: Tree, free_: np.ndarray, hit_: np.ndarray) -> None:
@@ -43,9 +48,6 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
             *other.arguments(), free_, hit_,
         )  # fmt: skip
 
-    near = _near(trees, [one.surface for one in lattices], len(trees))
-    map_threads(between, near)
-
     # triangles that are listed, surface by surface
     listed, of_listed = facts.elements, facts.elements.surface_of_triangle[facts.elements.element]
     lists, surfaces = [], []
@@ -53,11 +55,22 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
         some = listed.triangles.take(np.flatnonzero(of_listed == i), axis=0)
         lists.append(tree_of_list(listed.local, some))
         surfaces.append(i)
-    of = [*(one.surface for one in lattices), *surfaces]
-    near = [pair for pair in _near([*trees, *lists], of, len(trees)) if pair[1] >= len(trees)]
-    none = np.empty(0, dtype=bool)
-    map_threads(beside, [(i, lists[j - len(trees)], none, none) for i, j in near])
+    ends = [*(one.surface for one in lattices), *surfaces]
+    pairs = _near([*trees, *lists], ends, len(trees))
+
+    # what stays in a store is read tile by tile, each once for all others
+    stored = [i for i, one in enumerate(lattices) if one.stays_in_store]
+    here = [pair for pair in pairs if not set(pair) & set(stored)]
+    map_threads(between, [pair for pair in here if pair[1] < len(trees)])
+    given = [(i, lists[j - len(trees)], _NONE, _NONE) for i, j in here if j >= len(trees)]
+    map_threads(beside, given)
     corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
+    if stored:
+        rows = [*lattices, *(facts.patches.sources[i] for i in surfaces)]
+        tiles = NearTiles(rows, [*trees, *lists], free, hit, facts.patches.sources, origin)
+        for i, near in tiles.find(pairs):
+            corners.append(near)
+            of_corners.append(np.full(len(near), lattices[i].surface))
     for one, of_free, found in zip(lattices, free, hit, strict=True):
         some = np.flatnonzero(found & of_free)
         corners.append(one.corners(some, origin))
@@ -78,27 +91,8 @@ def _near(trees: Sequence[Tree], surface: list[int], n_first: int) -> list[tuple
     return [pair for pair, is_far in zip(pairs, beyond.tolist(), strict=True) if not is_far]
 
 
-def _unlisted(one: LatticeRuns) -> np.ndarray:
-    """Whether each triangle of a lattice is in a run, and not listed."""
-    found: np.ndarray = one.label >= 0
-    found[one.listed] = False
-    return found
-
-
-def _tree_of_free(one: LatticeRuns, origin: np.ndarray, free: np.ndarray) -> Tree:
-    """The boxes around some triangles of a lattice in the local frame."""
-    x, y, z = (part - origin[k] for k, part in enumerate(one.lattice.coordinates))
-    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
-    return Tree(
-        (x, y, z), one.lattice.places, *none,
-        *unlisted_boxes(x, y, z, one.lattice.places, free),
-    )  # fmt: skip
-
-
-def _tree_of_lattice(one: LatticeRuns, origin: np.ndarray) -> Tree:
-    """The boxes of a lattice in the local frame: rounding keeps the order of numbers."""
-    x, y, z = (part - origin[k] for k, part in enumerate(one.lattice.coordinates))
-    survey = one.lattice.survey
-    nodes = survey.nodes - np.concatenate([origin, origin])
-    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
-    return Tree((x, y, z), one.lattice.places, *none, nodes, survey.levels)
+def _tree_of(one: LatticeRuns, origin: np.ndarray, free: np.ndarray) -> Tree:
+    """The boxes of a lattice, of the unlisted triangles alone if it is in memory."""
+    if one.stays_in_store:
+        return tree_of_lattice(one.lattice, origin)
+    return tree_of_free(one.lattice, origin, free)

@@ -1,7 +1,8 @@
 """What a certificate asks of runs, without a list of their triangles: sums, edges and nodes.
 
 A lattice has one label for each triangle: the run that lists it, or -1. Everything is read from
-these labels, row by row, so a run that is too long, too short or listed twice is noticed.
+these labels, row by row, so a run that is too long, too short or listed twice is noticed. Some rows
+at a time are a lattice of their own here, so that labels take little memory.
 
 Nodes are private if no other triangle of the model has them as corners; `shared` marks the others.
 An edge between two private nodes belongs to the two triangles of the lattice next to it only. Edges
@@ -36,11 +37,10 @@ def _bad_numbers(values, a, axis, row, first, last):
     return n_bad
 
 
-@entry("d1 d1 d1 l1 l2 -> l1 l")
-def label_runs(p, q, r, a, runs):
-    """The label of each triangle, and the number of things that runs must not have.
-
-    These are places outside of the lattice, places in two runs, and numbers that are not finite.
+@entry("l1 l2 -> l1 l")
+def label_runs(a, runs):
+    """The label of each triangle, and the number of runs that leave the lattice, and of places in
+    two runs.
     """
     n_row, n_col = max(a[N_ROW] - 1, 0), max(a[N_COL] - 1, 0)
     label = np.full(2 * n_row * n_col, -1, dtype=np.int64)
@@ -57,6 +57,16 @@ def label_runs(p, q, r, a, runs):
             if label[key] >= 0:
                 n_bad += 1
             label[key] = i
+    return label, n_bad
+
+
+@entry("d1 d1 d1 l1 l2 -> l")
+def count_unusable(p, q, r, a, runs):
+    """How many coordinates of the nodes of runs are infinite or not a number."""
+    flip = 1 if a[RISING] == 1 else 0
+    n_bad = 0
+    for i in range(runs.shape[0]):
+        row, first, last = runs[i, ROW], runs[i, FIRST], runs[i, LAST]
 
         # the nodes of its triangles, row by row: a half cell at an end has one node of one row
         for k in range(2):
@@ -68,16 +78,19 @@ def label_runs(p, q, r, a, runs):
             n_bad += _bad_numbers(p, a, 0, row + k, left, right)
             n_bad += _bad_numbers(q, a, 1, row + k, left, right)
             n_bad += _bad_numbers(r, a, 2, row + k, left, right)
-    return label, n_bad
+    return n_bad
 
 
-@entry("l1 l1 b1 -> .")
-def mark_nodes(a, keys, shared):
-    """Mark the corners of some triangles as shared."""
-    for k in range(keys.shape[0]):
-        for corner in range(3):
-            i, j = corner_of(a, keys[k], corner)
-            shared[i * a[N_COL] + j] = True
+@entry("l1 l2 l b1 -> .")
+def mark_runs(a, runs, left, marks):
+    """Mark the triangles of runs, by key, in a lattice that begins at column `left` of theirs."""
+    width = 2 * (a[N_COL] - 1)
+    flip = 1 if a[RISING] == 1 else 0
+    for i in range(runs.shape[0]):
+        start = runs[i, ROW] * width
+        first, last = max(runs[i, FIRST] - 2 * left, 0), min(runs[i, LAST] - 2 * left, width - 1)
+        for place in range(first, last + 1):
+            marks[start + (place ^ flip)] = True
 
 
 @entry("l1 l1 b1 -> l1")
@@ -156,10 +169,10 @@ def _add_sums(c, level, sign, i, out):
     return area, around
 
 
-@entry("d1 d1 d1 l1 l1 d1 d d2 -> d d")
-def sums_of_runs(p, q, r, a, label, origin, level, out):
-    """Add to the rows of runs (n_run, 14) the sums over their triangles; the area and the sum of
-    all sides of the triangles without a label, which exist.
+@entry("d1 d1 d1 l1 l1 d1 d d2 d2 -> .")
+def sums_of_runs(p, q, r, a, label, origin, level, out, rest):
+    """Add to the rows of runs (n_run, 14) the sums over their triangles; to `rest` (1, 3) twice the
+    area (two numbers) and all sides of the triangles without a label, which exist.
 
     Columns: six times the volume over a level (two numbers), twice the area (two numbers), products
     of two sides, all sides (both in the norm of absolute values), twice the area in the map, the
@@ -169,8 +182,6 @@ def sums_of_runs(p, q, r, a, label, origin, level, out):
     sign = -1.0 if a[TURNED] != 0 else 1.0
     n_row, n_col = max(a[N_ROW] - 1, 0), max(a[N_COL] - 1, 0)
     c, cell = np.empty((3, 3)), np.empty((4, 3))
-    rest = np.zeros((1, 2))
-    rim = 0.0
     for row in range(n_row):
         _load_side(p, q, r, a, origin, row, 0, cell, 1, 2)
         for col in range(n_col):
@@ -188,8 +199,7 @@ def sums_of_runs(p, q, r, a, label, origin, level, out):
                 area, around = _add_sums(c, level, sign, i, out)
                 if i < 0 and area == area:
                     _two_sum(rest, 0, 0, area)
-                    rim += around
-    return 0.5 * (rest[0, 0] + rest[0, 1]), rim
+                    rest[0, 2] += around
 
 
 @scalar
@@ -354,16 +364,18 @@ def _alike_from(label, shared, n_col, i, j):
     return n
 
 
-@entry("l1 l1 b1 l2 l2 -> l l2")
-def count_private(a, label, shared, sides, counts):
-    """Add private nodes and edges to the counts of units; the number of nodes of shells, and pairs
-    of runs with a common private edge.
+@entry("l1 l1 b1 l2 l l l2 -> l l2")
+def count_private(a, label, shared, sides, first, last, counts):
+    """Add private nodes and edges of some rows of nodes (first, last) to the counts of units; the
+    number of nodes of shells, and pairs of runs with a common private edge.
+
+    An edge belongs to the row of its lower node.
     """
     n_row, n_col = a[N_ROW], a[N_COL]
     around = np.empty(6, dtype=np.int64)
     pairs, n_pair = np.empty((1024, 2), dtype=np.int64), 0
     n_used = 0
-    for i in range(n_row):
+    for i in range(first, last + 1):
         j = 0
         while j < n_col:
             # Nearly all nodes: a run above the row, and one below it.
