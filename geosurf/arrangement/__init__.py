@@ -16,6 +16,8 @@ triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Dev
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
 crossing.py        the exact test of a rounded mesh
 known_pairs.py     contacts of two surfaces, stored for the next search of both
+earlier.py         faces that an earlier arrangement cut alike
+carried.py         contacts of a scene that differs in a few surfaces from an earlier one
 memory_limit.py    error before pairs of triangles exceed the memory
 threads.py         independent tasks in threads, results in order
 =================  ====================================================================
@@ -25,8 +27,12 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 
 from __future__ import annotations
 
+from geosurf.arrangement.carried import find_changed_contacts
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles
 
-__all__ = ["Contacts", "KnownPairs", "find_contacts", "intersect_triangles", "search_voxels"]
+__all__ = [
+    "Contacts", "KnownPairs", "find_changed_contacts", "find_contacts", "intersect_triangles",
+    "search_voxels",
+]  # fmt: skip

@@ -29,39 +29,49 @@ class Earlier:
     ----------
     keys : tuple of hashable
         One of each surface, which stands for its triangles.
-    origin, surface_of_face, key_of_face, nodes, rows, ids, x, d, n_vertex
+    origin, t, surface_of_face, key_of_face, nodes, rows, near, ids, x, d, n_vertex, slip
         As `Contacts` has them.
+    pairs : list of (int, int)
+        Pairs of surfaces that were searched.
     triangles, parent, cut, doubtful
         As `Children` has them.
     n_point : int
         Points of the children; those beyond `x` are crossings.
+    collisions : int
+        Distinct points that rounding put in one place.
     """
 
     keys: tuple[Hashable, ...]
     origin: np.ndarray
+    t: np.ndarray
     surface_of_face: np.ndarray
     key_of_face: np.ndarray
     nodes: list[tuple[np.ndarray, np.ndarray]]
     rows: np.ndarray
+    near: np.ndarray
     ids: np.ndarray
     x: np.ndarray
     d: np.ndarray
     n_vertex: int
+    slip: float
+    pairs: list[tuple[int, int]]
     triangles: np.ndarray
     parent: np.ndarray
     cut: np.ndarray
     doubtful: np.ndarray
     n_point: int
+    collisions: int
 
     @classmethod
     def of(cls, keys: Sequence[Hashable], contacts: Contacts, children: Children) -> Earlier:
         """Return what later arrangements need of one; nothing that it holds is kept by views."""
         # a child has a row, but arrays of children and points have room for more
         return cls(
-            tuple(keys), contacts.origin, contacts.surface_of_face, contacts.key_of_face,
-            contacts.nodes, contacts.rows, contacts.ids, contacts.x.copy(), contacts.d.copy(),
-            contacts.n_vertex, children.triangles.copy(), children.parent.copy(), children.cut,
-            children.doubtful, len(children.x),
+            tuple(keys), contacts.origin, contacts.t, contacts.surface_of_face,
+            contacts.key_of_face, contacts.nodes, contacts.rows, contacts.near, contacts.ids,
+            contacts.x.copy(), contacts.d.copy(), contacts.n_vertex, contacts.slip,
+            contacts.options["pairs"], children.triangles.copy(), children.parent.copy(),
+            children.cut, children.doubtful, len(children.x), children.collisions,
         )  # fmt: skip
 
 
@@ -82,6 +92,14 @@ class Unchanged:
     changed: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """An earlier arrangement, and what a new one has in common with it."""
+
+    earlier: Earlier
+    same: Unchanged
+
+
 def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Unchanged | None:
     """Find what two arrangements have in common; None if that is nothing, or its order differs.
 
@@ -93,13 +111,10 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
     keys : sequence of hashable
         One of each of its surfaces.
     """
-    pairs = _common(before.keys, keys)
-    same_frame = before.origin.tobytes() == contacts.origin.tobytes()
-
-    # faces of one plane cut each other along edge planes, which have numbers of their own
-    flat = before.ids.shape[1] != 2 or contacts.ids.shape[1] != 2
-    if not pairs or not same_frame or flat:
+    place = common_rows(before, keys, contacts.origin)
+    if place is None or contacts.ids.shape[1] != 2:
         return None
+    pairs = [(i, j) for i, j in enumerate(place.tolist()) if j >= 0]
 
     # faces by their keys, vertices by their nodes: both rise within a surface
     n0, n = len(before.key_of_face), len(contacts.key_of_face)
@@ -129,21 +144,28 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
     if not ordered:
         return None
 
-    # crossings get their numbers in the order of faces: all that have any are cut again
+    return with_crossings(before, Unchanged(face, point, changed))
+
+
+def with_crossings(before: Earlier, same: Unchanged) -> Unchanged:
+    """The same, with all faces changed that have crossings: these are numbered as they come."""
     if before.n_point > len(before.x):
-        crossed = face[before.parent[(before.triangles >= len(before.x)).any(axis=1)]]
-        changed[crossed[crossed >= 0]] = True
-    return Unchanged(face, point, changed)
+        crossed = same.face[before.parent[(before.triangles >= len(before.x)).any(axis=1)]]
+        same.changed[crossed[crossed >= 0]] = True
+    return same
 
 
-def _common(one: Sequence[Hashable], other: Sequence[Hashable]) -> list[tuple[int, int]]:
-    """Places of what two sequences have in common; none if its order differs, or keys are twice."""
-    place = {key: j for j, key in enumerate(other)}
-    if len(place) < len(other) or len(set(one)) < len(one):
-        return []
-    pairs = [(i, place[key]) for i, key in enumerate(one) if key in place]
-    later = [j for _, j in pairs]
-    return pairs if later == sorted(later) else []
+def common_rows(before: Earlier, keys: Sequence[Hashable], origin: np.ndarray) -> np.ndarray | None:
+    """New row of each earlier surface, or -1; None if none has one, or their order differs."""
+    # faces of one plane cut each other along edge planes, which have numbers of their own
+    if before.origin.tobytes() != origin.tobytes() or before.ids.shape[1] != 2:
+        return None
+    new = {key: j for j, key in enumerate(keys)}
+    if len(new) < len(keys) or len(set(before.keys)) < len(before.keys):
+        return None
+    place = np.array([new.get(key, -1) for key in before.keys], dtype=np.int64)
+    both = place[place >= 0]
+    return place if len(both) and (np.diff(both) > 0).all() else None
 
 
 def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
@@ -154,9 +176,7 @@ def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
     InvariantError
         As `cut_contacts`.
     """
-    # `take` is many times as fast as an index in brackets where rows are short
-    records = contacts.records
-    new = cut_contacts(contacts, records.take(np.flatnonzero(same.changed[records[:, 0]]), axis=0))
+    new = cut_contacts(contacts, contacts.records_of(same.changed))
     triangles, parent, doubtful = merge_children(
         old.triangles, old.parent, old.doubtful, same.face, same.point, same.changed,
         new.triangles, new.parent, new.doubtful,
@@ -168,4 +188,6 @@ def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
     return Children(new.x, new.d, triangles, parent, cut, doubtful, new.collisions, new.m)
 
 
-__all__ = ["Earlier", "Unchanged", "compare", "cut_changed"]
+__all__ = [
+    "Carried", "Earlier", "Unchanged", "common_rows", "compare", "cut_changed", "with_crossings",
+]  # fmt: skip

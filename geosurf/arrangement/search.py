@@ -81,8 +81,12 @@ class Contacts:
         Points of each contact, rows of `x`; six where some faces are coplanar.
     e, d, m, w : ndarray of int64
         Edge planes, definitions of points, and the frame: see `geosurf.kernels.exact.exact_signs`.
+    slip : float
+        By how much rounding may move a coordinate [m], of all faces that were candidates.
     filed : ndarray of int64, shape (n_record, 4), or None
         `records`, once they are made.
+    carried : Carried, or None
+        The earlier arrangement that some contacts are from.
     """
 
     surfaces: tuple[TriSurface, ...]
@@ -100,7 +104,9 @@ class Contacts:
     d: np.ndarray
     m: np.ndarray
     w: np.ndarray
+    slip: float
     filed: np.ndarray | None = None
+    carried: Any = None
     cost: dict[str, int] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
 
@@ -111,9 +117,22 @@ class Contacts:
         Curves do without, so it is made on first use.
         """
         if self.filed is None:
-            given = self.x, self.t, self.e, self.m, self.w, self.rows, self.ids
-            self.filed = _records(*given, n_coplanar=0)
+            self.filed = self._records_of(self.rows, self.ids)
         return self.filed
+
+    def records_of(self, wanted: np.ndarray) -> np.ndarray:
+        """Those of `records` that cut some faces, given as bool (n_face,)."""
+        if self.filed is None:
+            asked = wanted.take(self.rows[:, 0]) | wanted.take(self.rows[:, 1])
+            rows = np.flatnonzero(asked)
+            records = self._records_of(self.rows.take(rows, axis=0), self.ids.take(rows, axis=0))
+        else:
+            records = self.filed
+        return records.take(np.flatnonzero(wanted.take(records[:, 0])), axis=0)
+
+    def _records_of(self, rows: np.ndarray, ids: np.ndarray) -> np.ndarray:
+        """Records of some contacts, of which none is in a plane."""
+        return _records(self.x, self.t, self.e, self.m, self.w, rows, ids, n_coplanar=0)
 
     def row_of(self, face: int) -> int:
         """Row of a face among the triangles of its surface."""
@@ -170,10 +189,7 @@ def find_contacts(
         origin = frame_origin(*(s.extent for s in surfaces))
 
     if pairs is None:
-        n = len(surfaces)
-        # a torn sheet is carried on past its faults, where its own walls may cross
-        own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
-        pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
+        pairs = pairs_of(surfaces, self_intersections)
 
     # Candidates by boxes, then their faces with common vertices, then exact signs and names.
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
@@ -193,12 +209,20 @@ def find_contacts(
                 mine = codes[start : start + len(rows)].copy()
                 known.add(i, j, Known(rows, costs[i, j], slip, mine), *how)
             start += len(rows)
-    contacts = _name(surfaces, origin, faces, candidates, codes)
+    contacts = _name(surfaces, origin, faces, candidates, codes, slip)
     contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
     }  # fmt: skip
     return contacts
+
+
+def pairs_of(surfaces: Sequence[TriSurface], self_intersections: bool) -> list[tuple[int, int]]:
+    """All pairs of surfaces, and each with itself where that is asked for or it is torn."""
+    n = len(surfaces)
+    # a torn sheet is carried on past its faults, where its own walls may cross
+    own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
+    return [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
 
 
 def table_size(n: int) -> int:
@@ -267,6 +291,7 @@ def _name(
     faces: Faces,
     pairs: np.ndarray,
     codes: np.ndarray,
+    slip: float,
 ) -> Contacts:
     """Names, for the faces in contact (and near) only."""
     # By faces, not as the search came across them: numbers are the same for any search.
@@ -307,7 +332,7 @@ def _name(
     records = _records(space, t, e, m, w, rows, ids, n_coplanar) if n_coplanar else None
     return Contacts(
         surfaces, origin, space, len(x), t, faces.surface, faces.key, faces.nodes, rows, near, ids,
-        e[: int(m[N_EDGE_PLANE])], d[:n_point], m, w, records,
+        e[: int(m[N_EDGE_PLANE])], d[:n_point], m, w, slip, records,
     )  # fmt: skip
 
 

@@ -116,6 +116,8 @@ def cut_soundly(
 
 def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
     """All children; those of faces that an earlier arrangement cut alike are not made again."""
+    if contacts.carried is not None:
+        return cut_changed(contacts.carried.earlier, contacts, contacts.carried.same)
     earlier: Earlier | None = None if known is None else known.arrangement()[0]
     if known is None or earlier is None:
         return cut_contacts(contacts)

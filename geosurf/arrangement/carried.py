@@ -1,0 +1,189 @@
+"""Contacts of a scene that differs in a few surfaces from an earlier one: only these are searched.
+
+Pairs of surfaces that both scenes have meet as before. Their contacts are taken from the earlier
+arrangement, those of all other pairs are searched, and both are merged, with the numbers that a
+search of all pairs gives. Where numbers could be others, all pairs are merged as usual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from geosurf.arrangement.earlier import Carried, Earlier, Unchanged, common_rows, with_crossings
+from geosurf.arrangement.known_pairs import KnownPairs
+from geosurf.arrangement.search import Contacts, find_contacts, pairs_of
+from geosurf.kernels.contacts.merged_contacts import (
+    kept_contacts,
+    may_coincide_with,
+    merge_contacts,
+    merge_faces,
+    merge_nodes,
+    move_corners,
+)
+from geosurf.kernels.contacts.packed_contact import sorted_by_faces
+from geosurf.kernels.exact.exact_signs import COLLISIONS, N_EDGE_PLANE, N_POINT, SCALE
+from geosurf.kernels.exact.predicates import MAX_SCALE, frame_of
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.model import TriSurface
+
+LEAST = 0.5  # share of the earlier contacts that has to stay: fewer are searched in less time
+
+
+def find_changed_contacts(
+    surfaces: Sequence[TriSurface],
+    known: KnownPairs,
+    *,
+    origin: np.ndarray,
+    voxel_size: float | None,
+    self_intersections: bool,
+) -> Contacts:
+    """
+    Find all contacts of some surfaces; what an earlier arrangement has of them is not searched.
+
+    Parameters
+    ----------
+    surfaces, origin, voxel_size, self_intersections
+        As for `find_contacts`, whose result this is, to the byte, apart from the cost.
+    known : KnownPairs
+        Of the same surfaces.
+
+    Returns
+    -------
+    Contacts
+        With ``carried`` if they come from an earlier arrangement.
+    """
+    options = {
+        "origin": origin, "voxel_size": voxel_size, "self_intersections": self_intersections,
+        "known": known,
+    }  # fmt: skip
+    earlier: Earlier | None = known.arrangement()[0]
+    if earlier is not None and voxel_size is None and len(surfaces) == len(known.keys):
+        place = common_rows(earlier, known.keys, origin)
+        found = None if place is None else _merged(earlier, place, surfaces, options)
+        if found is not None:
+            return found
+    return find_contacts(surfaces, **options)
+
+
+def _merged(
+    old: Earlier, place: np.ndarray, surfaces: Sequence[TriSurface], options: dict[str, Any]
+) -> Contacts | None:
+    """Contacts from an earlier arrangement and a search of the other pairs; None if not possible.
+
+    `place` has the new row of each earlier surface, or -1.
+    """
+    surface0 = place[old.surface_of_face]
+    kept, used = kept_contacts(old.rows, old.near, surface0 >= 0)
+    if kept.sum() <= LEAST * len(old.rows):
+        return None
+    common = np.zeros(len(surfaces), dtype=bool)
+    common[place[place >= 0]] = True
+
+    # pairs of common surfaces are the same in both
+    pairs = pairs_of(surfaces, options["self_intersections"])
+    both = [tuple(pair) for pair in place[np.array(old.pairs).reshape(-1, 2)].tolist()]
+    stay = [pair for pair in pairs if common[pair[0]] and common[pair[1]]]
+    if sorted(pair for pair in both if min(pair) >= 0) != stay:
+        return None
+    asked = [pair for pair in pairs if not (common[pair[0]] and common[pair[1]])]
+    if not asked:
+        return None
+    given = {key: value for key, value in options.items() if key != "self_intersections"}
+    new = find_contacts(surfaces, pairs=asked, **given)
+
+    # equal points, and pairs that rounding could change, are judged in the whole arrangement
+    flat = new.ids.shape[1] != 2
+    if flat or new.slip != old.slip or new.m[COLLISIONS] or old.collisions:
+        return None
+    return _numbered(old, place, kept, used, new, common, pairs)
+
+
+def _numbered(
+    old: Earlier,
+    place: np.ndarray,
+    kept: np.ndarray,
+    used: np.ndarray,
+    new: Contacts,
+    common: np.ndarray,
+    pairs: list[tuple[int, int]],
+) -> Contacts | None:
+    """Both in one numbering; None if it could differ from that of a search of all pairs."""
+    # faces by surface and key
+    surface0 = place[old.surface_of_face]
+    face0, face1, n_face = merge_faces(
+        surface0, old.key_of_face, used, new.surface_of_face, new.key_of_face
+    )
+    staying = np.flatnonzero(face0 >= 0)
+    surface, key = np.empty(n_face, dtype=np.int64), np.empty(n_face, dtype=np.int64)
+    surface[face0[staying]], key[face0[staying]] = surface0[staying], old.key_of_face[staying]
+    surface[face1], key[face1] = new.surface_of_face, new.key_of_face
+
+    # vertices by surface and node
+    mark = np.zeros(len(old.x), dtype=bool)
+    mark[old.t.take(staying, axis=0)] = True
+    point0 = np.full(len(old.x), -1, dtype=np.int64)
+    point1 = np.full(len(new.x), -1, dtype=np.int64)
+    of, *at = _listed(old.nodes)
+    of_surface, node, vertex, n_vertex = merge_nodes(
+        place[of], *at, *_listed(new.nodes), mark, ~common, point0, point1
+    )
+    in_use = point0[point0 >= 0]
+    if n_vertex < 0 or (np.diff(in_use) <= 0).any():  # children depend on the order of vertices
+        return None
+    cut = np.searchsorted(of_surface, np.arange(1, len(common)))
+    nodes = list(zip(np.split(node, cut), np.split(vertex, cut), strict=True))
+    t = np.empty((n_face, 3), dtype=np.int64)
+    move_corners(old.t, face0, point0, t)
+    move_corners(new.t, face1, point1, t)
+
+    # contacts by faces, points as they come
+    n = len(old.d) + len(new.d)
+    x, d = np.empty((n_vertex + n, 3)), np.empty((n, 4), dtype=np.int64)
+    for at, point, n_old in ((old.x, point0, old.n_vertex), (new.x, point1, new.n_vertex)):
+        rows = np.flatnonzero(point[:n_old] >= 0)
+        x[point[rows]] = at.take(rows, axis=0)
+    rows, ids, n_point = merge_contacts(
+        old.rows, old.ids, kept, face0, point0, old.d, old.n_vertex, old.x,
+        new.rows, new.ids, face1, point1, new.d, new.n_vertex, new.x, n_vertex, x, d,
+    )  # fmt: skip
+    if n_point < 0:
+        return None
+    x, d = x[: n_vertex + n_point].copy(), d[:n_point].copy()
+
+    # points of both in one place would be one point, or two that rounding puts there
+    is_new = np.zeros(len(x), dtype=bool)
+    is_new[point1] = True
+    is_new[point0[point0 >= 0]] = False
+    some = x.take(may_coincide_with(x, is_new), axis=0)
+    if weld(some)[1] < len(some):
+        return None
+
+    m, w = frame_of(x[:n_vertex], n_face)
+    if m[SCALE] > MAX_SCALE:
+        return None
+    m[N_POINT], m[N_EDGE_PLANE] = n_point, 0
+
+    near = old.near[(face0[old.near] >= 0).all(axis=1)]
+    near = np.concatenate([face0[near], face1[new.near]])
+    found = Contacts(
+        new.surfaces, new.origin, x, n_vertex, t, surface, key, nodes, rows,
+        sorted_by_faces(near, n_face), ids, new.e, d, m, w, new.slip,
+        cost={**new.cost, "pairs_meeting": len(rows)}, options={**new.options, "pairs": pairs},
+    )  # fmt: skip
+
+    # faces that gain a contact, or lose one, are cut again
+    changed = np.zeros(n_face, dtype=bool)
+    changed[face1[new.rows[:, :2]]] = True
+    lost = face0[old.rows[~kept, :2]]
+    changed[lost[lost >= 0]] = True
+    found.carried = Carried(old, with_crossings(old, Unchanged(face0, point0, changed)))
+    return found
+
+
+def _listed(nodes: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, ...]:
+    """Surface, node and vertex of each node of all surfaces."""
+    of = np.repeat(np.arange(len(nodes)), [len(some) for some, _ in nodes])
+    return of, *(np.concatenate([one[k] for one in nodes]) for k in range(2))
