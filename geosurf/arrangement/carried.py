@@ -34,7 +34,7 @@ LEAST = 0.5  # share of the earlier contacts that has to stay: fewer are searche
 
 def find_changed_contacts(
     surfaces: Sequence[TriSurface],
-    known: KnownPairs,
+    known: KnownPairs | None,
     *,
     origin: np.ndarray,
     voxel_size: float | None,
@@ -47,8 +47,8 @@ def find_changed_contacts(
     ----------
     surfaces, origin, voxel_size, self_intersections
         As for `find_contacts`, whose result this is, to the byte, apart from the cost.
-    known : KnownPairs
-        Of the same surfaces.
+    known : KnownPairs, or None
+        Of the same surfaces. Without it all pairs are searched.
 
     Returns
     -------
@@ -59,8 +59,8 @@ def find_changed_contacts(
         "origin": origin, "voxel_size": voxel_size, "self_intersections": self_intersections,
         "known": known,
     }  # fmt: skip
-    earlier: Earlier | None = known.arrangement()[0]
-    if earlier is not None and voxel_size is None and len(surfaces) == len(known.keys):
+    earlier: Earlier | None = None if known is None else known.arrangement()[0]
+    if known is not None and earlier is not None and voxel_size is None:
         place = common_rows(earlier, known.keys, origin)
         found = None if place is None else _merged(earlier, place, surfaces, options)
         if found is not None:

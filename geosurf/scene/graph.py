@@ -30,7 +30,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_changed_contacts, find_contacts
+from geosurf.arrangement import KnownPairs, find_changed_contacts
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.order import warnings_of_order
@@ -354,14 +354,10 @@ class Graph:
 
     def _rebuilt(self, known: KnownPairs | None = None) -> Ended:
         """The same, what faults lost by ending at horizons, warnings of that, virtual walls."""
-        options = {
-            "origin": self._origin, "voxel_size": self.inputs.voxel_size,
-            "self_intersections": self.inputs.self_intersections,
-        }  # fmt: skip
-        if known is None:
-            contacts = find_contacts(self._enclosed, **options)
-        else:
-            contacts = find_changed_contacts(self._enclosed, known, **options)
+        contacts = find_changed_contacts(
+            self._enclosed, known, origin=self._origin, voxel_size=self.inputs.voxel_size,
+            self_intersections=self.inputs.self_intersections,
+        )  # fmt: skip
         patches = trim_sheets(patches_from(contacts, known))
         branches = (self.prepared_by or self.faults).rules
         ended = end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
