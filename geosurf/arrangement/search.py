@@ -218,7 +218,7 @@ def find_contacts(
 
 
 def pairs_of(surfaces: Sequence[TriSurface], self_intersections: bool) -> list[tuple[int, int]]:
-    """All pairs of surfaces, and each with itself where that is asked for or it is torn."""
+    """All pairs of surfaces, and each with itself where that is requested or it is torn."""
     n = len(surfaces)
     # a torn sheet is carried on past its faults, where its own walls may cross
     own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
