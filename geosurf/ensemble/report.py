@@ -82,7 +82,8 @@ def report_ensemble(
     Raises
     ------
     InputError
-        If the result is not of an ensemble, or no realisation was built.
+        If the result is not of an ensemble, no realisation was built, or the files or their
+        folder are not named as above.
     OutputError
         If a file cannot be written.
     DependencyError
@@ -115,11 +116,10 @@ def report_ensemble(
         page.paragraph(facts),
         page.paragraph("P90 is the volume that 90 % of the realisations exceed.", "faint"),
     ]
-    sections = [
-        *_sections(result, folder),
-        _inputs(result, {} if inputs is None else inputs, relative_to),
-    ]
-    sections.append(Section("Versions", page.html_table(version_table())))
+    # Before any picture is drawn: a wrong argument is refused at once.
+    given = _inputs(result, {} if inputs is None else inputs, relative_to)
+    versions = Section("Versions", page.html_table(version_table()))
+    sections = [*_sections(result, folder), given, versions]
     html = page.fill_page(str(title), "\n".join(header), sections)
     target = folder / "index.html"
     try:

@@ -33,6 +33,12 @@ def result():
     return gs.run_ensemble(scene, 8, uncertain=uncertain, maps=400.0, progress=False)
 
 
+def without_maps(result):
+    """The same without what most pictures of a page show."""
+    maps = ["probability", "thickness_mean", "thickness_sd", "base_thickness", "layer"]
+    return result.drop_vars([*maps, "juxtaposed_area"])
+
+
 def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
     page = report_ensemble(result, tmp_path, title="Two <planes>").read_text(encoding="utf-8")
     assert "<h1>Two &lt;planes&gt;</h1>" in page
@@ -51,22 +57,26 @@ def test_the_page_has_all_quantiles_parameters_and_maps(result, tmp_path):
 def test_the_page_lists_distributions_and_files(result, tmp_path):
     (tmp_path / "top.txt").write_text("1 2 3")
     files = {"Top": tmp_path / "top.txt", "gone": tmp_path / "gone.txt"}
-    page = report_ensemble(result, tmp_path, inputs=files, relative_to=tmp_path)
+    page = report_ensemble(without_maps(result), tmp_path, inputs=files, relative_to=tmp_path)
     text = page.read_text(encoding="utf-8")
     for words in result.parameter_distribution.values.tolist():
         assert words in text
     assert "uniform: \N{MINUS SIGN}9 to 9 m" in text
     digest = hashlib.sha256(b"1 2 3").hexdigest()[:16]
     assert all(words in text for words in ("top.txt", digest, "gone.txt", "not found"))
+
+
+def test_wrong_files_are_refused_before_anything_is_drawn(result, tmp_path):
     for wrong in (["top.txt"], []):
         with pytest.raises(InputError, match="mapping"):
-            report_ensemble(result, tmp_path, inputs=wrong)
+            report_ensemble(result, tmp_path / "page", inputs=wrong)
     with pytest.raises(InputError, match="not a path"):
-        report_ensemble(result, tmp_path, relative_to=5)
+        report_ensemble(result, tmp_path / "page", relative_to=5)
+    assert not (tmp_path / "page").exists()
 
 
 def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path):
-    twin = result.copy(deep=True)
+    twin = result.isel(layer=slice(3)).drop_vars("juxtaposed_area").copy(deep=True)
     twin.probability[1] = 0.0
     page = report_ensemble(twin, tmp_path).read_text(encoding="utf-8")
     assert f"In no realisation: {twin.layer.values[1]}." in page
@@ -101,9 +111,7 @@ def test_base_cases_of_sums_add_up(result):
 
 
 def test_failures_are_listed_and_what_has_not_run_is_counted(result, tmp_path):
-    broken = result.copy(deep=True).drop_vars(
-        ["probability", "thickness_mean", "thickness_sd", "base_thickness", "layer"]
-    )
+    broken = without_maps(result).copy(deep=True)
     broken.status[2], broken.status[5], broken.reason[2] = 2, 0, "horizons cross & <leak>"
     broken.volume[[2, 5]] = np.nan
     page = report_ensemble(broken, tmp_path).read_text(encoding="utf-8")
