@@ -22,6 +22,7 @@ from geosurf.ensemble.models import Model, add_to
 from geosurf.ensemble.record import Record, UnitKey
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
+from geosurf.scene.given import keep_results_apart
 from geosurf.warning import silenced
 
 KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"
@@ -126,6 +127,8 @@ class Plan:
                 for one in self.prepared:
                     one.apply(change)
                 scene = self.model.build(change)
+                if self.model.is_data:
+                    keep_results_apart(scene)
                 record = _with_tears(self.measure(scene, change.numbers), scene)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))

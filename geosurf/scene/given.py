@@ -56,6 +56,11 @@ def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan])
     return twin
 
 
+def keep_results_apart(scene: Scene) -> None:
+    """Let a scene take results from its family, and give none to it: nobody will change it."""
+    scene._plain.memory.shares = False
+
+
 def given_contacts(scene: Scene) -> dict[str, Any]:
     """Return fluid contacts by name, with files and grids as surfaces."""
     return opened_contacts(scene._inputs.contacts, scene._inputs.options)
@@ -72,6 +77,7 @@ __all__ = [
     "given_fault",
     "given_horizon",
     "given_settings",
+    "keep_results_apart",
     "prepared_faults",
     "torn_like",
 ]

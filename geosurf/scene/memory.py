@@ -20,6 +20,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import flag_of
+from geosurf.model.sectors import Sector
 from geosurf.scene.progress import OnStart, announced, silent
 from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
@@ -51,6 +52,12 @@ class Memory:
     """
     Results by key, shared by scenes that differ little, and the steps of one scene.
 
+    Attributes
+    ----------
+    shares : bool
+        Whether other scenes of the family get what this one computes. A scene that nobody changes
+        takes from the family only, such as a realisation: its results would fill the budget.
+
     Examples
     --------
     >>> memory = Memory()
@@ -67,6 +74,7 @@ class Memory:
         on_start: OnStart = silent,
     ) -> None:
         self.steps: list[Step] = []
+        self.shares = True
         self.on_start = on_start
         self.warnings: list[GeosurfWarning] = list(warnings)
         self.store = Store() if store is None else store
@@ -144,7 +152,8 @@ class Memory:
             return None if stored is None else stored[0]
 
         def put(key: Hashable, one: Any) -> None:
-            self.store.put(key, one, (), self._used, grows=False)
+            if self.shares:
+                self.store.put(key, one, (), self._used, grows=False)
 
         def key_of(surface: TriSurface) -> Hashable:
             # walls are made anew by each scene, and have a few numbers
@@ -156,12 +165,12 @@ class Memory:
 
     def stored_for(self, owner: object, key: Hashable, run: Callable[[], Result]) -> Result:
         """Return a part of a step, from memory if it was made of the same object; no step."""
-        known = self._shared(key)
+        known = self._own.get(key) or self._shared(key)
         if known is not None and known[0][0] is owner:
             found: Result = known[0][1]
             return found
         result = run()
-        self.store.put(key, (owner, result), (), self._used)
+        self._put(key, ((owner, result), ()))
         return result
 
     def hold(self, value: Any) -> str:
@@ -211,6 +220,13 @@ class Memory:
             self._own[key] = result, warnings
         return result
 
+    def _put(self, key: Hashable, stored: Stored) -> None:
+        """Keep a result: for the family, or for this scene alone."""
+        if self.shares:
+            self.store.put(key, *stored, self._used)
+        else:
+            self._own[key] = stored
+
     def _shared(self, key: Hashable) -> Stored | None:
         entry = self.store.get(key, self._used)
         return None if entry is None else (entry.result, entry.warnings)
@@ -233,7 +249,7 @@ class Memory:
             with shown, collected() as found:
                 result = run()
             warnings = tuple(dict.fromkeys(found))
-            self.store.put(key, result, warnings, self._used)
+            self._put(key, (result, warnings))
             self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
 
         # a step that fails has warnings, too; they may explain why
@@ -311,7 +327,20 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     """Add one input to a hash, with the lengths and kinds that separate its parts."""
     if isinstance(value, Sheet):
         # a sheet is its torn mesh; reports and cut-offs follow from it
-        _add(digest, value.surface, strangers)
+        if value.mesh is not None:
+            _add(digest, value.surface, strangers)
+            return
+        # the lattice, and the triangles at its faults: the mesh follows from them
+        digest.update(f"{value.name} {value.crs}".encode())
+        _add(digest, TriSurface(value.name, "horizon", lattice=value.lattice), strangers)
+        _add(digest, (value.divided, value.copies, value.ghosts, value.outer), strangers)
+        for sector in value.sectors:
+            _add_sector(digest, sector, strangers)
+        for key, array in sorted((value.walls or {}).items()):
+            digest.update(f"wall of {key}".encode())
+            _add(digest, array, strangers)
+        if value.extrapolated is not None:
+            _add(digest, value.extrapolated, strangers)
     elif isinstance(value, str | Path):
         # by path and content: a file that changes is another input
         path = Path(value)
@@ -330,8 +359,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
             else:
                 _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
         for one in value.sectors:
-            digest.update(f"{one.faults} {one.front} {one.rising}".encode())
-            _add(digest, (one.corner, one.step, one.elevation), strangers)
+            _add_sector(digest, one, strangers)
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
             _add(digest, array, strangers)
@@ -366,6 +394,11 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         # nothing is known of it: it stands for itself as long as it is held
         strangers.append(value)
         digest.update(f"{id(value)}".encode())
+
+
+def _add_sector(digest: Any, sector: Sector, strangers: list[Any]) -> None:
+    digest.update(f"{sector.faults} {sector.front} {sector.rising}".encode())
+    _add(digest, (sector.corner, sector.step, sector.elevation), strangers)
 
 
 def _add_attrs(digest: Any, attrs: Any) -> None:

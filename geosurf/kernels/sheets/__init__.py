@@ -13,6 +13,7 @@ file               question                                               source
 `column_products`  What are sums of products of a few columns?
 `graph_distance`   How many links away is a node?                         breadth-first search
 `moved_rock`       Where are faults and beds that throw moves rock along?
+`rock_rounds`      Where was the rock that throw has brought to a place?
 `sheet_trim`       Which parts of a torn sheet remain?
 `sheet_corners`    Which corners of pieces are vertices of the sheet?
 =================  =====================================================  ====================

@@ -25,74 +25,107 @@ from geosurf.kernels.compile.jit import entry, scalar
 
 
 @scalar
-def _bilinear(table, u, v):
-    """Value of a table at row u and column v, which may be broken and lie within it."""
-    i = min(int(u), table.shape[0] - 2)
-    j = min(int(v), table.shape[1] - 2)
+def _bilinear(flat, start, n, m, u, v):
+    """Value of a table (n, m), row by row from `start`, at row u and column v within it."""
+    i = min(int(u), n - 2)
+    j = min(int(v), m - 2)
     f, g = u - i, v - j
-    lower = table[i, j] * (1.0 - f) + table[i + 1, j] * f
-    upper = table[i, j + 1] * (1.0 - f) + table[i + 1, j + 1] * f
+    k = start + i * m + j
+    lower = flat[k] * (1.0 - f) + flat[k + m] * f
+    upper = flat[k + 1] * (1.0 - f) + flat[k + m + 1] * f
     return lower * (1.0 - g) + upper * g
 
 
 @entry("d2 d1 d1 d1 -> .")
 def values_in_table(table, u, v, out):
     """Write the values of a table at broken rows and columns."""
+    flat, n, m = table.reshape(-1), table.shape[0], table.shape[1]
     for k in range(u.shape[0]):
-        out[k] = _bilinear(table, u[k], v[k])
+        out[k] = _bilinear(flat, 0, n, m, u[k], v[k])
 
 
 @scalar
-def _in_table(table, fault, s, z):
+def _in_table(flat, start, n, m, fault, s, z):
     """Value of a table at a distance along strike and an elevation within the fault."""
-    u = min(max(s / fault[2], 0.0), 1.0) * (table.shape[0] - 1)
-    v = (z - fault[0]) / (fault[1] - fault[0]) * (table.shape[1] - 1)
-    return _bilinear(table, u, v)
+    u = min(max(s / fault[2], 0.0), 1.0) * (n - 1)
+    v = (z - fault[0]) / (fault[1] - fault[0]) * (m - 1)
+    return _bilinear(flat, start, n, m, u, v)
 
 
 @scalar
-def _across(table, fault, s, z):
+def across(flat, start, n, m, fault, s, z):
     """Where a fault is across strike: straight on past its ends, sloping on beyond."""
     within = min(max(z, fault[0]), fault[1])
-    return _in_table(table, fault, s, within) + fault[3] * (z - within)
+    return _in_table(flat, start, n, m, fault, s, within) + fault[3] * (z - within)
 
 
 @entry("d2 d1 d1 d1 d1 -> .")
 def across_fault(table, fault, s, z, out):
     """Write where a fault is across strike: straight on past its ends, sloping on beyond."""
+    flat, n, m = table.reshape(-1), table.shape[0], table.shape[1]
     for k in range(s.shape[0]):
-        out[k] = _across(table, fault, s[k], z[k])
+        out[k] = across(flat, 0, n, m, fault, s[k], z[k])
 
 
 @entry("d2 d d2 d1 d2 d1 d1 -> .")
 def distances_from_fault(axes, first, table, fault, xy, z, out):
     """Write how far places are from a fault at their elevation, across strike."""
+    flat, n, m = table.reshape(-1), table.shape[0], table.shape[1]
     for k in range(z.shape[0]):
         s = axes[0, 0] * xy[k, 0] + axes[0, 1] * xy[k, 1] - first
         r = axes[1, 0] * xy[k, 0] + axes[1, 1] * xy[k, 1]
-        out[k] = r - _across(table, fault, s, z[k])
+        out[k] = r - across(flat, 0, n, m, fault, s, z[k])
 
 
 @scalar
-def _line_slope(lines, fault, s, z):
+def _line_slope(flat, start, n, m, fault, s, z):
     """Slope of a line down the dip at a place; no line turns above or below the fault."""
     if z < fault[0] or z > fault[1]:
         return 0.0
-    return _in_table(lines, fault, s, z)
+    return _in_table(flat, start, n, m, fault, s, z)
 
 
 @scalar
-def _along_line(lines, fault, s, z, to, steps):
+def _along_line(flat, start, n, m, fault, s, z, to, steps):
     """Where a line down the dip is along strike at another elevation: Runge and Kutta's order 4."""
     step = (to - z) / steps
     for k in range(steps):
         at = z + k * step
-        one = _line_slope(lines, fault, s, at)
-        two = _line_slope(lines, fault, s + 0.5 * step * one, at + 0.5 * step)
-        three = _line_slope(lines, fault, s + 0.5 * step * two, at + 0.5 * step)
-        four = _line_slope(lines, fault, s + step * three, at + step)
+        one = _line_slope(flat, start, n, m, fault, s, at)
+        two = _line_slope(flat, start, n, m, fault, s + 0.5 * step * one, at + 0.5 * step)
+        three = _line_slope(flat, start, n, m, fault, s + 0.5 * step * two, at + 0.5 * step)
+        four = _line_slope(flat, start, n, m, fault, s + step * three, at + step)
         s = s + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
     return s
+
+
+@scalar
+def moved_particle(
+    a, b, c, d, first, flat, start, n, m, fault, lines, line, n_line, m_line, steps, reach,
+    x, y, z, part, throw,
+):  # fmt: skip
+    """Place and elevation of a particle after the movement; `a`, `b`, `c`, `d` are the axes."""
+    s = a * x + b * y - first
+    r = c * x + d * y
+
+    # how far down: throw at the place along strike where the particle leaves from
+    here = across(flat, start, n, m, fault, s, z)
+    down = part * throw
+    if reach < np.inf:
+        away = r - here if part > 0 else here - r
+        # smooth on past the fault, where ghosts are
+        left = max(1.0 - away / reach, 0.0)
+        down = down * (left * left)
+
+    # and along: as the fault's dip line does between both levels; what is off the fault keeps
+    # its distance across it, so that rock neither detaches from the fault nor sinks into it
+    low = z - down
+    to = s
+    if n_line > 0:
+        to = _along_line(lines, line, n_line, m_line, fault, s, z, low, steps)
+    r = r + across(flat, start, n, m, fault, to, low) - here
+    to = to + first
+    return to * a + r * c, to * b + r * d, low
 
 
 @entry("d2 d d2 d1 d2 l d d2 d1 d1 d1 d2 d1 -> .")
@@ -104,33 +137,49 @@ def move_rock(
     `throw` has one value for all, or one for each. Movement dies away from the fault over `reach`,
     which may be infinite. A particle with no part stays where it is, to the last digit.
     """
+    n, m, n_line, m_line = table.shape[0], table.shape[1], lines.shape[0], lines.shape[1]
+    flat, flat_lines = table.reshape(-1), lines.reshape(-1)
     for k in range(z.shape[0]):
         if part[k] == 0.0:
             moved[k, 0], moved[k, 1], lower[k] = xy[k, 0], xy[k, 1], z[k]
             continue
-        s = axes[0, 0] * xy[k, 0] + axes[0, 1] * xy[k, 1] - first
-        r = axes[1, 0] * xy[k, 0] + axes[1, 1] * xy[k, 1]
+        moved[k, 0], moved[k, 1], lower[k] = moved_particle(
+            axes[0, 0], axes[0, 1], axes[1, 0], axes[1, 1], first, flat, 0, n, m, fault,
+            flat_lines, 0, n_line, m_line, steps, reach, xy[k, 0], xy[k, 1], z[k], part[k],
+            throw[k if throw.shape[0] > 1 else 0],
+        )  # fmt: skip
 
-        # how far down: throw at the place along strike where the particle leaves from
-        here = _across(table, fault, s, z[k])
-        down = part[k] * throw[k if throw.shape[0] > 1 else 0]
-        if reach < np.inf:
-            away = r - here if part[k] > 0 else here - r
-            # smooth on past the fault, where ghosts are
-            left = max(1.0 - away / reach, 0.0)
-            down = down * (left * left)
 
-        # and along: as the fault's dip line does between both levels; what is off the fault keeps
-        # its distance across it, so that rock neither detaches from the fault nor sinks into it
-        low = z[k] - down
-        to = s
-        if lines.shape[0] > 0:
-            to = _along_line(lines, fault, s, z[k], low, steps)
-        r = r + _across(table, fault, to, low) - here
-        to = to + first
-        moved[k, 0] = to * axes[0, 0] + r * axes[1, 0]
-        moved[k, 1] = to * axes[0, 1] + r * axes[1, 1]
-        lower[k] = low
+@scalar
+def _on_triangles(grid, rising, x, y):
+    """Elevation of the triangles of a grid; those at its rim go on beyond it."""
+    n_row, n_col = grid.shape
+    j = int(min(max(np.floor(x), 0.0), n_col - 2.0))
+    i = int(min(max(np.floor(y), 0.0), n_row - 2.0))
+    f, g = x - j, y - i
+
+    # corners a b c d anticlockwise, a at the lower left; a node comes back bit for bit
+    if rising:  # a joins c
+        base = grid[i, j]
+        large, small = max(f, g), min(f, g)
+        middle = grid[i, j + 1] if f >= g else grid[i + 1, j]
+        first, second = large - small, small
+        one, two = middle - base, grid[i + 1, j + 1] - base
+    else:
+        low = f + g <= 1.0
+        base = grid[i, j] if low else grid[i + 1, j + 1]
+        first = f if low else 1 - g
+        second = g if low else 1 - f
+        one, two = grid[i, j + 1] - base, grid[i + 1, j] - base
+    return base + first * one + second * two
+
+
+@scalar
+def height_at(grid, rising, to_columns, x, y):
+    """Elevation of the triangles of a grid at a place."""
+    u = x * to_columns[0, 0] + y * to_columns[1, 0]
+    v = x * to_columns[0, 1] + y * to_columns[1, 1]
+    return _on_triangles(grid, rising, u, v)
 
 
 @entry("l1 d2 d2 d1 d2 d1 b d d1 d2 -> l1 d2 d2 d1")
@@ -161,30 +210,6 @@ def settle(todo, where, at, old, now, height, both, close, z, was):
     return left[:n].copy(), place[:n].copy(), origin[:n].copy(), level[:n].copy()
 
 
-@scalar
-def _on_triangles(grid, rising, x, y):
-    """Elevation of the triangles of a grid; those at its rim go on beyond it."""
-    n_row, n_col = grid.shape
-    j = int(min(max(np.floor(x), 0.0), n_col - 2.0))
-    i = int(min(max(np.floor(y), 0.0), n_row - 2.0))
-    f, g = x - j, y - i
-
-    # corners a b c d anticlockwise, a at the lower left; a node comes back bit for bit
-    if rising:  # a joins c
-        base = grid[i, j]
-        large, small = max(f, g), min(f, g)
-        middle = grid[i, j + 1] if f >= g else grid[i + 1, j]
-        first, second = large - small, small
-        one, two = middle - base, grid[i + 1, j + 1] - base
-    else:
-        low = f + g <= 1.0
-        base = grid[i, j] if low else grid[i + 1, j + 1]
-        first = f if low else 1 - g
-        second = g if low else 1 - f
-        one, two = grid[i, j + 1] - base, grid[i + 1, j] - base
-    return base + first * one + second * two
-
-
 @entry("d2 b d1 d1 d1 -> .")
 def heights_on_triangles(grid, rising, x, y, out):
     """Write elevations of the triangles of a grid at columns x and rows y."""
@@ -196,6 +221,4 @@ def heights_on_triangles(grid, rising, x, y, out):
 def heights_at_places(grid, rising, to_columns, xy, out):
     """Write elevations of the triangles of a grid at places; `to_columns` gives column and row."""
     for k in range(out.shape[0]):
-        x = xy[k, 0] * to_columns[0, 0] + xy[k, 1] * to_columns[1, 0]
-        y = xy[k, 0] * to_columns[0, 1] + xy[k, 1] * to_columns[1, 1]
-        out[k] = _on_triangles(grid, rising, x, y)
+        out[k] = height_at(grid, rising, to_columns, xy[k, 0], xy[k, 1])

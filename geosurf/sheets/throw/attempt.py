@@ -146,10 +146,7 @@ def _traced(
     for _ in range(2):
         known = branches
 
-        def parts(xy: np.ndarray, z: np.ndarray, known: Branches = known) -> np.ndarray:
-            """Parts of the throw that change gradually across each fault."""
-            return movement.parts(known, movement.blended_walls(lean, xy, z))
-
+        parts = movement.gradual_parts(lean, known)
         drape, was = sheet_heights(movement.before, slips, movement.xy, parts, frame.cell)
 
         # nodes whose rock came from a hole of the horizon have no height

@@ -7,13 +7,16 @@ the fixed point of "the place less the movement". Faults act from the oldest to 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.sheets.moved_rock import heights_at_places, settle
-from geosurf.sheets.faults.slip import Slip
+from geosurf.kernels.sheets.rock_rounds import settle_rock
+from geosurf.sheets.faults.dip_lines import STEPS
+from geosurf.sheets.faults.slip import EvenThrow, Slip
 from geosurf.sheets.lattice.frame import Frame
 
 ROUNDS = 200  # steps to the fixed point; each halves the error at least, unless beds fold
@@ -21,6 +24,58 @@ RIM = 1e-9  # cells: nearer than this to the rim of a hole is on it
 CLOSE = 1e-10  # cells: how near the particle has to come
 
 Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class GradualParts:
+    """Parts of the throw where walls change gradually across each fault.
+
+    Attributes
+    ----------
+    slips : sequence of Slip
+    lean : float
+        Wall on a fault itself.
+    widths : sequence of float
+        Distance across each fault over which half of the change takes place [m].
+    acts : sequence of bool
+        Faults that part rock.
+    ends : sequence of (int, int, float, float)
+        Branch, main fault, its wall of that, and the wall that it has beyond.
+    """
+
+    slips: Sequence[Slip]
+    lean: float
+    widths: Sequence[float]
+    acts: Sequence[bool]
+    ends: Sequence[tuple[int, int, float, float]]
+
+    def __call__(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Parts (n_slip, n) at places and elevations."""
+        walls = np.empty((len(self.slips), len(xy)))
+        for wall, slip, width in zip(walls, self.slips, self.widths, strict=True):
+            far = slip.section.distance(xy, z)
+            wall[:] = np.clip(self.lean + far / (2.0 * width), 0.0, 1.0)
+        return parts_in(self.slips, self.acts, self.ends, walls)
+
+
+def parts_in(
+    slips: Sequence[Slip],
+    acts: Sequence[bool],
+    ends: Sequence[tuple[int, int, float, float]],
+    walls: np.ndarray,
+) -> np.ndarray:
+    """Parts (n_slip, n) of the throw in walls, 1 hanging, 0 foot; see `GradualParts`."""
+    out = np.empty_like(walls)
+    for k, slip in enumerate(slips):
+        # a fault that does not meet the horizon moves nothing: part 0
+        wall = walls[k] if acts[k] else np.full_like(walls[k], 1.0 - slip.share)
+        for branch, main, own, beyond in ends:
+            # beyond its main fault a branch has one wall only
+            if branch == k:
+                here = walls[main] if own > 0.5 else 1.0 - walls[main]
+                wall = wall * here + beyond * (1.0 - here)
+        out[k] = wall - 1.0 + slip.share
+    return out
 
 
 class Before:
@@ -121,10 +176,14 @@ def sheet_heights(
     GeometryError
         If the movement changes so quickly that beds would fold over: names the place.
     """
+    close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
+    even = all(isinstance(slip.amount, EvenThrow) for slip in slips)
+    if even and isinstance(parts, GradualParts | np.ndarray):
+        return _one_by_one(before, slips, xy, parts, close)
+
     # z, was: of every particle; where, at, old: of those that have not arrived, at `todo`
     z, was = before.at(xy), xy.copy()
     todo, where, at, old = np.arange(len(xy)), xy, was.copy(), z
-    close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
     for _ in range(ROUNDS):
         # share (n_slip, n): part of the throw of each fault at each place
         share = parts(where, old) if callable(parts) else parts[:, todo]
@@ -142,6 +201,51 @@ def sheet_heights(
             break
     if len(todo):
         raise _folded(before, np.append(where[0] + before.frame.corner, old[0]))
+    return z, was
+
+
+def _one_by_one(
+    before: Before,
+    slips: Sequence[Slip],
+    xy: np.ndarray,
+    parts: np.ndarray | GradualParts,
+    close: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same for faults with one throw each, all rounds of a particle at once: the same bits."""
+    # What gradual parts need, and what given ones do.
+    lean, widths, acts = 0.0, [1.0] * len(slips), [True] * len(slips)
+    ends, fixed = np.empty((0, 4)), np.empty((len(slips), 0))
+    if isinstance(parts, GradualParts):
+        lean, widths, acts = parts.lean, [*parts.widths], [*parts.acts]
+        ends = np.array(parts.ends, dtype=np.float64).reshape(-1, 4)
+    else:
+        fixed = parts
+
+    # Tables of faults, and of lines that turn, behind each other.
+    faults, tables = np.empty((len(slips), 13)), np.zeros((len(slips), 6), dtype=np.int64)
+    flat, start = [np.empty(0)], 0
+    for k, slip in enumerate(slips):
+        section, amount = slip.section, slip.amount
+        assert isinstance(amount, EvenThrow)  # the caller has asked
+        faults[k] = (
+            *section.shape, *section.axes.ravel(), section.first, slip.reach, amount.value,
+            2.0 * widths[k], slip.share,
+        )  # fmt: skip
+        lines = None if slip.lines is None else slip.lines.table
+        for column, table in ((0, section.table), (3, lines)):
+            if table is not None:
+                tables[k, column : column + 3] = start, *table.shape
+                flat.append(table.ravel())
+                start += table.size
+    z, was = np.empty(len(xy)), np.empty((len(xy), 2))
+    gradual = isinstance(parts, GradualParts)
+    lost = settle_rock(
+        faults, tables, np.concatenate(flat), np.array(acts, dtype=bool), ends, lean, gradual,
+        fixed, STEPS, before.filled, before.rising, before.to_columns, np.ascontiguousarray(xy),
+        close, ROUNDS, z, was,
+    )  # fmt: skip
+    if lost >= 0:
+        raise _folded(before, np.append(xy[lost] + before.frame.corner, z[lost]))
     return z, was
 
 

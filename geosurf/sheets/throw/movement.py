@@ -18,7 +18,7 @@ from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.heights.passes import MAP_REACH
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.throw.displacement import Before, sheet_heights
+from geosurf.sheets.throw.displacement import Before, GradualParts, parts_in, sheet_heights
 
 TOUCH = 0.01  # cells from a fault within which the rim of another one lies on it
 
@@ -90,23 +90,21 @@ class Movement:
             out[k] = np.rint(self.distance(k, xy, z) / self.frame.cell * UNIT) > 0
         return out
 
-    def blended_walls(self, lean: float, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Walls (n_slip, n) that change gradually from 0 to 1, `lean` on the fault itself."""
-        out = np.empty((len(self.slips), len(xy)))
-        for k, width in enumerate(self.blend):
-            out[k] = np.clip(lean + self.distance(k, xy, z) / (2.0 * width), 0.0, 1.0)
-        return out
+    def gradual_parts(self, lean: float, branches: Branches) -> GradualParts:
+        """Parts of the throw in walls that change gradually from 0 to 1, `lean` on each fault."""
+        return GradualParts(self.slips, lean, self.blend, branches.acts, self._ends(branches))
 
     def parts(self, branches: Branches, walls: np.ndarray) -> np.ndarray:
         """Parts (n_slip, n) of the throw (see `Slip.move`) in walls, 1 hanging, 0 foot.
 
         Beyond its main fault a branch has one wall only: the one that lies in that direction.
         """
-        out = np.empty_like(walls)
-        for k, (slip, mains) in enumerate(zip(self.slips, branches.mains, strict=True)):
-            # a fault that does not meet the horizon moves nothing: part 0
-            wall = walls[k] if branches.acts[k] else np.full_like(walls[k], 1.0 - slip.share)
+        return parts_in(self.slips, branches.acts, self._ends(branches), walls)
 
+    def _ends(self, branches: Branches) -> list[tuple[int, int, float, float]]:
+        """Branches, their main faults, their walls of these, and the wall that they have beyond."""
+        found = []
+        for k, (slip, mains) in enumerate(zip(self.slips, branches.mains, strict=True)):
             # axes[1] points across strike into the hanging wall
             for main, own in mains.items():
                 # beyond its main fault a branch has one wall only: the one that the main fault's
@@ -117,10 +115,8 @@ class Movement:
                 # half of an older fault: this one leaves it
                 if any(other.get(main) == 1.0 - own for other in branches.mains):
                     beyond = 1.0 - slip.share
-                here = walls[main] if own > 0.5 else 1.0 - walls[main]
-                wall = wall * here + beyond * (1.0 - here)
-            out[k] = wall - 1.0 + slip.share
-        return out
+                found.append((k, main, own, beyond))
+        return found
 
     def heights(
         self, branches: Branches, node: np.ndarray, walls: np.ndarray

@@ -1,0 +1,103 @@
+"""All rounds in which the rock that throw brings to a place is found, particle by particle.
+
+A particle stays in registers until it has arrived. Where throw is one number for each fault, that
+takes a third of the time of rounds of all particles, and gives the same bits. The notation is that
+of `moved_rock`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.sheets.moved_rock import across, height_at, moved_particle
+
+
+@scalar
+def _gradual_parts(faults, tables, flat, acts, ends, lean, x, y, z, walls, part):
+    """Write parts of the throw of each fault where walls change gradually across it."""
+    for i in range(faults.shape[0]):
+        of = faults[i]
+        s = of[4] * x + of[5] * y - of[8]
+        r = of[6] * x + of[7] * y
+        far = r - across(flat, tables[i, 0], tables[i, 1], tables[i, 2], of, s, z)
+        walls[i] = min(max(lean + far / of[11], 0.0), 1.0)
+    for i in range(faults.shape[0]):
+        part[i] = walls[i] if acts[i] else 1.0 - faults[i, 12]
+
+    # beyond its main fault a branch has one wall only
+    for e in range(ends.shape[0]):
+        i, main = int(ends[e, 0]), int(ends[e, 1])
+        here = walls[main] if ends[e, 2] > 0.5 else 1.0 - walls[main]
+        part[i] = part[i] * here + ends[e, 3] * (1.0 - here)
+    for i in range(faults.shape[0]):
+        part[i] = part[i] - 1.0 + faults[i, 12]
+
+
+@entry("d2 l2 d1 b1 d2 d b d2 l d2 b d2 d2 d l d1 d2 -> l")
+def settle_rock(
+    faults, tables, flat, acts, ends, lean, gradual, parts, steps,
+    grid, rising, to_columns, xy, close, rounds, z, was,
+):  # fmt: skip
+    """Write the elevation at each place, and where the particle was that has come there.
+
+    All rounds of one particle follow each other: its origin is shifted by what it misses its place
+    by, until that is at most `close`. The faults have one throw each. Returns the first place that
+    no particle finds within some rounds, its elevation in `z`, or -1.
+
+    Parameters
+    ----------
+    faults : float64 (n_fault, 13)
+        Low, high, length, slope, axes (4), first, reach, throw, twice the width over which walls
+        change gradually, and the share of the throw that the hanging wall takes; youngest first.
+    tables : int64 (n_fault, 6)
+        Start, rows and columns in `flat` of the fault, then of its lines; no row: straight ones.
+    acts : bool (n_fault,)
+        Faults that part rock.
+    ends : float64 (n, 4)
+        Branch, main fault, its wall of that, and the wall that it has beyond.
+    gradual : bool
+        Whether walls change gradually, `lean` on the fault itself: heights count then, too.
+        Otherwise `parts` (n_fault, n) has the part of the throw at each place.
+    """
+    n_fault = faults.shape[0]
+    walls, part = np.empty(n_fault), np.empty(n_fault)
+    for k in range(xy.shape[0]):
+        x, y = xy[k, 0], xy[k, 1]
+        from_x, from_y = x, y
+        old = height_at(grid, rising, to_columns, x, y)
+        found = False
+        for _ in range(rounds):
+            if gradual:
+                _gradual_parts(faults, tables, flat, acts, ends, lean, x, y, old, walls, part)
+            else:
+                for i in range(n_fault):
+                    part[i] = parts[i, k]
+
+            # forward, through all faults, the oldest first
+            now_x, now_y = from_x, from_y
+            height = height_at(grid, rising, to_columns, from_x, from_y)
+            for j in range(n_fault):
+                i = n_fault - 1 - j
+                if part[i] != 0.0:
+                    of = faults[i]
+                    now_x, now_y, height = moved_particle(
+                        of[4], of[5], of[6], of[7], of[8],
+                        flat, tables[i, 0], tables[i, 1], tables[i, 2], of,
+                        flat, tables[i, 3], tables[i, 4], tables[i, 5], steps,
+                        of[9], now_x, now_y, height, part[i], of[10],
+                    )  # fmt: skip
+            off_x, off_y = x - now_x, y - now_y
+            missed = abs(off_x) > close or abs(off_y) > close
+            if gradual and abs(height - old) > close:
+                missed = True
+            if not missed:
+                z[k] = height
+                was[k, 0], was[k, 1] = from_x, from_y
+                found = True
+                break
+            from_x, from_y, old = from_x + off_x, from_y + off_y, height
+        if not found:
+            z[k] = old
+            return k
+    return -1
