@@ -113,6 +113,20 @@ def fit_voxels(
     return VoxelGrid(bounds, size, shape.astype(np.int64), rows_a, rows_b)
 
 
+def equal_voxels(boxes: np.ndarray, n_voxel: int) -> tuple[np.ndarray, float, np.ndarray]:
+    """Bounds (6,) of some boxes, and the edge [m] and shape (3,) of about `n_voxel` voxels there.
+
+    Examples
+    --------
+    >>> equal_voxels(np.array([[0, 0, 0, 4.0, 4, 4]]), 8)[1:]
+    (2.0, array([2, 2, 2]))
+    """
+    bounds = voxels.bounds_of(boxes, np.arange(len(boxes)))
+    extent = bounds[3:] - bounds[:3]
+    size = _size_for(extent, n_voxel) or max(float(extent.max()), 1.0)
+    return bounds, size, np.maximum(np.ceil(extent / size), 1.0).astype(np.int64)
+
+
 def _size_for(extent: np.ndarray, n_voxel: float) -> float:
     """Edge of cubes, about `n_voxel` of which fill a box that may be flat."""
     sides = np.sort(extent)[::-1]

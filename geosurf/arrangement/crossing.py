@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.arrangement.broad import fit_voxels
+from geosurf.arrangement.broad import equal_voxels, fit_voxels
 from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.large_triangles import large_triangle_pairs
+from geosurf.kernels.search.marked_voxels import have_marks, mark_voxels
 from geosurf.kernels.search.separation import undecided_pairs
 from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
 
 WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
+_VOXELS_EACH, _MOST_MARKED = 64, 8_000_000  # for triangles that others are searched around
 _MANY = 20_000  # narrow triangles, from which wide ones are followed in a second thread
 FEW = 16  # triangles of which all pairs cost less than a search: the walls of a box have two each
 
@@ -73,6 +75,37 @@ def crossing_pairs(
     codes = rows[:, FIRST_CODE:]
     shared = ((codes >> 3) < 3) & ((codes & 7) < 3)
     return rows[(used & ~shared).any(axis=1), :2]
+
+
+def near_triangles(x: np.ndarray, few: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """
+    Find triangles that may meet some few others.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+    few : ndarray of int64, shape (k, 3)
+    triangles : ndarray of int64, shape (n, 3)
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        False for triangles that have no point in common with any of the few.
+
+    Examples
+    --------
+    >>> x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [1, 1, -1], [1, 1, 1], [2, 1, 1], [1, 1, 9]])
+    >>> near_triangles(x * 1.0, np.array([[0, 1, 2]]), np.array([[3, 4, 5], [4, 5, 6]])).tolist()
+    [True, False]
+    """
+    if not len(few):
+        return np.zeros(len(triangles), dtype=bool)
+    boxes = triangle_boxes(x, few)
+    n_voxel = min(_VOXELS_EACH * len(few), _MOST_MARKED)
+    bounds, size, shape = equal_voxels(boxes, n_voxel)
+    marks = mark_voxels(x, few, boxes, bounds, size, shape)
+    near: np.ndarray = have_marks(x, triangles, bounds, size, shape, marks)
+    return near
 
 
 def _near_pairs(

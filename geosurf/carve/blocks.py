@@ -72,12 +72,14 @@ def fault_sides(
         front = touched[:, 0] & ~touched[:, 1]
         back = touched[:, 1] & ~touched[:, 0]
 
-        # zone by zone: a fault that separates two zones only is no part of a name
-        for k in np.unique(zone):
-            mine = zone == k
-            if (front & mine).any() and (back & mine).any():
-                for u in np.flatnonzero(mine & (front | back)):
-                    words[u].append(fault + ("+" if front[u] else "-"))
+        # zones with units in front and others behind: a fault that separates two zones only is no
+        # part of a name
+        n_zone = int(zone.max(initial=-1)) + 1
+        parts = np.bincount(zone[front], minlength=n_zone) * np.bincount(
+            zone[back], minlength=n_zone
+        )
+        for u in np.flatnonzero((front | back) & (parts > 0)[zone]).tolist():
+            words[u].append(fault + ("+" if front[u] else "-"))
     return [tuple(word) for word in words]
 
 

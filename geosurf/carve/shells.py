@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells, FullCells
+from geosurf.carve.listed import list_faces
 from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER, UPPER
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
@@ -90,21 +92,9 @@ class Shells:
         return float(heights[:, 0].min()), float(heights[:, 1].max())
 
     @cached_property
-    def _sorted(self) -> tuple[np.ndarray, ...]:
-        """Vertices by coordinates, all triangles as rows of them, units in front of these, and what
-        `by_unit` says of them.
-
-        So shells do not depend on the order of surfaces.
-        """
-        full = self.cells.in_full
-
-        # rank of each vertex by x, then y, then z: no number of the input is left in the order
-        order = np.lexsort(full.x.T[::-1])
-        rank = np.empty(len(order), dtype=np.int64)
-        rank[order] = np.arange(len(order))
-        beside = _units_beside(full, self.unit_of_cell)
-        of_units = by_unit(beside, len(self.volumes))
-        return full.x[order], rank[full.triangles], beside[:, 0], *of_units
+    def _listed(self) -> _ListedShells:
+        """All triangles of all units."""
+        return _ListedShells.of(self.cells.in_full, self.unit_of_cell, len(self.volumes))
 
     def triangles(self, u: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Vertices, outward triangles and the surface of each triangle of a unit.
@@ -112,12 +102,59 @@ class Shells:
         What the unit has on both sides is left out. Triangles start at their lowest corner, and
         they are sorted by corners.
         """
-        x, triangles, front, row, start = self._sorted
-        rows = row[start[u] : start[u + 1]]
+        return self._listed.triangles(u)
+
+    def triangles_of(self, units: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Vertices and outward triangles of some units, as `triangles`; no others are listed."""
+        wanted = np.zeros(len(self.sides), dtype=bool)
+        wanted[[row for u in units.tolist() for row in self.faces(u).tolist()]] = True
+        full = list_faces(self.cells, wanted)
+        listed = _ListedShells.of(full, self.unit_of_cell, len(self.volumes))
+        for u in units.tolist():
+            yield listed.triangles(u)[:2]
+
+
+@dataclass(frozen=True, eq=False)
+class _ListedShells:
+    """Triangles of the shells of units, one by one.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+        Sorted by coordinates, so that shells do not depend on the order of surfaces.
+    corners : ndarray of int64, shape (n, 3)
+        Rows of `x`.
+    surface, front : ndarray of int64, shape (n,)
+        Surface of each, and the unit in front of it.
+    row, start : ndarray of int64
+        As from `by_unit`.
+    """
+
+    x: np.ndarray
+    corners: np.ndarray
+    surface: np.ndarray
+    front: np.ndarray
+    row: np.ndarray
+    start: np.ndarray
+
+    @classmethod
+    def of(cls, full: FullCells, unit_of_cell: np.ndarray, n_unit: int) -> _ListedShells:
+        """List the shells of cells with a face for every triangle."""
+        # rank of each vertex by x, then y, then z: no number of the input is left in the order
+        order = np.lexsort(full.x.T[::-1])
+        rank = np.empty(len(order), dtype=np.int64)
+        rank[order] = np.arange(len(order))
+        beside = _units_beside(full, unit_of_cell)
+        of_units = by_unit(beside, n_unit)
+        return cls(full.x[order], rank[full.triangles], full.surface_of, beside[:, 0], *of_units)
+
+    def triangles(self, u: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vertices, outward triangles and surfaces of one unit: see `Shells.triangles`."""
+        rows = self.row[self.start[u] : self.start[u + 1]]
 
         # faces with the unit in front look inward
-        used, faces, order = outward_shell(triangles[rows], front[rows] == u)
-        return x[used], faces, self.cells.in_full.surface_of[rows[order]]
+        used, faces, order = outward_shell(self.corners[rows], self.front[rows] == u)
+        return self.x[used], faces, self.surface[rows[order]]
 
 
 def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:
@@ -183,16 +220,15 @@ def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:
 def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
     """Close the shell of each unit, given the unit of each cell (-1 outside)."""
     sides = _units_beside(cells, unit_of_cell)
-    volumes = []
     n_unit = int(unit_of_cell.max(initial=-1)) + 1
     row, first = by_unit(sides, n_unit)
 
     # the divergence theorem: six times the volume is the sum below outward faces, with sign
-    for u in range(n_unit):
-        rows = row[first[u] : first[u + 1]]
-        way = np.where(sides[rows, 1] == u, 1.0, -1.0)
-        parts = way[:, None] * cells.below[rows, BELOW]
-        volumes.append(math.fsum(parts.ravel().tolist()) / 6.0)
+    unit = np.repeat(np.arange(n_unit), np.diff(first))
+    way = np.where(sides[row, 1] == unit, 1.0, -1.0)
+    below = way[:, None] * cells.below[row, BELOW]
+    parts, ends = below.ravel().tolist(), (below.shape[1] * first).tolist()
+    volumes = [math.fsum(parts[begin:end]) / 6.0 for begin, end in pairwise(ends)]
     shells = Shells(cells, unit_of_cell, sides, volumes)
     _sum_exactly(shells)
     return shells
@@ -208,9 +244,10 @@ def _sum_exactly(shells: Shells) -> None:
 
     # the last digit of coordinates: a unit thinner than it may be rounding alone
     step = float(np.spacing(np.abs(bounds).max()))
-    small = np.array(shells.volumes) <= doubtful_volume(bounds)
-    for u in np.flatnonzero(small).tolist():
-        x, triangles, _ = shells.triangles(u)
+    small = np.flatnonzero(np.array(shells.volumes) <= doubtful_volume(bounds))
+    if not len(small):
+        return
+    for u, (x, triangles) in zip(small.tolist(), shells.triangles_of(small), strict=True):
         shells.volumes[u] = exact_volume(x, triangles)
 
         # thin: less than a step high over half of its shell

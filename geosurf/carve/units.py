@@ -346,8 +346,9 @@ class _Named:
     @cached_property
     def order(self) -> list[int]:
         """Units zone by zone, block by block, from the top down."""
-        zone, names, of = self.blocks.zone, self.blocks.names, self.parts.of
-        return sorted(range(len(of)), key=lambda u: (zone[of[u]], block_order(names[of[u]]), u))
+        zone, names, of = self.blocks.zone.tolist(), self.blocks.names, self.parts.of
+        places = {name: block_order(name) for name in set(names)}  # zones have blocks in common
+        return sorted(range(len(of)), key=lambda u: (zone[of[u]], places[names[of[u]]], u))
 
     def name(self, u: int) -> str:
         """Zone, block and contact interval of one unit."""

@@ -166,9 +166,9 @@ class Patches(Shown):
         """Patch of each triangle, int64 (n_triangle,)."""
         return frozen(self.pieces.patch[self.pieces.expanded.element], np.int64)
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the surfaces."""
+        """Names of the surfaces: one tuple, which all units have."""
         return tuple(source.name for source in self.sources)
 
     @property

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.arrangement.arrange import Children
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.crossing import crossing_pairs, near_triangles
 from geosurf.arrangement.search import ULP, Contacts
 from geosurf.kernels.contacts.stable_pairs import unstable_pairs
 from geosurf.kernels.cutting.thin_pieces import thin_children
@@ -55,6 +55,10 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     touched[pieces[suspect]] = True
     suspect[: len(t)] |= touched[t].any(axis=1)
 
+    # Others that are apart from all suspects cannot cross them.
+    close = suspect | near_triangles(children.x, pieces[suspect], pieces)
+    pieces, face, suspect = pieces[close], face[close], suspect[close]
+
     # Twins of an overlap would cross in their whole area: each triangle once.
     once = _once(pieces, suspect)
     mine, others = once[suspect[once]], once[~suspect[once]]
@@ -79,14 +83,25 @@ def near_pairs(contacts: Contacts) -> np.ndarray:
     if len(contacts.near) == 0:
         return contacts.near
 
-    pairs = np.unique(np.sort(contacts.near, axis=1), axis=0)
-    n = len(contacts.t)
-    met = np.sort(contacts.rows[:, :2], axis=1)
-    meet = np.isin(pairs[:, 0] * n + pairs[:, 1], met[:, 0] * n + met[:, 1])
+    keys = np.unique(_keys_of(contacts, contacts.near))
+    pairs = np.stack(np.divmod(keys, len(contacts.t)), axis=1)
+
+    # contacts are far more than near pairs: each is looked up among these
+    met = _keys_of(contacts, contacts.rows)
+    at = np.minimum(np.searchsorted(keys, met), len(keys) - 1)
+    meet = np.zeros(len(keys), dtype=bool)
+    meet[at[keys[at] == met]] = True
 
     # Pairs that meet stay in contact; only the relation of the others can change.
     m, w = contacts.m.copy(), contacts.w
     return pairs[unstable_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
+
+
+def _keys_of(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
+    """One number for each pair of faces, the lower face first: numbers rise as pairs do."""
+    one, two = pairs[:, 0], pairs[:, 1]
+    keys: np.ndarray = np.minimum(one, two) * len(contacts.t) + np.maximum(one, two)
+    return keys
 
 
 def _of_near_pairs(

@@ -8,6 +8,7 @@ file               question                                                  sou
 `voxels`           Which triangles are near each other? Equal voxels.        Lo & Wang 2004
 `separation`       Which neighbours meet in common corners and edges only?   separating plane
 `large_triangles`  Which triangles are near one that is far larger?
+`marked_voxels`    Which triangles may meet some few others?
 `vertex_fans`      Which triangles around a vertex overlap as seen from it?
 `rays`             Which surface does a ray along an axis hit first?
 =================  ========================================================  ================
