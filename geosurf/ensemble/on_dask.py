@@ -92,11 +92,11 @@ def run_on_dask(
         _on_cluster(plan, wanted, on_record, client)
         return
     if processes:
-        _in_processes(plan, dumps(plan), wanted, on_record, workers, meanwhile=False)
+        _in_processes(plan, dumps(plan), wanted, on_record, workers, here=False)
         return
     data = _tried(plan, wanted, on_record, workers) if processes is None else None
     if data is not None:
-        _in_processes(plan, data, wanted, on_record, workers, meanwhile=True)
+        _in_processes(plan, data, wanted, on_record, workers, here=True)
     else:
         from dask.threaded import get
 
@@ -118,12 +118,12 @@ def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **optio
 
 
 def _in_processes(
-    plan: Plan, data: bytes, wanted: list[int], on_record: OnRecord, workers: int, meanwhile: bool
+    plan: Plan, data: bytes, wanted: list[int], on_record: OnRecord, workers: int, here: bool
 ) -> None:
     """Worker processes, each asked by a thread of this one."""
     from dask.threaded import get
 
-    with Workers(plan, data, min(workers, len(wanted)), meanwhile=meanwhile) as pool:
+    with Workers(plan, data, min(workers, len(wanted)), here=here) as pool:
         _streamed(get, _graph(pool.run, wanted), on_record, num_workers=workers)
 
 

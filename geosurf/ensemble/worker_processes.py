@@ -59,7 +59,9 @@ def processes_pay(seconds: float, n: int, workers: int) -> bool:
     if workers == 1 or not interpreter():
         return False
     total = seconds * n
-    return START + total / workers < total * (LOCKED + (1.0 - LOCKED) / workers)
+    # This process takes part, and need not start.
+    in_processes = (total + START * (workers - 1)) / workers
+    return in_processes < total * (LOCKED + (1.0 - LOCKED) / workers)
 
 
 def interpreter() -> str:
@@ -88,17 +90,17 @@ class Workers:
     data : bytes
         Of `dumps`.
     n : int
-        Processes.
-    meanwhile : bool
-        Whether this process runs realisations, too, until all workers have started.
+        Realisations at once.
+    here : bool
+        Whether one of them runs in this process, which has started already.
     """
 
-    def __init__(self, plan: Plan, data: bytes, n: int, *, meanwhile: bool) -> None:
-        self.n, self.data = n, data
+    def __init__(self, plan: Plan, data: bytes, n: int, *, here: bool) -> None:
+        self.n, self.data = n - here, data
         self.free: queue.SimpleQueue[Runner] = queue.SimpleQueue()
-        self.greeted: list[subprocess.Popen[bytes]] = []
         self.processes: list[subprocess.Popen[bytes]] = []
-        self.here = plan.run if meanwhile else None
+        if here:
+            self.free.put(plan.run)
 
     def __enter__(self) -> Workers:
         if not interpreter():
@@ -106,8 +108,6 @@ class Workers:
                 f"{sys.executable or 'this program'} is not a Python program, and cannot start "
                 "workers. Leave out processes=True."
             )
-        if self.here is not None:
-            self.free.put(self.here)
         # Each is waited for by a thread of its own: reading the plan takes a while.
         for _ in range(self.n):
             process = _start()
@@ -130,9 +130,7 @@ class Workers:
         try:
             return runner(realization)
         finally:
-            # This process stops to take part when all workers do.
-            if runner is not self.here or len(self.greeted) < self.n:
-                self.free.put(runner)
+            self.free.put(runner)
 
     def _greet(self, process: subprocess.Popen[bytes]) -> None:
         """Send the plan, and free the worker when it has read it."""
@@ -150,7 +148,6 @@ class Workers:
             ready = _Failed(error)
         finally:
             self.free.put(ready)
-        self.greeted.append(process)
 
     def _asked(self, process: subprocess.Popen[bytes], question: bytes) -> Any:
         """Send bytes to a worker, and return what it answers."""

@@ -101,3 +101,40 @@ def settle_rock(
             z[k] = old
             return k
     return -1
+
+
+@entry("d2 d2 l l -> l")
+def first_folded(now, parts, n_row, n_col):
+    """The first cell whose corners move to places `now` so that one of its triangles turns over.
+
+    Cells whose four corners do not have the same parts (n_fault, n) are passed over: a fault may
+    open or close them. Returns its first corner, or -1.
+    """
+    for i in range(n_row - 1):
+        for j in range(n_col - 1):
+            a = i * n_col + j
+            b, d, c = a + 1, a + n_col, a + n_col + 1
+            alike = True
+            for k in range(parts.shape[0]):
+                one = parts[k, a]
+                alike = alike and one == parts[k, b] and one == parts[k, c] and one == parts[k, d]
+            if not alike:
+                continue
+
+            # twice the signed areas of both triangles: 0 or less is folded over
+            east, north = now[b, 0] - now[a, 0], now[d, 1] - now[a, 1]
+            low = east * north - (now[b, 1] - now[a, 1]) * (now[d, 0] - now[a, 0])
+            east, north = now[d, 0] - now[c, 0], now[b, 1] - now[c, 1]
+            high = east * north - (now[d, 1] - now[c, 1]) * (now[b, 0] - now[c, 0])
+            if min(low, high) <= 0.0:
+                return a
+    return -1
+
+
+@entry("d2 d2 l l d1 -> .")
+def outside_of_grid(xy, to_columns, n_row, n_col, out):
+    """Write the distance by which places lie outside of a grid of nodes [cells], 0 inside."""
+    for k in range(xy.shape[0]):
+        u = xy[k, 0] * to_columns[0, 0] + xy[k, 1] * to_columns[1, 0]
+        v = xy[k, 0] * to_columns[0, 1] + xy[k, 1] * to_columns[1, 1]
+        out[k] = max(-u, u - (n_col - 1.0), -v, v - (n_row - 1.0), 0.0)

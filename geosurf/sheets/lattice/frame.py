@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from geosurf.errors import HorizonError
 from geosurf.kernels.sheets.node_bands import places_of_nodes
-from geosurf.model import Lattice
+from geosurf.model import Lattice, frozen
 
 SAMPLE = 4000  # nodes that the lattice is fitted to
+KEPT = 1 << 20  # nodes: frames of larger grids are not remembered
 REGULAR = 1e-2  # cells: nodes farther from their place than this make no regular lattice
 
 
@@ -49,6 +51,11 @@ class Frame:
     def stretch(self) -> np.ndarray:
         """Cells per column and per row."""
         return self.spacing / self.cell
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """Places (n_node, 2) of all nodes from the corner, by the steps [m]."""
+        return frozen(self.uv_of_node(np.arange(self.shape[0] * self.shape[1])) @ self.step, float)
 
     def to_lattice(self, xy: np.ndarray) -> np.ndarray:
         """Column and row (n, 2) of places (n, 2) [m]."""
@@ -93,18 +100,11 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
         x, y = (x, y[::-1]) if x.ndim == 1 else (x[::-1], y[::-1])
     n_row, n_col = z.shape
 
-    # fit the lattice to a sample of nodes, then measure how far they are off it [cells]
-    known = np.arange(z.size) if x.ndim == 1 else np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    if len(known) > SAMPLE:
-        known = known[np.linspace(0, len(known) - 1, SAMPLE).astype(np.int64)]
-    row, col = np.divmod(known, n_col)
-    where = np.stack([x[col], y[row]] if x.ndim == 1 else [x[row, col], y[row, col]], axis=1)
-    corner, step = fit_steps(np.stack([col, row], axis=1), where)
-    frame = Frame((n_row, n_col), corner, step, x, y)
-
-    # lean: cosine between both axes, 0 at right angles
-    off = np.abs(frame.to_lattice(where) - np.stack([col, row], axis=1)).max()
-    lean = abs(float(step[0] @ step[1])) / float(frame.spacing.prod())
+    if x.ndim == 1 and z.size <= KEPT:
+        # of all horizons of a grid, and of all realisations of one
+        frame, off, lean = _frame_of_axes(x.tobytes(), y.tobytes())
+    else:
+        frame, off, lean = _fitted(x, y, (n_row, n_col))
     if off > REGULAR or lean > REGULAR:
         raise HorizonError(
             f"{what}: tearing needs even steps at right angles, but nodes lie up to {off:.3g} "
@@ -112,6 +112,33 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
             "regular grid."
         )
     return frame, np.ascontiguousarray(z)
+
+
+@lru_cache(maxsize=4)
+def _frame_of_axes(x: bytes, y: bytes) -> tuple[Frame, float, float]:
+    """What `_fitted` gives of two axes, float64."""
+    axes = np.frombuffer(x, np.float64), np.frombuffer(y, np.float64)
+    return _fitted(*axes, (len(axes[1]), len(axes[0])))
+
+
+def _fitted(x: np.ndarray, y: np.ndarray, shape: tuple[int, int]) -> tuple[Frame, float, float]:
+    """The frame of some nodes, how far they are off it [cells], and how far its axes lean."""
+    # fit the lattice to a sample of nodes, then measure how far they are off it
+    n_col = shape[1]
+    known = np.arange(shape[0] * n_col)
+    if x.ndim == 2:
+        known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(known) > SAMPLE:
+        known = known[np.linspace(0, len(known) - 1, SAMPLE).astype(np.int64)]
+    row, col = np.divmod(known, n_col)
+    where = np.stack([x[col], y[row]] if x.ndim == 1 else [x[row, col], y[row, col]], axis=1)
+    corner, step = fit_steps(np.stack([col, row], axis=1), where)
+    frame = Frame(shape, corner, step, x, y)
+
+    # lean: cosine between both axes, 0 at right angles
+    off = np.abs(frame.to_lattice(where) - np.stack([col, row], axis=1)).max()
+    lean = abs(float(step[0] @ step[1])) / float(frame.spacing.prod())
+    return frame, float(off), lean
 
 
 def fit_steps(ij: np.ndarray, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

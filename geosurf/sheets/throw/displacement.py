@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.sheets.moved_rock import heights_at_places, settle
-from geosurf.kernels.sheets.rock_rounds import settle_rock
+from geosurf.kernels.sheets.rock_rounds import first_folded, outside_of_grid, settle_rock
 from geosurf.sheets.faults.dip_lines import STEPS
 from geosurf.sheets.faults.slip import EvenThrow, Slip
 from geosurf.sheets.lattice.frame import Frame
@@ -131,9 +131,9 @@ class Before:
 
     def outside(self, xy: np.ndarray) -> np.ndarray:
         """Distance (n,) by which places lie outside of the lattice [cells]."""
-        uv = xy @ self.to_columns
-        last = np.array(self.values.shape[::-1]) - 1.0
-        out: np.ndarray = np.maximum(np.maximum(-uv, uv - last), 0.0).max(axis=1)
+        out = np.empty(len(xy))
+        at = np.ascontiguousarray(xy)
+        outside_of_grid(at, self.to_columns, *self.values.shape, out)
         return out
 
 
@@ -256,25 +256,10 @@ def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: n
     now, height = xy, z
     for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):
         now, height = slip.move(now, height, part)
-    shape = before.values.shape
-    grid, same = now.reshape(*shape, 2), parts.reshape(len(parts), *shape)
-    a, b, d, c = grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]
-
     # only cells whose four nodes are in one wall: a fault may open or close the others
-    alike = (same[:, :-1, :-1] == same[:, :-1, 1:]) & (same[:, :-1, :-1] == same[:, 1:, :-1])
-    alike = (alike & (same[:, :-1, :-1] == same[:, 1:, 1:])).all(axis=0)
-
-    # twice the signed area of both triangles: 0 or less is folded over
-    least = np.minimum(_turn(b - a, d - a), _turn(d - c, b - c))
-    bad = np.argwhere(alike & (least <= 0))
-    if len(bad):
-        node = int(bad[0, 0]) * shape[1] + int(bad[0, 1])
+    node = first_folded(np.ascontiguousarray(now), parts, *before.values.shape)
+    if node >= 0:
         raise _folded(before, np.append(xy[node] + before.frame.corner, z[node]))
-
-
-def _turn(one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    found: np.ndarray = one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]
-    return found
 
 
 def _folded(before: Before, where: np.ndarray) -> GeometryError:

@@ -191,6 +191,6 @@ def movement_of(
         blend=[max(2.0 * heave, frame.cell) for _, heave in sizes],
         reach=max(MAP_REACH, np.ceil(widest) + 3.0),
         before=Before(picks.name, values.reshape(frame.shape), frame, rising),
-        xy=frame.uv_of_node(np.arange(picks.n_node)) @ frame.step,
+        xy=frame.places,
         rising=rising,
     )

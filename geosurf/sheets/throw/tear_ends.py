@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import Trace
@@ -93,17 +94,21 @@ def refuse_steps(
     `walls` (n_slip, n_node) and `drape` (n_node,) are those of one attempt, `cuts` its cut links.
     """
     frame, n_node = movement.frame, movement.picks.n_node
-    parts = movement.parts(branches, walls)
     node = np.arange(n_node).reshape(frame.shape)
     bits = cuts.bits(n_node).reshape(frame.shape)
+    grid = walls.reshape(len(walls), *frame.shape)
 
     # links to the east, then to the north
-    for a, b, cut in (
-        (node[:, :-1], node[:, 1:], bits[:, :-1] & 1),
-        (node[:-1], node[1:], bits[:-1] & 2),
+    for a, b, other, cut in (
+        (node[:, :-1], node[:, 1:], grid[:, :, :-1] != grid[:, :, 1:], bits[:, :-1] & 1),
+        (node[:-1], node[1:], grid[:, :-1] != grid[:, 1:], bits[:-1] & 2),
     ):
-        # neighbours that no trace parts: between them the horizon has to be continuous
-        i, j = a[cut == 0], b[cut == 0]
+        # neighbours in different walls that no trace parts: the horizon has to be continuous there
+        some = np.nonzero(other.any(axis=0) & (cut == 0))
+        i, j = a[some], b[some]
+        used = distinct(i, j)
+        parts = np.zeros((len(walls), n_node))
+        parts[:, used] = movement.parts(branches, walls[:, used])
         for k, slip in enumerate(movement.slips):
             # the throw of the fault between neighbours in different walls of it
             rows = np.flatnonzero(parts[k, i] != parts[k, j])
@@ -130,11 +135,11 @@ def _crossing(
     movement: Movement, drape: np.ndarray, fault: int, one: np.ndarray, two: np.ndarray
 ) -> np.ndarray:
     """Places (n, 3) between pairs of nodes, one in each wall, at which they meet a fault."""
-    xyz = np.column_stack([movement.xy, drape])
-    far = [np.abs(movement.distance(fault, xyz[k, :2], xyz[k, 2])) for k in (one, two)]
+    here, there = (np.column_stack([movement.xy[k], drape[k]]) for k in (one, two))
+    far = [np.abs(movement.distance(fault, at[:, :2], at[:, 2])) for at in (here, there)]
     both = far[0] + far[1]
     share = np.divide(far[0], both, out=np.full_like(both, 0.5), where=both > 0)[:, None]
-    found: np.ndarray = xyz[one] + share * (xyz[two] - xyz[one])
+    found: np.ndarray = here + share * (there - here)
     return found
 
 
