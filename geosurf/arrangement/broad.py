@@ -89,9 +89,9 @@ def fit_voxels(
     extent = bounds[3:] - bounds[:3]
     # As many voxels as faces of the larger surface, but none smaller than its usual face.
     if size is None:
-        finer = boxes_a[rows_a] if len(rows_a) >= len(rows_b) else boxes_b[rows_b]
-        face = float(np.median((finer[:, 3:] - finer[:, :3]).max(axis=1)))
-        wanted = max(len(finer) / _FACES_PER_VOXEL, 1.0)
+        finer = (boxes_a, rows_a) if len(rows_a) >= len(rows_b) else (boxes_b, rows_b)
+        face = float(np.median(voxels.longest_sides(*finer)))
+        wanted = max(len(finer[1]) / _FACES_PER_VOXEL, 1.0)
 
         # the limit is for sizes that users choose; rounding up an axis may double the number
         wanted = min(wanted, 0.45 * _MOST_VOXELS)

@@ -16,7 +16,7 @@ from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.large_triangles import large_triangle_pairs
 from geosurf.kernels.search.marked_voxels import have_marks, mark_voxels
 from geosurf.kernels.search.separation import undecided_pairs
-from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
+from geosurf.kernels.search.voxels import are_wide, fill_voxels, triangle_boxes
 
 WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
 _VOXELS_EACH, _MOST_MARKED = 64, 8_000_000  # for triangles that others are searched around
@@ -125,31 +125,24 @@ def _near_pairs(
 
     # Triangles whose boxes hold many voxels would fill them all; they are followed along their
     # planes.
-    steps = np.floor((boxes[grid.rows_b, 3:] - boxes[grid.rows_b, :3]) / grid.size) + 1.0
-    is_wide = np.minimum(steps, grid.shape).prod(axis=1) > WIDE
+    is_wide = are_wide(boxes, grid.rows_b, grid.size, grid.shape, WIDE)
     narrow, wide = grid.rows_b[~is_wide], grid.rows_b[is_wide]
     offsets, filled = fill_voxels(boxes, narrow, grid.bounds, grid.size, grid.shape)
-
-    # The first voxel of each box; a pair in several voxels is taken in the lowest of both only.
-    at = (boxes[:, :3] - grid.bounds[:3]) / grid.size
-    first = np.where(at >= grid.shape, grid.shape - 1, np.maximum(at, 0.0)).astype(np.int64)
     pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
-    given = (x, triangles, n_first, graph, boxes, grid.shape, offsets, filled, first)
+    voxels = grid.bounds, grid.size, grid.shape, offsets, filled
 
     def of_narrow() -> np.ndarray:
         """As many pairs as there is room for, and a second call if there were more."""
         found = pairs
-        n = undecided_pairs(*given, found)
+        n = undecided_pairs(x, triangles, n_first, graph, boxes, *voxels, found)
         if n > len(found):
             found = np.empty((n, 2), dtype=np.int64)
-            undecided_pairs(*given, found)
+            undecided_pairs(x, triangles, n_first, graph, boxes, *voxels, found)
         return found[:n]
 
     def of_wide() -> np.ndarray:
         """Pairs with wide triangles."""
-        found: np.ndarray = large_triangle_pairs(
-            x, triangles, boxes, wide, grid.bounds, grid.size, grid.shape, offsets, filled
-        )
+        found: np.ndarray = large_triangle_pairs(x, triangles, boxes, wide, *voxels)
         return found[found[:, 0] < n_first]
 
     worth = len(wide) > 0 and len(narrow) > _MANY

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import InputError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 
 def n_threads() -> int:
@@ -41,3 +45,42 @@ def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = T
 
     with ThreadPoolExecutor(n) as pool:
         return list(pool.map(lambda row: work(*row), rows))
+
+
+@contextmanager
+def spare_threads(worth: bool = True) -> Iterator[Executor | None]:
+    """Give all threads but the one that asks, as an executor; None if there are none.
+
+    Examples
+    --------
+    >>> with spare_threads(worth=False) as spare:
+    ...     in_turn([lambda: 1, lambda: 2], spare)
+    [1, 2]
+    """
+    if not worth or n_threads() == 1:
+        yield None
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(n_threads() - 1) as pool:
+        yield pool
+
+
+def in_turn(tasks: Sequence[Callable[[], Any]], spare: Executor | None) -> list[Any]:
+    """Return what tasks return; spare threads take them from the second one on, when they are free.
+
+    What no thread has begun is done here, so no task waits for a thread that is busy with others.
+
+    Examples
+    --------
+    >>> with spare_threads() as spare:
+    ...     in_turn([lambda: 1, lambda: 2], spare)
+    [1, 2]
+    """
+    if spare is None:
+        return [task() for task in tasks]
+    later = [spare.submit(task) for task in tasks[1:]]
+    found = [task() for task in tasks[:1]]
+    for task, future in zip(tasks[1:], later, strict=True):
+        found.append(task() if future.cancel() else future.result())
+    return found

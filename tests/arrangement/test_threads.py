@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 
 import geosurf as gs
 from geosurf.arrangement import search
+from geosurf.arrangement.threads import in_turn, spare_threads
 from geosurf.errors import InputError
 from tests.strategies import grid, sheet
 
@@ -24,6 +27,18 @@ def test_same_bytes_for_any_number_of_threads(monkeypatch, rng):
     for other in found[1:]:
         for name in NAMES:
             assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes()
+
+
+@pytest.mark.parametrize("n", ["1", "2", "4"])
+def test_tasks_come_in_their_order_and_wait_for_no_busy_thread(monkeypatch, n):
+    monkeypatch.setenv("GEOSURF_THREADS", n)
+    busy = threading.Event()
+    with spare_threads() as spare:
+        assert (spare is None) == (n == "1")
+        if n == "2":  # the only other thread has work until the tasks are done
+            spare.submit(busy.wait)
+        assert in_turn([lambda k=k: k for k in range(5)], spare) == list(range(5))
+        busy.set()
 
 
 @pytest.mark.parametrize("said", ["0", "two", "-1", ""])

@@ -113,8 +113,9 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
     boxes = np.concatenate([x[t].min(axis=1), x[t].max(axis=1)], axis=1)
     pairs = np.empty((9, 2), dtype=np.int64)
     whole = np.array([0, len(t)]), np.arange(len(t))
-    one, first = np.ones(3, dtype=np.int64), np.zeros((len(t), 3), dtype=np.int64)
-    assert undecided_pairs(x, t, len(t), np.full(len(t), -1), boxes, one, *whole, first, pairs) == 0
+    bounds = np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+    one = bounds, 1000.0, np.ones(3, dtype=np.int64)
+    assert undecided_pairs(x, t, len(t), np.full(len(t), -1), boxes, *one, *whole, pairs) == 0
     assert len(crossing_pairs(x, t)) == 0
     x[:, 2] = 0.0
     assert len(crossing_pairs(x, t)) == 0

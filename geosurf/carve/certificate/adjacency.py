@@ -121,18 +121,23 @@ class Around:
 
     def _times_of(self, surfaces: list[int]) -> np.ndarray:
         """Number of triangles between each pair of neighbours that lie on one of some surfaces."""
-        wanted = np.zeros(len(self.patches.sources), dtype=bool)
-        wanted[surfaces] = True
-        link, surface, key = self._inner
-        mine = wanted[surface]
-        several = self._several[key]
-        n_link = len(self._links[0])
-        times = np.bincount(link[mine & ~several], minlength=n_link)
+        times: np.ndarray = self._times[surfaces].sum(axis=0)
 
         # each set of corners counts once, however many of the surfaces have it
-        both = np.flatnonzero(mine & several)
-        _, first = np.unique(key[both], return_index=True)
-        return times + np.bincount(link[both[first]], minlength=n_link)
+        wanted = np.zeros(len(self.patches.sources), dtype=bool)
+        wanted[surfaces] = True
+        link, surface, key = self._coinciding
+        mine = np.flatnonzero(wanted[surface])
+        _, first = np.unique(key[mine], return_index=True)
+        again = np.delete(mine, first)
+        return times - np.bincount(link[again], minlength=len(times))
+
+    @cached_property
+    def _coinciding(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Those of `_inner` that lie where surfaces coincide."""
+        link, surface, key = self._inner
+        several = np.flatnonzero(self._several[key])
+        return link[several], surface[several], key[several]
 
     @cached_property
     def _all(self) -> np.ndarray:
@@ -158,6 +163,12 @@ class Around:
         With `inside`, triangles on walls do not count.
         """
         found: np.ndarray = self._touched[int(inside), one]
+        return found
+
+    @property
+    def touched_all(self) -> np.ndarray:
+        """Whether units touch front and back of each surface, bool (n_surface, n_unit, 2)."""
+        found: np.ndarray = self._touched[0]
         return found
 
     @cached_property

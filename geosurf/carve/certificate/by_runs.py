@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,22 +13,25 @@ from geosurf.carve.certificate.checks import (
     CROSSES,
     EPS,
     SHARED,
+    Part,
     Size,
     areas_agree,
+    beside_parents,
     crosses_not,
     is_graph,
     limits_of,
-    on_parents,
-    oriented,
     shared_in_words,
     surely_exact,
 )
 from geosurf.carve.certificate.facts import Facts, sides_of
-from geosurf.carve.certificate.lines import MANY, Half, in_two_threads, lines_of_units
+from geosurf.carve.certificate.lines import Half, lines_of, lines_of_units
 from geosurf.carve.certificate.near_runs import candidates
 from geosurf.carve.volume import exact_volume
 from geosurf.model import Check, Patches, Units
 from geosurf.model.pieces import Pieces
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 Stored = tuple[np.ndarray, np.ndarray]
 
@@ -53,10 +57,13 @@ def same_runs(one: Patches, two: Patches) -> bool:
     return bool(same) and all(np.array_equal(p, q) and p.tobytes() == q.tobytes() for p, q in pairs)
 
 
-def checks_by_runs(patches: Patches, units: Units | None = None) -> list[Check] | None:
+def checks_by_runs(
+    patches: Patches, units: Units | None = None, spare: Executor | None = None
+) -> list[Check] | None:
     """The checks of a certificate, without a list of all triangles; None where one is needed.
 
-    The names and details are those of checks by triangles, if they pass.
+    The names and details are those of checks by triangles, if they pass. Threads of `spare` take a
+    part of them, when they are free.
     """
     sides = None if units is None else sides_of(patches, units)
     before = None
@@ -72,8 +79,7 @@ def checks_by_runs(patches: Patches, units: Units | None = None) -> list[Check] 
     halves: list[Half] = [partial(_mesh_by_runs, facts)]
     if units is not None and sides is not None:
         halves.insert(0, partial(_units_by_runs, facts, units, sides, before))
-    worth = len(facts.elements.triangles) > MANY and not facts.stored
-    return in_two_threads(halves, worth)
+    return lines_of(halves, None if facts.stored else spare)  # bands of one half at a time
 
 
 def _units_by_runs(
@@ -106,8 +112,15 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
     patches, elements = facts.patches, facts.elements
     pieces = patches.pieces
     x = elements.local
-    new, parents = facts.new_triangles()
-    near_parents = on_parents(pieces.x, pieces.triangles[new], parents)
+    rows = []
+
+    def parts() -> Iterator[Part]:
+        """New triangles and the corners of their input triangles, and note which they are."""
+        for new, parents in facts.new_triangles():
+            rows.append(new)
+            yield pieces.triangles[new], parents
+
+    near_parents, faces_as_parents = beside_parents(pieces.x, parts(), patches.origin)
 
     # new triangles stay near their input triangle, so runs that share no corner with it are apart:
     # a corner is at most 2 L / h times as far from it as from its sides (length L, height h)
@@ -122,7 +135,7 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
     x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([elements.triangles, t])
     surface = np.concatenate([elements.surface_of_triangle[elements.element], surface])
     graph = np.where(is_graph(patches)[surface], surface, -1)
-    graph[new] = -1
+    graph[np.concatenate(rows)] = -1
     n_bad = len(crossing_pairs(x, t, graph=graph))
     crosses = crosses_not(int(elements.n_triangle.sum()))
     if n_bad:
@@ -130,6 +143,6 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
     return [
         crosses,
         near_parents,
-        oriented(pieces.x, pieces.triangles[new], parents, patches.origin),
+        faces_as_parents,
         areas_agree(patches, facts.areas(), float(np.abs(elements.local).max(initial=0.0))),
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,29 +15,33 @@ from geosurf.carve.certificate.checks import (
     SHARED,
     Size,
     areas_agree,
+    beside_parents,
     crosses_not,
     graphs_of,
-    on_parents,
-    oriented,
     shared_in_words,
     surely_exact,
 )
-from geosurf.carve.certificate.lines import MANY, Half, in_two_threads, lines_of_units
+from geosurf.carve.certificate.lines import Half, lines_of, lines_of_units
 from geosurf.carve.certificate.partition import matched, numbered
 from geosurf.carve.volume import exact_volume
 from geosurf.conventions import place
 from geosurf.kernels.meshes.shells import are_copies, count_open_edges, sums_of_triangles
 from geosurf.model import Check, Patches, Units
 
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
-def checks_by_triangles(patches: Patches, units: Units | None = None) -> list[Check]:
-    """Check all triangles of shells and of the mesh."""
+
+def checks_by_triangles(
+    patches: Patches, units: Units | None = None, spare: Executor | None = None
+) -> list[Check]:
+    """Check all triangles of shells and of the mesh; threads of `spare` take a part of it."""
     # both halves use these arrays: they are listed once, before threads start
     _ = patches.local, patches.triangles, patches.surface_of_triangle, patches.parent_of_triangle
     halves: list[Half] = [partial(_checks_of_mesh, patches)]
     if units is not None:
         halves.insert(0, partial(_checks_of_units, patches, units))
-    return in_two_threads(halves, patches.n_triangle > MANY) or []
+    return lines_of(halves, spare) or []
 
 
 def _checks_of_units(patches: Patches, units: Units) -> list[Check]:
@@ -58,8 +63,7 @@ def _checks_of_mesh(patches: Patches) -> list[Check]:
     new = _new_triangles(patches)
     return [
         _nothing_crosses(patches, new[0]),
-        on_parents(patches.local, patches.triangles[new[0]], new[1]),
-        oriented(patches.local, patches.triangles[new[0]], new[1], patches.origin),
+        *beside_parents(patches.local, [(patches.triangles[new[0]], new[1])], patches.origin),
         _areas(patches),
     ]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
-from geosurf.arrangement.threads import map_threads
+from geosurf.arrangement.threads import spare_threads
 from geosurf.carve.certificate.by_runs import checks_by_runs, same_runs
 from geosurf.carve.certificate.by_triangles import checks_by_triangles
 from geosurf.carve.certificate.lines import MANY
@@ -14,6 +14,10 @@ from geosurf.errors import InputError
 from geosurf.model import Certificate, Check, Patches, Units
 from geosurf.model.chunked import ChunkedLattice
 
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+ROOM_OF_RUN = 1000  # bytes of a second run and of checks, per triangle that curves touch
 ROOM = 610  # bytes per triangle: 13.9 GB for 21 million (docs/validation/results.md)
 SAME = "two runs give the same bytes"
 _EQUAL = "{} arrays equal, byte by byte"
@@ -64,18 +68,25 @@ def certify(
     """
     if by not in WAYS:
         raise InputError(f"by is {by!r}; expected one of {WAYS}.")
+    with spare_threads(patches.n_triangle > MANY) as spare:
+        return Certificate(tuple(_checks(patches, units, by, spare)))
+
+
+def _checks(
+    patches: Patches, units: Units | None, by: str = "runs", spare: Executor | None = None
+) -> list[Check]:
+    """The checks of `certify`; threads of `spare` take a part of them."""
     if by == "runs":
-        checks = checks_by_runs(patches, units)
+        checks = checks_by_runs(patches, units, spare)
 
         # what is wrong where is a matter of single triangles, if they fit in memory
         stored = _in_stores(patches)
         if checks is not None and (stored or all(check.passed for check in checks)):
-            return Certificate(tuple(checks))
+            return checks
         for lattice in stored:
             lattice.check_in_memory()
     _refuse_if_too_large(patches.n_triangle)
-
-    return Certificate(tuple(checks_by_triangles(patches, units)))
+    return checks_by_triangles(patches, units, spare)
 
 
 def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patches]) -> Certificate:
@@ -88,7 +99,7 @@ def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patch
     units : Units
     rebuild : callable
         Splits the surfaces of the patches again, from nothing. In large models it shares the cores
-        with the checks.
+        with the checks, where the memory that is free holds both.
 
     Returns
     -------
@@ -108,13 +119,17 @@ def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patch
     >>> certify_repeated(one.patches, one.units, lambda: two.patches).ok
     True
     """
-    halves: list[tuple[Callable[[], tuple[Check, ...]]]] = [
-        (lambda: certify(patches, units).checks,),
-        (lambda: (same_bytes(patches, rebuild()),),),
-    ]
+    pieces = patches.__dict__.get("pieces")
+    n_listed = patches.n_triangle if pieces is None else len(pieces.triangles)
     worth = patches.n_triangle > MANY and not _in_stores(patches)  # their bands take the memory
-    checks, repeated = map_threads(lambda run: run(), halves, worth=worth)
-    return Certificate((*checks, *repeated))
+    with spare_threads(worth) as spare:
+        # side by side only where the memory holds both; else the second run is after the checks
+        if spare is None or lack_of_room(n_listed * ROOM_OF_RUN) is not None:
+            checks = _checks(patches, units, spare=spare)
+            return Certificate((*checks, same_bytes(patches, rebuild())))
+        repeated = spare.submit(lambda: same_bytes(patches, rebuild()))
+        checks = _checks(patches, units, spare=spare)
+        return Certificate((*checks, repeated.result()))
 
 
 def _in_stores(patches: Patches) -> list[ChunkedLattice]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ VOLUME_TOLERANCE = 1e-12
 EPS = 2.0**-53
 CROSSES = "surfaces meet only along shared edges"
 SHARED = "units share the surfaces' vertices"
+Part = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -150,9 +152,20 @@ def graphs_of(patches: Patches, new: np.ndarray) -> np.ndarray:
     return graph
 
 
-def on_parents(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> Check:
-    """Distance of each corner from the plane of its input triangle, and beyond the sides of it."""
-    off, slack = distances_from_parents(local, t, parent.reshape(-1, 9))
+def beside_parents(local: np.ndarray, parts: Iterable[Part], origin: np.ndarray) -> list[Check]:
+    """Check that new triangles lie on their input triangles, and keep the orientation of these.
+
+    The first is a distance of each corner from the plane and the sides of its input triangle, the
+    second an exact test.
+
+    Parameters
+    ----------
+    local : ndarray of float64, shape (n_vertex, 3)
+    parts : iterable of (ndarray of int64 (n, 3), ndarray of float64 (n, 3, 3))
+        New triangles as rows of `local`, and the corners of their input triangles, part by part: so
+        that not all corners are in memory at once.
+    origin : ndarray of float64, shape (3,)
+    """
     span = 0.0
     if len(local):
         low, high = limits_of(local)
@@ -160,26 +173,34 @@ def on_parents(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> Check:
 
     # the rounding of a coordinate of this size, with room
     bound = 1e-12 * max(span, 1.0)
-    # the plane of a sliver has a larger rounding error
-    passed = bool((off <= bound + 16 * EPS * slack).all())
-    far = float(off.max(initial=0.0))
+    near, far, n, n_bad, where = True, 0.0, 0, 0, ""
+    for t, parent in parts:
+        off, slack = distances_from_parents(local, t, parent.reshape(-1, 9))
+
+        # the plane of a sliver has a larger rounding error
+        near &= bool((off <= bound + 16 * EPS * slack).all())
+        far = max(far, float(off.max(initial=0.0)))
+        bad = _turned_over(local, t, parent)
+        if len(bad) and not n_bad:
+            where = place(local[t[bad[0], 0]] + origin)
+        n, n_bad = n + len(t), n_bad + len(bad)
+
     detail = f"largest distance from the input triangle {far:.1e} m (bound {bound:.1e} m)"
-    return Check("triangles lie on their input triangles", passed, far, detail)
+    lie = Check("triangles lie on their input triangles", near, far, detail)
+    detail = f"orientation of {n} new triangles tested exactly; all others are copies"
+    if n_bad:
+        detail = f"{n_bad} triangles are turned over or flat, the first at {where}"
+    name = "triangles keep the orientation of their input"
+    return [lie, Check(name, n_bad == 0, float(n_bad), detail)]
 
 
-def oriented(local: np.ndarray, t: np.ndarray, parent: np.ndarray, origin: np.ndarray) -> Check:
-    """Triangles have the orientation of their input triangles: an exact test."""
+def _turned_over(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> np.ndarray:
+    """Rows of triangles that do not face as their input triangles do."""
     x = np.concatenate([local, parent.reshape(-1, 3)])
     of = np.arange(len(local), len(x)).reshape(-1, 3)
     m, w = frame_of(x)
-    bad = inverted_triangles(x, t, of, np.arange(len(t)), m, w)
-    detail = f"orientation of {len(t)} new triangles tested exactly; all others are copies"
-    if len(bad):
-        where = place(local[t[bad[0], 0]] + origin)
-        detail = f"{len(bad)} triangles are turned over or flat, the first at {where}"
-    return Check(
-        "triangles keep the orientation of their input", len(bad) == 0, float(len(bad)), detail
-    )
+    found: np.ndarray = inverted_triangles(x, t, of, np.arange(len(t)), m, w)
+    return found
 
 
 def areas_agree(patches: Patches, found: list[tuple[float, float, float]], largest: float) -> Check:

@@ -10,6 +10,7 @@ follow from the lattice. `Facts.of` returns None for a model that this does not 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -32,6 +33,7 @@ from geosurf.model.pieces import Pieces
 from geosurf.model.regions import Boxes
 
 _SLIP = 1e-3  # [m] around boxes; far more than rounding in a frame moves them by
+_AT_ONCE = 1 << 19  # triangles that are compared with their input triangles, of several surfaces
 _MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
 
 
@@ -63,6 +65,10 @@ class Facts:
     Attributes
     ----------
     elements : Elements
+    cut : ndarray of int64, shape (n_surface + 1,)
+        First triangle of each surface among those of the pieces.
+    keys : (ndarray, ndarray, int)
+        As `number_triangles` returns them for the triangles of the pieces.
     lattices : list of LatticeRuns
     sums : ndarray of float64, shape (n_element, 14)
         See `sums_of_runs`.
@@ -74,6 +80,8 @@ class Facts:
 
     patches: Patches
     elements: Elements
+    cut: np.ndarray
+    keys: tuple[np.ndarray, np.ndarray, int]
     lattices: list[LatticeRuns]
     sums: np.ndarray
     n_shared: int
@@ -92,13 +100,22 @@ class Facts:
             return None
         if not len(pieces.triangles):
             return None  # surfaces that nothing touches: there is no model to speak of
+        if (np.diff(pieces.surface) < 0).any():
+            return None
+        cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
         level = _level(patches, pieces)
-        rows = [(pieces, i, of, level) for i, of in enumerate(pieces.strips) if of is not None]
+        rows = [
+            (pieces, i, pieces.key[cut[i] : cut[i + 1]], of, level)
+            for i, of in enumerate(pieces.strips)
+            if of is not None
+        ]
         stored = any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources)
         worth = pieces.first_run[-1] > _MANY_RUNS and not stored  # bands of one at a time
         found = map_threads(read_runs, rows, worth=bool(worth))
         lattices = [one for one in found if one is not None]
-        return _listed(patches, pieces, lattices, level) if len(lattices) == len(rows) else None
+        return (
+            _listed(patches, pieces, cut, lattices, level) if len(lattices) == len(rows) else None
+        )
 
     def counts(self, sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, int, bool]:
         """Vertices, edges and open edges of each unit (n_unit, 3); vertices of all shells; whether
@@ -126,7 +143,7 @@ class Facts:
         n, n_all = len(pieces.triangles), len(sides)
 
         # runs have a corner that no other element has: each has a key of its own
-        key, rising, n_key = number_triangles(pieces.triangles)
+        key, rising, n_key = self.keys
         key = np.concatenate([key, n_key + np.arange(n_all - n)])
         turn = np.concatenate([rising, np.zeros(n_all - n, dtype=bool)])
         alone = sides[:, 0] != sides[:, 1]
@@ -214,20 +231,29 @@ class Facts:
             out.append((corners, one.first + run[mine]))
         return out
 
-    def new_triangles(self) -> tuple[np.ndarray, np.ndarray]:
+    def new_triangles(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Rows of listed triangles that are not copies of their input triangle, and its corners.
 
-        Triangles in runs are copies: their corners are read from the lattice.
+        Some surfaces at once, in their order. Triangles in runs are copies: their corners are read
+        from the lattice.
         """
         pieces: Pieces = self.patches.pieces
-        parent = np.empty((len(pieces.triangles), 3, 3))
-        for i, source in enumerate(pieces.sources):
-            mine = np.flatnonzero(pieces.surface == i)
-            nodes = source.corners_of_keys(pieces.key[mine]).ravel()
-            parent[mine] = (source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3)
-        copied = copies_of_parents(pieces.x, pieces.triangles, parent.reshape(-1, 9))
-        new = np.flatnonzero(~copied)
-        return new, parent[new]
+        first = 0
+        while first < len(pieces.sources):
+            last = int(np.searchsorted(self.cut, self.cut[first] + _AT_ONCE, "right")) - 1
+            last = min(max(last, first + 1), len(pieces.sources))
+            parent = np.concatenate([self._parents(i) for i in range(first, last)])
+            rows = np.arange(self.cut[first], self.cut[last])
+            new = ~copies_of_parents(pieces.x, pieces.triangles[rows], parent.reshape(-1, 9))
+            yield rows[new], parent[new]
+            first = last
+
+    def _parents(self, i: int) -> np.ndarray:
+        """Local corners (n, 3, 3) of the input triangles of the listed triangles of a surface."""
+        pieces, source = self.patches.pieces, self.patches.sources[i]
+        nodes = source.corners_of_keys(pieces.key[self.cut[i] : self.cut[i + 1]]).ravel()
+        corners: np.ndarray = source.places_of_nodes(nodes) - pieces.origin
+        return corners.reshape(-1, 3, 3)
 
     def areas(self) -> list[tuple[float, float, float]]:
         """Area of each surface, that of its input, and the sum of all sides of its triangles."""
@@ -235,7 +261,7 @@ class Facts:
         pieces: Pieces = self.patches.pieces
         found = []
         for i, source in enumerate(pieces.sources):
-            mine = np.flatnonzero(pieces.surface == i)
+            mine = slice(self.cut[i], self.cut[i + 1])
             area, rim = 0.5 * math.fsum(self.sums[mine, 2]), float(self.sums[mine, 5].sum())
             one = of_lattice.get(i)
             if one is None:
@@ -265,7 +291,7 @@ def _level(patches: Patches, pieces: Pieces) -> float:
 
 
 def _listed(
-    patches: Patches, pieces: Pieces, lattices: list[LatticeRuns], level: float
+    patches: Patches, pieces: Pieces, cut: np.ndarray, lattices: list[LatticeRuns], level: float
 ) -> Facts | None:
     """List the triangles with shared corners; their vertices first, private ones last."""
     n = len(pieces.triangles)
@@ -312,10 +338,11 @@ def _listed(
         np.concatenate(joined),
     )  # fmt: skip
     # a triangle of a run with the corners of another triangle: both have to be compared
-    number, _, n_number = number_triangles(elements.triangles)
+    number, rising, n_number = number_triangles(elements.triangles)
     if (np.bincount(number, minlength=n_number)[number[n:]] > 1).any():
         return None
+    keys = number[:n].copy(), rising[:n].copy(), 1 + int(number[:n].max())
     heights = min((one.lattice.map_height for one in lattices if one.graph), default=math.inf)
-    facts = Facts(patches, elements, lattices, sums, n_shared, heights)
+    facts = Facts(patches, elements, cut, keys, lattices, sums, n_shared, heights)
     object.__setattr__(elements, "near", partial(Facts.near, facts))
     return facts

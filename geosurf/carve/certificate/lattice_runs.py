@@ -142,11 +142,15 @@ class LatticeRuns:
         return n_used, np.concatenate(joined)
 
 
-def read_runs(pieces: Pieces, i: int, strips: Strips, level: float) -> LatticeRuns | None:
-    """Read the runs of one lattice; None if they are not what checks by runs depend on."""
+def read_runs(
+    pieces: Pieces, i: int, keys: np.ndarray, strips: Strips, level: float
+) -> LatticeRuns | None:
+    """Read the runs of one lattice; None if they are not what checks by runs depend on.
+
+    `keys` are those of its triangles that are listed.
+    """
     lattice = pieces.sources[i].lattice
     assert lattice is not None  # only lattices have strips
-    keys = pieces.key[pieces.surface == i]
     if not _in_rows(strips) or (
         len(keys) and (runs_of_keys(strips.places, strips.runs, strips.start, keys) >= 0).any()
     ):

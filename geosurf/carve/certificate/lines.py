@@ -1,18 +1,22 @@
-"""The lines of a certificate in their order, and halves of them in two threads."""
+"""The lines of a certificate in their order, and halves of them in threads that are free."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from geosurf.arrangement.threads import map_threads
+from geosurf.arrangement.threads import in_turn
 from geosurf.carve.certificate.checks import Size, adds_up, closed
 from geosurf.carve.certificate.elements import Elements
 from geosurf.carve.certificate.merged import merged
 from geosurf.carve.certificate.names import named
 from geosurf.carve.certificate.partition import Matched, partition
 from geosurf.model import Check, Patches, Units
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 MANY = 100_000  # triangles, from which units and mesh are checked in two threads
 Half = Callable[[], list[Check] | None]
@@ -51,8 +55,8 @@ def lines_of_units(
     return [*lines, replace(names, name="names before slivers were merged match")]
 
 
-def in_two_threads(halves: list[Half], worth: bool) -> list[Check] | None:
+def lines_of(halves: list[Half], spare: Executor | None) -> list[Check] | None:
     """Lines of all halves in their order, or None if one half has no answer."""
-    found = map_threads(lambda half: half(), [(half,) for half in halves], worth=worth)
+    found = in_turn(halves, spare)
     whole = [half for half in found if half is not None]
     return list(itertools.chain.from_iterable(whole)) if len(whole) == len(found) else None

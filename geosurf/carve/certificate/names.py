@@ -43,18 +43,13 @@ def named(patches: Patches | Elements, units: Units, found: Matched, divided: bo
     if not merged:
         wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
 
-    # rows (triangle of a shell, surface that it lies on, whether the unit is behind it)
+    # each side of a surface that a unit touches, once
     around = Around(patches, found, len(parts))
-    shell, surface, behind = around.on
-
-    # surface, unit and side in one number, so that each combination is checked once
     fault = list(patches.names)
     for name, rows in _faults(patches).items():
         for row in rows:
             fault[row] = name
-    codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
-    for code in np.unique(codes).tolist():
-        (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
+    for one, u, back in np.argwhere(around.touched_all).tolist():
         if fault[one] + ("+" if back else "-") in parts[u].fault_sides:
             wrong.append(parts[u].name)
     if divided:
@@ -204,13 +199,16 @@ def _in_other_zones(
     open_ = np.flatnonzero(open_)
 
     # a triangle stays in `open_` if no horizon on it fits; what remains has no excuse
+    order = np.argsort(patches.surface_of_triangle, kind="stable")
+    cut = np.searchsorted(patches.surface_of_triangle[order], np.arange(len(patches.sources) + 1))
+    turn = np.zeros(found.n_key, dtype=np.int8)  # 1 or 2 for keys on a horizon
     for rank, i in enumerate(horizons):
-        rows = np.flatnonzero(patches.surface_of_triangle == i)
-        turn = np.zeros(found.n_key, dtype=np.int64)
+        rows = order[cut[i] : cut[i + 1]]
         turn[found.of_patches[rows]] = 1 + found.turn_of_patches[rows]
-        turn = turn[found.key[open_]]
-        below = (turn == 1 + found.turn[open_]) == upward[i]
-        open_ = open_[(turn == 0) | (below != (zone[open_] > rank))]
+        mine = turn[found.key[open_]]
+        turn[found.of_patches[rows]] = 0
+        below = (mine == 1 + found.turn[open_]) == upward[i]
+        open_ = open_[(mine == 0) | (below != (zone[open_] > rank))]
     return np.unique(found.unit[open_]).tolist()
 
 

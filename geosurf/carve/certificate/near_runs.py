@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -48,27 +49,38 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
             *other.arguments(), free_, hit_,
         )  # fmt: skip
 
-    # triangles that are listed, surface by surface
-    listed, of_listed = facts.elements, facts.elements.surface_of_triangle[facts.elements.element]
-    lists, surfaces = [], []
-    for i in np.unique(of_listed).tolist():
-        some = listed.triangles.take(np.flatnonzero(of_listed == i), axis=0)
-        lists.append(tree_of_list(listed.local, some))
-        surfaces.append(i)
-    ends = [*(one.surface for one in lattices), *surfaces]
-    pairs = _near([*trees, *lists], ends, len(trees))
-
     # what stays in a store is read tile by tile, each once for all others
     stored = [i for i, one in enumerate(lattices) if one.stays_in_store]
-    here = [pair for pair in pairs if not set(pair) & set(stored)]
-    map_threads(between, [pair for pair in here if pair[1] < len(trees)])
-    given = [(i, lists[j - len(trees)], _NONE, _NONE) for i, j in here if j >= len(trees)]
-    map_threads(beside, given)
+    here = [i for i in range(len(trees)) if i not in stored]
+    of_lattices = [one.surface for one in lattices]
+    map_threads(between, _near(trees, of_lattices, itertools.combinations(here, 2)))
+
+    # triangles that are listed, surface by surface: trees of all would take twice their memory
+    listed, of_listed = facts.elements, facts.elements.surface_of_triangle[facts.elements.element]
+    order = np.argsort(of_listed, kind="stable")
+    cut = np.searchsorted(of_listed[order], np.arange(len(facts.patches.sources) + 1))
+    surfaces = np.flatnonzero(np.diff(cut)).tolist()
+
+    def tree_of_listed(surface: int) -> Tree:
+        """The boxes around the listed triangles of a surface."""
+        some = listed.triangles.take(order[cut[surface] : cut[surface + 1]], axis=0)
+        return tree_of_list(listed.local, some)
+
+    def around(surface: int) -> None:
+        """Mark the triangles of lattices that are near the listed triangles of a surface."""
+        tree = tree_of_listed(surface)
+        pairs = [(i, len(trees)) for i in here]
+        for i, _ in _near([*trees, tree], [*of_lattices, surface], pairs):
+            beside(i, tree, _NONE, _NONE)
+
+    map_threads(around, [(surface,) for surface in surfaces])
     corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
     if stored:
         rows = [*lattices, *(facts.patches.sources[i] for i in surfaces)]
-        tiles = NearTiles(rows, [*trees, *lists], free, hit, facts.patches.sources, origin)
-        for i, near in tiles.find(pairs):
+        trees += map(tree_of_listed, surfaces)
+        every = ((i, j) for i in range(len(lattices)) for j in range(i + 1, len(trees)))
+        tiles = NearTiles(rows, trees, free, hit, facts.patches.sources, origin)
+        for i, near in tiles.find(_near(trees, [*of_lattices, *surfaces], every)):
             corners.append(near)
             of_corners.append(np.full(len(near), lattices[i].surface))
     for one, of_free, found in zip(lattices, free, hit, strict=True):
@@ -78,13 +90,12 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(corners), np.concatenate(of_corners)
 
 
-def _near(trees: Sequence[Tree], surface: list[int], n_first: int) -> list[tuple[int, int]]:
-    """Pairs of trees of different surfaces, the first below `n_first`, whose boxes meet."""
+def _near(
+    trees: Sequence[Tree], surface: list[int], pairs: Iterable[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Those of some pairs of trees that are of different surfaces, and whose boxes meet."""
     far = apart(list(trees))
-    pairs = [
-        (i, j) for i in range(n_first) for j in range(i + 1, len(trees))
-        if surface[i] != surface[j] and not far[i, j]
-    ]  # fmt: skip
+    pairs = [(i, j) for i, j in pairs if surface[i] != surface[j] and not far[i, j]]
     if not pairs:
         return []
     beyond = separated_by_tops(list(trees), np.array(pairs))

@@ -14,8 +14,7 @@ one, none                 separated if the plane half-way between them separates
 Notation
     x, t     corners and triangles
     boxes    lower and upper corner of each triangle
-    offsets, filled   triangles of each voxel, as in `voxels.fill_voxels`
-    first    voxel that holds the lower corner of each box: each pair is tested in one voxel only
+    bounds, size, shape, offsets, filled   voxels and the triangles of each, as in `voxels`
     graph    number of the graph over the map that each triangle is a part of, -1 for none: two
              parts of one graph meet in common corners and edges only
 """
@@ -27,6 +26,7 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import TINY, filtered_side, plane_terms
 from geosurf.kernels.search.tree import append_pair
+from geosurf.kernels.search.voxels import _cell
 
 # Rounding errors relative to the sum of magnitudes: below 8 units (2**-53) for three products of
 # differences, below 16 for six products of three factors.
@@ -249,9 +249,9 @@ def is_beside_plane(x, t, p, a, b):
 
 
 @scalar
-def _load_voxel(boxes, first, graph, filled, low, high, at, near, marks):
+def _load_voxel(boxes, bounds, size, shape, graph, filled, low, high, at, near, marks):
     """What is asked of each pair of triangles of a voxel, side by side: boxes, graphs, and for each
-    axis whether the box begins in this voxel (bits 1, 2, 4).
+    axis whether the box begins in this voxel (bits 1, 2, 4): each pair is tested in one voxel only.
     """
     for s in range(low, high):
         of = filled[s]
@@ -259,7 +259,8 @@ def _load_voxel(boxes, first, graph, filled, low, high, at, near, marks):
             near[k, s - low] = boxes[of, k]
         bits = 0
         for axis in range(3):
-            bits |= int(first[of, axis] == at[axis]) << axis
+            begins = _cell(boxes[of, axis], bounds[axis], size, shape[axis]) == at[axis]
+            bits |= int(begins) << axis
         marks[0, s - low], marks[1, s - low] = bits, graph[of]
 
 
@@ -294,8 +295,8 @@ def _is_one_graph(graph, filled, low, high):
     return True
 
 
-@entry("d2 l2 l l1 d2 l1 l1 l1 l2 l2 -> l")
-def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, pairs):
+@entry("d2 l2 l l1 d2 d1 d l1 l1 l1 l2 -> l")
+def undecided_pairs(x, t, n_first, graph, boxes, bounds, size, shape, offsets, filled, pairs):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
 
     They are written up to capacity. Triangles from row `n_first` on are not compared with each
@@ -311,18 +312,18 @@ def undecided_pairs(x, t, n_first, graph, boxes, shape, offsets, filled, first, 
     n = 0
     for voxel in range(offsets.shape[0] - 1):
         low, high = offsets[voxel], offsets[voxel + 1]
-        # Most voxels next to no fault hold one surface only.
-        if high - low < 2 or _is_one_graph(graph, filled, low, high):
+        # Most voxels next to no fault hold one surface only; rows are increasing in a voxel.
+        if high - low < 2 or filled[low] >= n_first or _is_one_graph(graph, filled, low, high):
             continue
         # A pair belongs to the voxel of the lower corner of the common box.
         at[2] = voxel % shape[2]
         at[1] = voxel // shape[2] % shape[1]
         at[0] = voxel // (shape[1] * shape[2])
-        _load_voxel(boxes, first, graph, filled, low, high, at, near, marks)
+        _load_voxel(boxes, bounds, size, shape, graph, filled, low, high, at, near, marks)
         for s in range(low, high):
             a = filled[s]
             if a >= n_first:
-                break  # rows are increasing in a voxel
+                break
             for hit in range(_meeting(near, marks, s - low, high - low, hits)):
                 b = filled[low + hits[hit]]
                 if of != a:

@@ -88,6 +88,30 @@ def _cell_range(boxes, i, bounds, size, shape, out):
         out[3 + axis] = _cell(boxes[i, 3 + axis], bounds[axis], size, shape[axis])
 
 
+@entry("d2 l1 -> d1")
+def longest_sides(boxes, rows):
+    """Longest side of some boxes."""
+    out = np.empty(rows.shape[0], dtype=np.float64)
+    for r in range(rows.shape[0]):
+        i = rows[r]
+        out[r] = max(boxes[i, 3] - boxes[i, 0], boxes[i, 4] - boxes[i, 1])
+        out[r] = max(out[r], boxes[i, 5] - boxes[i, 2])
+    return out
+
+
+@entry("d2 l1 d l1 d -> b1")
+def are_wide(boxes, rows, size, shape, most):
+    """Whether some boxes hold more than so many voxels."""
+    out = np.empty(rows.shape[0], dtype=np.bool_)
+    for r in range(rows.shape[0]):
+        n = 1.0
+        for axis in range(3):
+            step = np.floor((boxes[rows[r], 3 + axis] - boxes[rows[r], axis]) / size) + 1.0
+            n *= min(step, float(shape[axis]))
+        out[r] = n > most
+    return out
+
+
 @entry("d2 l1 d1 d l1 -> l1 l1")
 def fill_voxels(boxes, rows, bounds, size, shape):
     """Triangles of each voxel: offsets (n_voxel + 1,), and rows voxel by voxel."""
