@@ -18,9 +18,9 @@ from geosurf.kernels.meshes.mesh import (
     patches_and_boundary,
     weld,
 )
-from geosurf.kernels.meshes.used import number_untouched
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
-from geosurf.rebuild.equal_vertices import first_of_equals, has_strips
+from geosurf.rebuild.equal_vertices import has_strips
+from geosurf.rebuild.untouched import NO_OTHERS, untouched
 
 _NO_KEYS = np.empty(0, dtype=np.int64)
 
@@ -82,32 +82,36 @@ def _triangles(
     uncut[children.cut] = False
     uncut = np.flatnonzero(uncut)
 
-    all_x = [children.x]
-    all_t = [np.empty((0, 3), dtype=np.int64)]
-    all_surface, all_key = [_NO_KEYS], [_NO_KEYS]
-
     n = len(children.x)
     # faces that are only near one another depend on how candidates are searched: passed over
     met = np.zeros(contacts.n_vertex, dtype=bool)
     met[contacts.t.take(np.flatnonzero(touched), axis=0)] = True
     # Lattices wait in strips; lists bring all their other triangles.
+    places, others = [children.x], []
     for i, source in enumerate(contacts.surfaces):
-        if has_strips(source):
-            continue
-        others, places = _untouched(contacts, i, touched, met, n)
-        n += len(places)
-        all_x.append(places)
-        all_t.append(others[1])
-        all_key.append(others[0])
-        all_surface.append(np.full(len(others[0]), i))
-    x = np.concatenate(all_x)
+        other = NO_OTHERS if has_strips(source) else untouched(contacts, i, touched, met, n)
+        n += len(other.places)
+        places.append(other.places)
+        others.append(other)
+    x = np.concatenate(places)
 
     # By surface and key, as in the input; pieces of one triangle stay in their order.
-    t, surface, key, face = merge_by_face(
-        children.triangles, children.parent, uncut,
-        contacts.t, contacts.surface_of_face, contacts.key_of_face,
-        np.concatenate(all_t), np.concatenate(all_surface), np.concatenate(all_key),
-    )  # fmt: skip
+    starts = np.arange(len(contacts.surfaces) + 1)
+    first = [
+        np.searchsorted(contacts.surface_of_face.take(of), starts)
+        for of in (children.parent, uncut)
+    ]
+    counts = [other.n for other in others] + np.diff(first[0]) + np.diff(first[1])
+    row = np.concatenate([[0], np.cumsum(counts)])
+    t = np.empty((row[-1], 3), dtype=np.int64)
+    surface, key, face = (np.empty(row[-1], dtype=np.int64) for _ in range(3))
+    for i, other in enumerate(others):
+        merge_by_face(
+            children.triangles, children.parent, uncut,
+            contacts.t, contacts.surface_of_face, contacts.key_of_face,
+            other.triangles, other.taken, other.number, other.keys,
+            i, first[0][i], first[1][i], row[i], row[i + 1], t, surface, key, face,
+        )  # fmt: skip
 
     number = np.arange(len(x))
     if children.collisions:  # distinct points in one place become one vertex
@@ -116,33 +120,6 @@ def _triangles(
         welded[number[::-1]] = x[::-1]
         x, t = welded, number[t]
     return x, t, surface, key, face, number[: len(children.x)]
-
-
-def _untouched(
-    contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, n: int
-) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """Keys and corners of the triangles of a list that nothing meets, and their new points."""
-    source = contacts.surfaces[i]
-    nodes, ids = contacts.nodes[i]
-    nodes, ids = nodes[met[ids]], ids[met[ids]]
-
-    taken = np.zeros(source.n_triangle, dtype=bool)
-    mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
-    taken[source.rows_of_keys(contacts.key_of_face[mine])] = True
-
-    # Vertices that contacts use have ids; the others get new ones, from `n` on.
-    triangles, vertices = source.triangles, nodes
-    if source.lattice is not None:
-        vertices = source.lattice.vertex_of_node.ravel()[nodes]
-    first = first_of_equals(source)
-    if first is not None:
-        triangles, vertices = first[triangles], first[vertices]
-
-    id_of_vertex = np.full(source.n_vertex, -1, dtype=np.int64)
-    id_of_vertex[vertices] = ids
-    rows, corners, new = number_untouched(triangles, taken, id_of_vertex, n)
-    keys = rows if source.lattice is None else source.lattice.keys_of_rows(rows)
-    return (keys, corners), source.vertices.take(new, axis=0) - contacts.origin
 
 
 def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray) -> Strips | None:

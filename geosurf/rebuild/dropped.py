@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.kernels.meshes.kept import kept_rings
-from geosurf.kernels.meshes.merged_pieces import number_used
+from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.model import Patches, frozen
 from geosurf.rebuild.listed import Listed
 
@@ -92,25 +91,25 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
     rank = np.argsort(np.argsort(first, kind="stable"), kind="stable")
     patch_of = rank[joined]
 
-    rows = np.flatnonzero(stays)
-    triangles = mesh.triangles.take(rows, axis=0)
-    number, _ = number_used(triangles, len(mesh.local))
-    ring, link = kept_rings(stays, rows, pieces.ring, pieces.link)
+    triangles, surface, key, patch, ring, link, number = kept_triangles(
+        stays, mesh.triangles, pieces.surface, pieces.key, mesh.patch_of_triangle, patch_of,
+        pieces.ring, pieces.link, len(mesh.local),
+    )  # fmt: skip
     of_run = patch_of[pieces.patch[len(mesh.triangles) :]]
     made = replace(
         pieces,
         x=mesh.local.take(np.flatnonzero(number >= 0), axis=0),
         triangles=triangles,
-        surface=pieces.surface.take(rows),
-        key=pieces.key.take(rows),
-        twin=np.arange(len(rows)),
+        surface=surface,
+        key=key,
+        twin=np.arange(len(triangles)),
         ring=ring,
         link=link,
         strips=[
             None if one is None else replace(one, points=number.take(one.points))
             for one in pieces.strips
         ],
-        patch=np.concatenate([patch_of[mesh.patch_of_triangle.take(rows)], of_run]),
+        patch=np.concatenate([patch, of_run]),
     )
     return Patches.of_pieces(made, number[curve], _with_area(patches.report, mesh, stays))
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.meshes.kept import kept_rings
+from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.kernels.meshes.mesh import edges
 from geosurf.kernels.sheets.sheet_trim import classify_parts, sides_of_edges
 from geosurf.model.pieces import FREE, PAIRED
@@ -77,7 +77,18 @@ def test_rings_of_what_stays(triangles, seed):
     link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
     link[(link == FREE) & (np.arange(len(ring)) % 5 == 0)] = 7  # a run goes on there
     rows = np.flatnonzero(keep)
-    found, onward = kept_rings(keep, rows, ring, link)
+    surface, key, patch = np.random.default_rng(seed).integers(0, 6, (3, len(t)))
+    patch_of = np.array([3, 0, 5, 1, 1, 2])
+    corners, *named, found, onward, number = kept_triangles(
+        keep, t, surface, key, patch, patch_of, ring, link, N
+    )
+    used = np.unique(t[rows])
+    assert np.flatnonzero(number >= 0).tolist() == used.tolist()
+    assert number[used].tolist() == list(range(len(used)))
+    assert corners.tolist() == number[t[rows]].tolist()
+    assert [one.tolist() for one in named] == [
+        one.tolist() for one in (surface[rows], key[rows], patch_of[patch[rows]])
+    ]
     expected, _ = edges(np.ascontiguousarray(t[rows]), N)
     assert found.tolist() == expected.tolist()
     before = link.reshape(-1, 3)[rows].ravel()

@@ -1,7 +1,8 @@
 """Put the triangles of all surfaces in one order, and number points and patches in it.
 
-The order is that of surfaces, then of keys in each. Its parts come in order already, so one pass
-merges them: children of cut faces, faces that are not cut, and triangles that nothing meets.
+The order is that of surfaces, then of keys in each. The parts of each surface come in order
+already, so one pass merges them: children of cut faces, faces that are not cut, and triangles that
+nothing meets, which are read where the surface has them.
 
 Notation
     t        triangles, int64 (n, 3)
@@ -18,44 +19,56 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.meshes.mesh import find, join
 
 
-@entry("l2 l1 l1 l2 l1 l1 l2 l1 l1 -> l2 l1 l1 l1")
+@entry("l2 l1 l1 l2 l1 l1 l2 b1 l1 l1 l l l l l l2 l1 l1 l1 -> .")
 def merge_by_face(
-    child, parent, uncut, t, surface_of_face, key_of_face, other, other_surface, other_key
-):
-    """Children of faces, faces that are not cut, and others in no contact, in one order."""
-    n_face, n = t.shape[0], child.shape[0] + uncut.shape[0] + other.shape[0]
-    triangles = np.empty((n, 3), dtype=np.int64)
-    surface, key = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    face = np.empty(n, dtype=np.int64)
-    i = j = k = 0
-    for row in range(n):
-        one = parent[i] if i < child.shape[0] else n_face
-        two = uncut[j] if j < uncut.shape[0] else n_face
-        of = min(one, two)
+    child, parent, uncut, t, surface_of_face, key_of_face,
+    other, taken, number, keys, of, i, j, row, stop, triangles, surface, key, face,
+):  # fmt: skip
+    """Write all triangles of one surface in one order: children, faces not cut, and others.
+
+    Parameters
+    ----------
+    other : int64 (n, 3)
+        Triangles of the surface, of which those that are `taken` are faces of contacts; their
+        points have numbers `number`. None if its other triangles are in strips.
+    keys : int64 (n,)
+        Their keys, rising; empty: their rows.
+    of : int
+        The surface.
+    i, j, row, stop : int
+        Its first child, its first face that is not cut, its first row to write, and the last + 1.
+    """
+    n_face, n_child, n_uncut = t.shape[0], child.shape[0], uncut.shape[0]
+    k = 0
+    while row < stop:
+        one = parent[i] if i < n_child else n_face
+        two = uncut[j] if j < n_uncut else n_face
+        next_face = min(one, two)
 
         # a triangle in no contact comes first if its place is lower
+        while k < other.shape[0] and taken[k]:
+            k += 1
         first = k < other.shape[0]
-        if first and of < n_face:
-            s = surface_of_face[of]
-            first = other_surface[k] < s or (
-                other_surface[k] == s and other_key[k] < key_of_face[of]
-            )
+        if first and next_face < n_face and surface_of_face[next_face] == of:
+            place = keys[k] if keys.shape[0] else k
+            first = place < key_of_face[next_face]
+        surface[row] = of
         if first:
             for c in range(3):
-                triangles[row, c] = other[k, c]
-            surface[row], key[row], face[row] = other_surface[k], other_key[k], -1
+                triangles[row, c] = number[other[k, c]]
+            key[row], face[row] = keys[k] if keys.shape[0] else k, -1
             k += 1
-            continue
-        surface[row], key[row], face[row] = surface_of_face[of], key_of_face[of], of
-        if one < two:
+        elif one < two:
             for c in range(3):
                 triangles[row, c] = child[i, c]
+            key[row], face[row] = key_of_face[one], one
             i += 1
         else:
             for c in range(3):
-                triangles[row, c] = t[of, c]
+                triangles[row, c] = t[two, c]
+            key[row], face[row] = key_of_face[two], two
             j += 1
-    return triangles, surface, key, face
+        row += 1
 
 
 @entry("l2 l -> l1 l")

@@ -21,9 +21,9 @@ def bounds_of_triangles(x, t):
     return found
 
 
-@entry("l2 b1 l1 l -> l1 l2 l1")
+@entry("l2 b1 l1 l -> l1 l")
 def number_untouched(t, taken, number, first):
-    """Triangles that are not taken: their rows, their corners by number, and new points.
+    """Number the points of the triangles that are not taken, and count these triangles.
 
     `number` has the number of each point, or -1: these points get numbers from `first` on, in
     their order, and come back. They are written to `number`, too.
@@ -42,15 +42,7 @@ def number_untouched(t, taken, number, first):
             number[p] = first + count
             points[count] = p
             count += 1
-    rows, corners = np.empty(n, dtype=np.int64), np.empty((n, 3), dtype=np.int64)
-    n = 0
-    for i in range(t.shape[0]):
-        if not taken[i]:
-            rows[n] = i
-            for c in range(3):
-                corners[n, c] = number[t[i, c]]
-            n += 1
-    return rows, corners, points[:count].copy()
+    return points[:count].copy(), n
 
 
 @entry("d2 d2 d -> b1")

@@ -1,0 +1,69 @@
+"""The triangles of listed surfaces that nothing meets: they stay where the surface has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.arrangement.search import Contacts
+from geosurf.kernels.meshes.used import number_untouched
+from geosurf.rebuild.equal_vertices import first_of_equals
+
+_NO_KEYS = np.empty(0, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Others:
+    """The triangles of a list that nothing meets, where the list has them.
+
+    Attributes
+    ----------
+    triangles, taken, number, keys : ndarray
+        As `merge_by_face` takes them.
+    places : ndarray of float64, shape (n, 3)
+        Their points that have no number yet, in the frame of the contacts.
+    n : int
+        How many these triangles are.
+    """
+
+    triangles: np.ndarray
+    taken: np.ndarray
+    number: np.ndarray
+    keys: np.ndarray
+    places: np.ndarray
+    n: int
+
+
+NO_OTHERS = Others(
+    np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=bool), _NO_KEYS, _NO_KEYS,
+    np.empty((0, 3)), 0,
+)  # fmt: skip
+
+
+def untouched(contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, n: int) -> Others:
+    """The triangles of a list that nothing meets; their new points are numbered from `n` on."""
+    source = contacts.surfaces[i]
+    nodes, ids = contacts.nodes[i]
+    nodes, ids = nodes[met[ids]], ids[met[ids]]
+
+    taken = np.zeros(source.n_triangle, dtype=bool)
+    mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
+    taken[source.rows_of_keys(contacts.key_of_face[mine])] = True
+
+    # Vertices that contacts use have ids; the others get new ones, from `n` on.
+    triangles, vertices = source.triangles, nodes
+    if source.lattice is not None:
+        vertices = source.lattice.vertex_of_node.ravel()[nodes]
+    first = first_of_equals(source)
+    if first is not None:
+        triangles, vertices = first[triangles], first[vertices]
+
+    id_of_vertex = np.full(source.n_vertex, -1, dtype=np.int64)
+    id_of_vertex[vertices] = ids
+    new, count = number_untouched(triangles, taken, id_of_vertex, n)
+    keys = _NO_KEYS
+    if source.lattice is not None:
+        keys = source.lattice.keys_of_rows(np.arange(len(triangles)))
+    places = source.vertices.take(new, axis=0) - contacts.origin
+    return Others(triangles, taken, id_of_vertex, keys, places, count)
