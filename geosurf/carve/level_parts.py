@@ -27,6 +27,7 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import FluidContact, Patches, Unit, Units
 from geosurf.model.compartments import separators
 
+_SURE = 2.0**20  # times a small volume: what its terms may sum up to, all taken as positive
 _STEPS = 4096  # units in the last place of coordinates: nearer levels are left to the arrangement
 _RANK = re.compile(r" #\d+$")
 
@@ -61,8 +62,8 @@ def parts_at_levels(
     Units or None
         In the order and with the names of `carve_units`. None where a contact is within rounding
         error of the highest or lowest point of a unit, where contacts of a unit are out of order,
-        where a part is so small that its volume needs exact arithmetic, and for contacts that
-        `carve_units` refuses.
+        where a part is so small against its terms that its volume needs exact arithmetic, and for
+        contacts that `carve_units` refuses.
 
     Examples
     --------
@@ -80,10 +81,8 @@ def parts_at_levels(
     if splits is None or not splits:
         return None
     shells: Shells = next(iter(units.values())).__dict__["_shell"][0]
-    volumes = _volumes(shells, splits)
-
-    # small volumes are sums of large ones here: exact arithmetic has to find them
-    if min(min(of) for of in volumes) <= doubtful_volume(box_of(patches)):
+    volumes = _volumes(shells, splits, doubtful_volume(box_of(patches)))
+    if volumes is None:
         return None
     parts = [
         unit_of_volume(
@@ -145,8 +144,12 @@ def _words(block: str, faults: Sequence[str]) -> tuple[str, ...]:
     return tuple(sides or ())
 
 
-def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
-    """Volumes of the parts of each unit, from the top down [m3]."""
+def _volumes(shells: Shells, splits: Sequence[_Split], doubtful: float) -> list[list[float]] | None:
+    """Volumes of the parts of each unit, from the top down [m3]; None where rounding may matter.
+
+    Up to a `doubtful` volume a part counts only if its terms are small as well: exact arithmetic
+    has to find small sums of large terms.
+    """
     by_level: dict[float, np.ndarray] = {}
     for level in sorted({level for split in splits for level in split.cuts}):
         cut = [shells.faces(split.row) for split in splits if level in split.cuts]
@@ -164,8 +167,12 @@ def _volumes(shells: Shells, splits: Sequence[_Split]) -> list[list[float]]:
         below = way * lowest[rows, 3:]
 
         # what is above each contact, less what is above the one over it; then the lowest part
-        sums = [above[0], *(np.hstack([b, -a]) for a, b in pairwise(above))]
-        found.append([math.fsum(part.ravel().tolist()) / 6.0 for part in [*sums, below]])
+        sums = [above[0], *(np.hstack([b, -a]) for a, b in pairwise(above)), below]
+        volumes = [math.fsum(part.ravel().tolist()) / 6.0 for part in sums]
+        for volume, part in zip(volumes, sums, strict=True):
+            if volume <= doubtful and volume * _SURE <= np.abs(part).sum() / 6.0:
+                return None
+        found.append(volumes)
     return found
 
 

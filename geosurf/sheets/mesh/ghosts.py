@@ -211,8 +211,11 @@ def kept_apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, cell: float)
     return ghosts
 
 
-def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None = None) -> Torn:
-    """One more ring of ghosts, along all outer edges of the copies or along chosen ones."""
+def grow(torn: Torn, triangles: Triangles, chosen: np.ndarray) -> Torn:
+    """One more ring of ghosts, along the outer edges among some edges of copies.
+
+    `chosen` (n_copy, 3), bool: edges from each corner to the next.
+    """
     seeds = _seeds(torn, triangles, chosen)
     pieces: list[Piece] = []
     at: dict[tuple[int, int], int] = {}
@@ -231,25 +234,15 @@ def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None =
     return _with_pieces(torn, triangles, pieces)
 
 
-def _seeds(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None) -> list[Piece]:
-    """(triangle beyond, {node: vertex}) of the outer edges, or of chosen ones."""
-    # An empty choice means no ring, None means a ring everywhere.
-    if chosen is not None and not chosen:
-        return []
+def _seeds(torn: Torn, triangles: Triangles, chosen: np.ndarray) -> list[Piece]:
+    """(triangle beyond, {node: vertex}) of chosen outer edges."""
     copy, edge, beyond = outer_edges(torn, triangles)
+    rows = np.flatnonzero(chosen[copy, edge])
+    copy, edge, beyond = copy[rows], edge[rows], beyond[rows]
     one, two = torn.corners[copy, edge], torn.corners[copy, (edge + 1) % 3]
-    if chosen is not None:
-        some = distinct(*(np.array(ends) for ends in zip(*chosen, strict=True)))
-        rows = np.flatnonzero(is_among(one, some) & is_among(two, some))
-        # Both ends are in the choice, perhaps of two pairs: the last line tests the pair.
-        one, two, beyond = one[rows], two[rows], beyond[rows]
     at_one, at_two = torn.node_of(one).tolist(), torn.node_of(two).tolist()
     edges = zip(beyond.tolist(), one.tolist(), two.tolist(), at_one, at_two, strict=True)
-    return [
-        (t, {m: a, n: b})
-        for t, a, b, m, n in edges
-        if chosen is None or (min(a, b), max(a, b)) in chosen
-    ]
+    return [(t, {m: a, n: b}) for t, a, b, m, n in edges]
 
 
 def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> Torn:

@@ -40,9 +40,7 @@ def grown_at(torn: Torn, triangles: Triangles, places: Iterable[tuple[int, int]]
     near[list({node for pair in places for node in pair})] = True
     touched = near[torn.node_of(torn.corners.ravel())].reshape(-1, 3)
     # one end over a given node is enough: the ring goes on a link to each side of the leak
-    copy, k = np.nonzero(touched | np.roll(touched, -1, axis=1))
-    chosen = _pairs(torn.corners[copy, k], torn.corners[copy, (k + 1) % 3])
-    return grow(torn, triangles, chosen)
+    return grow(torn, triangles, touched | np.roll(touched, -1, axis=1))
 
 
 def levelled(
@@ -85,14 +83,6 @@ def _short_of_overlap(torn: Torn, state: Heights) -> np.ndarray:
 
 def _grown_from(torn: Torn, triangles: Triangles, ghosts: np.ndarray) -> Torn:
     """Another ring along the outer edges that have one of these ghosts."""
-    one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
     # Inner edges among them are dropped by `grow`, which looks at outer edges only.
-    mine = is_among(one, ghosts) | is_among(two, ghosts)
-    chosen = _pairs(one[mine], two[mine])
-    return grow(torn, triangles, chosen) if chosen else torn
-
-
-def _pairs(one: np.ndarray, two: np.ndarray) -> set[tuple[int, int]]:
-    """Edges between vertices, the smaller number first."""
-    pairs = zip(one.tolist(), two.tolist(), strict=True)
-    return {(min(a, b), max(a, b)) for a, b in pairs}
+    mine = is_among(torn.corners.ravel(), ghosts).reshape(-1, 3)
+    return grow(torn, triangles, mine | np.roll(mine, -1, axis=1))
