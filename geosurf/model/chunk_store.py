@@ -10,6 +10,7 @@ import numpy as np
 
 from geosurf.errors import HorizonError
 
+STAYS = 1 << 26  # nodes: smaller grids are read as a whole, which takes half a GB
 _BROKEN = (  # what libraries of stores raise for files that are damaged or gone
     OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, ImportError,
     ArithmeticError, AttributeError,
@@ -127,4 +128,4 @@ class ChunkBounds:
     last_cols: np.ndarray
 
 
-__all__ = ["ChunkBounds", "Store"]
+__all__ = ["STAYS", "ChunkBounds", "Store"]

@@ -67,7 +67,7 @@ def read_horizon(
     Parameters
     ----------
     path : path-like
-        Recognised by content, whatever the suffix: IRAP classic and binary, CF NetCDF, ZMAP+,
+        Recognised by content, whatever the suffix: IRAP classic and binary, CF NetCDF, Zarr, ZMAP+,
         CPS-3, Surfer 6 and 7, STORM, ESRI text, GXF, EarthVision, IJXYZ; GOCAD TSurf, RESQML,
         ``.vtp``. Other triangle meshes by their suffix.
     name : str, optional
@@ -86,7 +86,7 @@ def read_horizon(
         ``"mesh"``.
         Overrides content and suffix.
     variable : str, optional
-        Which variable of a NetCDF file, where there are several.
+        Which variable of a NetCDF file or Zarr store, where there are several.
 
     Returns
     -------
@@ -155,12 +155,13 @@ def read_nodes(
     """
     path, key, read = reader_of(path, HORIZON_FORMATS, format, "read_horizon")
 
-    # only NetCDF holds several variables; elsewhere the argument would have no effect
-    extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}
-    if variable is not None and key != "netcdf":
+    # only NetCDF and Zarr hold several variables; elsewhere the argument would have no effect
+    several = ("netcdf", "zarr")
+    extra: dict[str, Any] = {"variable": variable} if key in several else {}
+    if variable is not None and key not in several:
         raise FormatError(
-            f"{path}: variable={variable!r} selects a variable of a NetCDF file, but this file "
-            f"is {key}. Leave variable= out."
+            f"{path}: variable={variable!r} selects a variable of a NetCDF file or Zarr store, "
+            f"but this file is {key}. Leave variable= out."
         )
     name = None if name is None else name_of(name, "horizon") or None
     if key == "resqml":  # its surfaces have names, and it knows which ones are horizons

@@ -31,6 +31,24 @@ KINDS = (
 )
 
 
+def is_zarr(path: str | Path) -> bool:
+    """Return whether a path is a folder with a Zarr group.
+
+    Examples
+    --------
+    >>> is_zarr("/")
+    False
+    """
+    return any((Path(path) / mark).is_file() for mark in ("zarr.json", ".zgroup", ".zmetadata"))
+
+
+def size_of_store(path: Path) -> int:
+    """Return the bytes of all files in a folder."""
+    return sum(
+        (Path(folder) / name).stat().st_size for folder, _, names in os.walk(path) for name in names
+    )
+
+
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
     """

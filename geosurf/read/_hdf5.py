@@ -22,7 +22,7 @@ DEFLATE, LARGEST_RATIO = 1, 1032  # filter of zlib, and how much it can pack
 COPIES = 5  # of an array in 64 bits that are there at a time, from the file to the surface
 
 
-def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
+def refuse_bombs(path: Path, file: h5py.File, size: int, stays: float = math.inf) -> list[str]:
     """
     Refuse what takes more memory than a file of that size may ask for.
 
@@ -34,6 +34,8 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
         Open for reading.
     size : int
         Bytes of the file.
+    stays : float
+        Arrays of more values than this are read in parts: they take no memory.
 
     Returns
     -------
@@ -68,6 +70,9 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
                 if found.size is not None and found.size > 1 and found.dtype.kind not in "fiub":
                     passed_over.append(str(name))
                     continue
+                if (found.size or 0) > stays:
+                    refuse_other_files(path, found)
+                    continue
                 # Bytes of all variables together, since xarray may load each of them.
                 total += _bytes_of(path, found, size)
                 what = f"variable {name!r} of {' x '.join(map(str, found.shape or ())) or 1} values"
@@ -77,16 +82,21 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
 
 def _bytes_of(path: Path, data: Any, size: int) -> int:
     """Bytes in 64 bits of a dataset, or of a chunk that is larger."""
-    if data.is_virtual or data.external:
-        raise FormatError(
-            f"{path}: the values of {data.name!r} are in other files. Copy them into one file."
-        )
+    refuse_other_files(path, data)
 
     # A chunk is unpacked whole, even if the dataset uses a corner of it.
     values, chunk = int(data.size or 0), math.prod(map(int, data.chunks or ()))
     if data.chunks:
         _refuse_packed(path, data, chunk * data.dtype.itemsize, size)
     return max(values, chunk) * max(8, int(data.dtype.itemsize))
+
+
+def refuse_other_files(path: Path, data: Any) -> None:
+    """Refuse values that are in other files."""
+    if data.is_virtual or data.external:
+        raise FormatError(
+            f"{path}: the values of {data.name!r} are in other files. Copy them into one file."
+        )
 
 
 def _refuse_packed(path: Path, data: Any, chunk: int, size: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from os import PathLike
@@ -14,7 +15,7 @@ from geosurf.errors import GeosurfError
 from geosurf.model.expected import path_of
 from geosurf.read._common import otherwise
 from geosurf.read._detect import detect, head_of
-from geosurf.read._guard import opened
+from geosurf.read._guard import is_zarr, opened, size_of_store
 from geosurf.read._noted import collected, noted
 from geosurf.read.grids.ijxyz import looks_like_ijxyz
 from geosurf.read.las import holds_tops
@@ -28,6 +29,7 @@ HORIZON = re.compile(rb"^(?:string\s+)?[\"']?(?:horizon|surface|marker|pick|top)
 LABEL = re.compile(rb"\b(?:poly_id|stick_id|stick|segment_id|segment)\b", re.I)
 # values that programs write for "undefined"; as elevations they would be rare
 NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
+_SHOWN = 1_000_000  # nodes of a grid in its store that are looked at
 ASSUMED: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
 STRANGE = "geosurf knows no format with this content or suffix; docs/formats.md lists all."
 
@@ -110,8 +112,10 @@ def info(path: str | PathLike[str]) -> FileInfo:
     'The file does not state depth or elevation: give positive="down" or positive="up".'
     """
     path = path_of(path, "info")
-    with opened(path) as (_, size):
-        pass
+    size = size_of_store(path) if is_zarr(path) else None
+    if size is None:
+        with opened(path) as (_, size):
+            pass
     key, function = kind_of_file(path)
     points = np.empty((0, 3))
     doubts: list[str] = []
@@ -137,7 +141,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
 
 def kind_of_file(path: Path) -> tuple[str, str]:
     """Format of a file, and the function that reads it; tables by their header and end marks."""
-    key, suffix = detect(path), path.suffix.lower()
+    key, suffix = "zarr" if is_zarr(path) else detect(path), path.suffix.lower()
     if key is None:
         key = next((k for k, (*_, names) in MESH_FORMATS.items() if suffix in names), None)
     if key in GRID_FORMATS:
@@ -248,6 +252,10 @@ def _array(data: Any) -> np.ndarray:
     if hasattr(data, "vertices"):
         return np.asarray(data.vertices, dtype=np.float64)
     z = data.elevation if hasattr(data, "data_vars") else data
+    if hasattr(z.data, "dask"):  # stays in its store: some rows and columns show what it is
+        step = math.ceil(math.sqrt(z.size / _SHOWN))
+        z = data = z[::step, ::step]
+        noted("read", f"every {step}th row and column; the grid stays in its store")
     x, y = data.easting.values, data.northing.values
     if x.ndim == 1 and z.ndim == 2:
         x, y = np.meshgrid(x, y)

@@ -19,6 +19,7 @@ from geosurf.errors import DependencyError, FormatError
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._guard import opened, refuse_large, same_file
 from geosurf.read._hdf5 import COPIES, refuse_bombs
+from geosurf.read._in_parts import opened_in_parts
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -77,7 +78,7 @@ def read_netcdf_horizon(
     -------
     xarray.DataArray
         Elevation [m], positive up. 1-D coordinates are sorted to increase; 2-D ones
-        give dims ``("row", "column")``.
+        give dims ``("row", "column")``. Values of more than 2**26 nodes stay in the file (Dask).
 
     Raises
     ------
@@ -88,7 +89,23 @@ def read_netcdf_horizon(
     DependencyError
         If no NetCDF engine is installed.
     """
-    dataset = _load(path)
+    dataset = _in_parts(path)
+    return horizon_of(
+        path, _load(path) if dataset is None else dataset, name=name, positive=positive,
+        length_unit=length_unit, variable=variable,
+    )  # fmt: skip
+
+
+def horizon_of(
+    path: Path,
+    dataset: xr.Dataset,
+    *,
+    name: str,
+    positive: str | None,
+    length_unit: str | None,
+    variable: str | None,
+) -> xr.DataArray:
+    """Return the horizon in a dataset; see `read_netcdf_horizon`. Dask arrays stay lazy."""
     data = _pick(path, dataset, variable)
     what = f"{path}: variable {data.name!r}"
 
@@ -99,15 +116,19 @@ def read_netcdf_horizon(
     # The dimension that runs north comes first; other dimensions of length 1 are dropped.
     easting = _coordinate(path, data, EASTING)
     northing = _coordinate(path, data, NORTHING)
-    values = _finite_or_nan(path, data.transpose(*_dims(path, data, easting, northing)))
+    data = data.transpose(*_dims(path, data, easting, northing))
 
     kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow")
     attrs = {key: _plain(data.attrs[key]) for key in kept if key in data.attrs}
     attrs |= _crs(data, dataset)
     attrs |= {"units": "m", "positive": "up", "long_name": name, "source": path.name}
-    return _horizon(
-        path, sign * scale * values + 0.0, _metres(path, easting), _metres(path, northing), attrs
-    )
+    values: Any = data.data
+    if hasattr(values, "dask"):  # in a store: what is infinite is found when it is read
+        values = values.astype(np.float64)
+        values = values if sign * scale == 1.0 else sign * scale * values
+    else:
+        values = sign * scale * _finite_or_nan(path, data) + 0.0
+    return _horizon(path, values, _metres(path, easting), _metres(path, northing), attrs)
 
 
 def read_netcdf_fault(
@@ -189,7 +210,24 @@ def read_netcdf_fault(
 
 def holds_fault(path: Path) -> bool:
     """Return whether a NetCDF file holds a parametric grid and not a horizon."""
-    return set(FAULT_DIMS) <= {str(dim) for dim in _load(path).dims}
+    dataset = _in_parts(path)
+    return set(FAULT_DIMS) <= {
+        str(dim) for dim in (_load(path) if dataset is None else dataset).dims
+    }
+
+
+def _in_parts(path: Path) -> xr.Dataset | None:
+    """Return a file with a grid that is too large to be loaded as Dask arrays, or None."""
+    if find_spec("dask") is None:
+        return None
+    with opened(path) as (file, size):
+        engine, name = _engine(path, file.read(4)), same_file(path, file)
+        try:
+            return opened_in_parts(path, engine, name, size)
+        except DAMAGE as error:
+            if isinstance(error, FormatError):
+                raise
+            return None  # the reader of the whole file says what is wrong
 
 
 def _load(path: Path) -> xr.Dataset:
@@ -324,7 +362,7 @@ def _dims(
 
 
 def _horizon(
-    path: Path, values: np.ndarray, easting: np.ndarray, northing: np.ndarray, attrs: dict[str, Any]
+    path: Path, values: Any, easting: np.ndarray, northing: np.ndarray, attrs: dict[str, Any]
 ) -> xr.DataArray:
     """Assemble the DataArray; 1-D coordinates are sorted to increase."""
     import xarray as xr
@@ -350,9 +388,9 @@ def _horizon(
                 f"{coordinate[at]} at position {at}. Sort the grid."
             )
         if len(step) and step[0] < 0:
-            values = np.flip(values, axis)
+            values = values[::-1] if axis == 0 else values[:, ::-1]
     return xr.DataArray(
-        np.ascontiguousarray(values),
+        values if hasattr(values, "dask") else np.ascontiguousarray(values),
         dims=HORIZON_DIMS,
         coords={
             "northing": ("northing", np.sort(northing), metre),

@@ -17,7 +17,7 @@ from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import FormatError
 from geosurf.model.expected import path_of
 from geosurf.read._detect import detect, detect_foreign, head_of
-from geosurf.read._guard import opened
+from geosurf.read._guard import is_zarr, opened
 from geosurf.read.grids.ijxyz import looks_like_ijxyz
 
 # format -> (module, function, suffixes)
@@ -39,6 +39,7 @@ GRID_FORMATS = {
         (".gri", ".irap", ".irapbin", ".irapasc", ".irapascii", ".fgr"),
     ),
     "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
+    "zarr": ("zarr_store", "read_zarr_horizon", (".zarr",)),
     "zmap": ("grids.zmap", "read_zmap", (".zmap", ".zmp")),
     "cps3": ("grids.cps3", "read_cps3", (".cps3", ".cps")),
     "surfer": ("grids.surfer", "read_surfer", (".grd",)),
@@ -91,6 +92,7 @@ TITLES = {
     "irap": "IRAP classic and binary",
     "zmap": "ZMAP+",
     "netcdf": "NetCDF",
+    "zarr": "Zarr store",
     "cps3": "CPS-3",
     "surfer": "Surfer 6 and 7",
     "storm": "STORM",
@@ -166,6 +168,11 @@ def reader_of(
             f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
             f"{', '.join(formats)}.{did_you_mean(format, formats)}"
         )
+
+    # a folder is a store or nothing
+    if "zarr" in formats and format in (None, "zarr") and is_zarr(path):
+        module, function, _ = formats["zarr"]
+        return path, "zarr", getattr(import_module(f"geosurf.read.{module}"), function)
 
     # format= goes before the content, and the content before the suffix
     suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}

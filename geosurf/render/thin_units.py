@@ -1,6 +1,7 @@
 """Shells of units with few enough triangles to draw, made from runs of grids.
 
 Where one unit lies on each side of a block of cells, two triangles stand for all of the block.
+Blocks of very large grids are divided along curves, or these would have most of the triangles.
 Triangles along curves and of surfaces without a grid stay as they are, so that units keep their
 outlines. Along the border of such blocks the shell has gaps, which are smaller than a pixel.
 """
@@ -15,10 +16,13 @@ import numpy as np
 
 from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model import Lattice, Units
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips, by_unit
 
 MAX_UNIT_TRIANGLE = 400_000  # of all shells: one for each four pixels of a picture
 ROW, FIRST, LAST = 0, 1, 2  # columns of runs
+_ONE_SIZE = 8  # cells along the side of a block, up to which all blocks have one size
+_AT_ONCE = 1 << 22  # cells whose units are in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +99,7 @@ def shells_to_draw(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[
         return whole_shells(units)
     pieces, sides = units.piece_sides
     stride = _stride(pieces, sides, max_triangle)
-    if stride == 1:
+    if stride == 1 and not any(isinstance(s.lattice, ChunkedLattice) for s in pieces.sources):
         return whole_shells(units)
     return thinned_mesh(pieces, sides, len(units), stride).shells
 
@@ -189,7 +193,8 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
         triangles.append(number[place_of])
         beside.append(of_runs)
         surface.append(np.full(len(nodes), i))
-    return UnitMesh(*map(np.concatenate, (points, triangles, beside, surface)), n_unit)
+    x, t, sides, of = (np.concatenate(part) for part in (points, triangles, beside, surface))
+    return UnitMesh(x, t, sides, of, n_unit)
 
 
 def _between(sides: np.ndarray) -> np.ndarray:
@@ -207,33 +212,73 @@ def _blocks(
     counts = pairs[:, 0] != pairs[:, 1]
     kind = np.where(counts[kind.ravel()], kind.ravel() + 1, 0).astype(np.int32)
 
-    # kind of each place of the strips, 0 for those without a run: steps at the ends of runs, summed
-    flat = np.zeros(2 * n_row * n_col + 1, dtype=np.int32)
-    flat[runs[:, ROW] * 2 * n_col + runs[:, FIRST]] += kind
-    flat[runs[:, ROW] * 2 * n_col + runs[:, LAST] + 1] -= kind
-    np.cumsum(flat, out=flat)
-    kinds = flat[:-1].reshape(n_row, 2 * n_col)
-
-    # blocks of one kind; cells at the far rims and in other blocks stay
-    n, m = n_row // stride, n_col // stride
-    blocks = kinds[: n * stride, : 2 * m * stride].reshape(n, stride, m, 2 * stride)
-    of_block = blocks[:, 0, :, 0].copy()
-    same = (blocks == of_block[:, None, :, None]).all(axis=(1, 3)) & (of_block > 0)
-    row, col = np.nonzero(same)
-    kinds[: n * stride, : 2 * m * stride][same.repeat(stride, 0).repeat(2 * stride, 1)] = 0
-    fine_row, place = np.nonzero(kinds)
+    # some rows of blocks at a time; nothing is read for that
+    sizes = _sizes(stride)
+    step = sizes[0] * max(_AT_ONCE // (n_col * sizes[0]), 1)
+    whole: dict[int, list[np.ndarray]] = {size: [] for size in sizes}
+    fine = []
+    for low in range(0, n_row, step):
+        high = min(low + step, n_row)
+        some = slice(strips.start[low], strips.start[high])
+        kinds = _kinds(runs[some], kind[some], (low, high), n_col)
+        for size in sizes:
+            row, col, of = _taken(kinds, size)
+            whole[size].append(np.stack([low + row * size, col * size, of]))
+        row, place = np.nonzero(kinds)
+        fine.append(np.stack([low + row, place, kinds[row, place]]))
 
     # both triangles of the first cell of each block, its far nodes moved to those of the block
-    cell = (row * stride) * n_col + col * stride
-    corner = lattice.corners_of_keys(np.concatenate([2 * cell, 2 * cell + 1]))
-    at_row, at_col = np.divmod(corner, n_col + 1)
-    low_row, low_col = (np.tile(first * stride, 2)[:, None] for first in (row, col))
-    at_row = low_row + (at_row - low_row) * stride
-    at_col = low_col + (at_col - low_col) * stride
-    coarse = at_row * (n_col + 1) + at_col
+    nodes, of_nodes = [], []
+    for size in sizes:
+        first_row, first_col, of = np.concatenate(whole[size], axis=1)
+        cell = first_row * n_col + first_col
+        corner = lattice.corners_of_keys(np.concatenate([2 * cell, 2 * cell + 1]))
+        at_row, at_col = np.divmod(corner, n_col + 1)
+        low_row, low_col = (np.tile(first, 2)[:, None] for first in (first_row, first_col))
+        at_row = low_row + (at_row - low_row) * size
+        at_col = low_col + (at_col - low_col) * size
+        nodes.append(at_row * (n_col + 1) + at_col)
+        of_nodes.append(np.tile(of, 2))
 
     # places come in the other order where diagonals rise
+    row, place, of = np.concatenate(fine, axis=1)
     half = 1 - place % 2 if lattice.rising else place % 2
-    fine = lattice.corners_of_keys(2 * (fine_row * n_col + place // 2) + half)
-    of = np.concatenate([np.tile(of_block[same], 2), kinds[fine_row, place]]) - 1
-    return np.concatenate([coarse, fine]), pairs[of]
+    nodes.append(lattice.corners_of_keys(2 * (row * n_col + place // 2) + half))
+    of_nodes.append(of)
+    return np.concatenate(nodes), pairs[np.concatenate(of_nodes) - 1]
+
+
+def _sizes(stride: int) -> list[int]:
+    """Cells along the sides of blocks: of large ones, halves and quarters beside curves, too.
+
+    Examples
+    --------
+    >>> _sizes(5), _sizes(50)
+    ([5], [64, 32, 16, 8, 4, 2])
+    """
+    if stride <= _ONE_SIZE:
+        return [stride]
+    return [2**k for k in range(math.ceil(math.log2(stride)), 0, -1)]
+
+
+def _kinds(runs: np.ndarray, kind: np.ndarray, rows: tuple[int, int], n_col: int) -> np.ndarray:
+    """Kind of each place of some rows of cells (first, last + 1), 0 for those without a run."""
+    # steps at the ends of runs, summed
+    flat = np.zeros(2 * (rows[1] - rows[0]) * n_col + 1, dtype=np.int32)
+    start = (runs[:, ROW] - rows[0]) * 2 * n_col
+    flat[start + runs[:, FIRST]] += kind
+    flat[start + runs[:, LAST] + 1] -= kind
+    np.cumsum(flat, out=flat)
+    return flat[:-1].reshape(rows[1] - rows[0], 2 * n_col)
+
+
+def _taken(kinds: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Row, column and kind of blocks of one kind, which is then 0 there; rims stay as they are."""
+    n, m = kinds.shape[0] // size, kinds.shape[1] // (2 * size)
+    inner = kinds[: n * size, : 2 * m * size]
+    blocks = inner.reshape(n, size, m, 2 * size)
+    of_block = blocks[:, 0, :, 0].copy()
+    same = (blocks == of_block[:, None, :, None]).all(axis=(1, 3)) & (of_block > 0)
+    inner[same.repeat(size, 0).repeat(2 * size, 1)] = 0
+    row, col = np.nonzero(same)
+    return row, col, of_block[same]

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions.packages import warning_without_pictures
-from geosurf.errors import DependencyError, GeosurfWarning
+from geosurf.errors import DependencyError, GeosurfWarning, ScenarioError
 from geosurf.model import Certificate
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.column import CONFORMABLE
 from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
@@ -40,6 +41,14 @@ NO_NETCDF = GeosurfWarning(
     "has the same table.",
     'Install it with: pip install "geosurf[io]"; or leave "nc" out of formats in [output].',
 )
+NO_TRIANGLES = GeosurfWarning(
+    "format",
+    "units.vtm",
+    "File 'units.vtm' was not written: it lists all triangles of units, and horizons stay in their "
+    "store.",
+    'Leave "vtm" out of formats in [output], or give every tenth node of the grids.',
+)
+LISTS = ("vtm", "ml", "epc")  # files that list all triangles
 
 
 @dataclass(frozen=True)
@@ -180,6 +189,7 @@ def run(
         if scenario is not asked:
             with scene._graph.memory.collecting():
                 warn(NO_NETCDF)
+        scenario = _without_lists(scenario, scene)
         _write_files(scene, scenario, folder)
         listed = ", ".join([*scenario.output.formats, *write_wells(scene, wells, folder)])
         log.step("write", listed, "")
@@ -281,6 +291,7 @@ def compute(
         log.begin("surface", name)
         scene.whole_surface(name)
         log.new_steps_of(scene)
+    _refuse_lists(scenario, scene)
 
     # each stage is a property of the scene; reading it runs what is missing
     for stage in ("curves", "coverage", "units"):
@@ -378,6 +389,34 @@ def _with_formats_that_can_be_written(scenario: Scenario) -> Scenario:
                 'out, or install it with: pip install "geosurf[io]"'
             )
     return scenario
+
+
+def _stored(scene: Scene) -> list[str]:
+    """Horizons that stay in their store."""
+    names = scene.horizon_names
+    return [one for one in names if isinstance(scene.surface(one).lattice, ChunkedLattice)]
+
+
+def _refuse_lists(scenario: Scenario, scene: Scene) -> None:
+    """Refuse files that list all triangles of horizons in their store, where they are asked for."""
+    asked = [word for word in scenario.output.formats if word in LISTS]
+    if set(asked) <= set(OutputSettings().formats) or not (stored := _stored(scene)):
+        return
+    raise ScenarioError(
+        f"{scenario.path}: output.formats has {', '.join(map(repr, asked))}, which list all "
+        f"triangles, and horizon {stored[0]!r} stays in its store. Leave them out, or give every "
+        "tenth node of the grid."
+    )
+
+
+def _without_lists(scenario: Scenario, scene: Scene) -> Scenario:
+    """The scenario without files that list all triangles, if horizons stay in their store."""
+    rest = tuple(word for word in scenario.output.formats if word not in LISTS)
+    if rest == scenario.output.formats or not _stored(scene):
+        return scenario
+    with scene._graph.memory.collecting():
+        warn(NO_TRIANGLES)
+    return replace(scenario, output=replace(scenario.output, formats=rest))
 
 
 def _write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:

@@ -17,6 +17,7 @@ from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError, ScenarioError
 from geosurf.measure.section import check_line
 from geosurf.model.empty_blocks import WAYS
+from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, check_size
 
 # keys that stand in no table
@@ -268,7 +269,7 @@ def file(at: KeyPath, value: Any) -> Path | None:
         return None
     # Relative to the scenario, so that a folder can be moved as a whole.
     path = at.file.parent / value
-    if not path.is_file():
+    if not path.is_file() and not is_zarr(path):
         near = [entry.name for entry in _entries(path.parent)]
         what = "a folder" if path.is_dir() else "not there"
         at.refuse(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import time
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
@@ -25,6 +26,7 @@ from geosurf.scene.progress import OnStart, announced, silent
 from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
 
+_PART = 1 << 24  # bytes of a file that are read at once
 MANY = 10_000  # steps; from then on answers from memory are not recorded
 
 Result = TypeVar("Result")
@@ -346,7 +348,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         path = Path(value)
         name = str(path.resolve()).encode()
         digest.update(f"{len(name)} ".encode() + name)
-        digest.update(path.read_bytes() if path.is_file() else b"missing")
+        _add_file(digest, path)
     elif isinstance(value, TriSurface):
         digest.update(f"{value.name} {value.role} {value.crs}".encode())
         if value.lattice is None:
@@ -399,6 +401,21 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
 def _add_sector(digest: Any, sector: Sector, strangers: list[Any]) -> None:
     digest.update(f"{sector.faults} {sector.front} {sector.rising}".encode())
     _add(digest, (sector.corner, sector.step, sector.elevation), strangers)
+
+
+def _add_file(digest: Any, path: Path) -> None:
+    """Add the content of a file, a part at a time; of a store, names, sizes and times of files."""
+    if path.is_dir():
+        for folder, _, names in sorted(os.walk(path)):
+            for name in sorted(names):
+                state = (Path(folder) / name).stat()
+                digest.update(f"{folder} {name} {state.st_size} {state.st_mtime_ns} ".encode())
+    elif path.is_file():
+        with path.open("rb") as file:
+            while part := file.read(_PART):
+                digest.update(part)
+    else:
+        digest.update(b"missing")
 
 
 def _add_attrs(digest: Any, attrs: Any) -> None:

@@ -15,12 +15,11 @@ from geosurf.conventions import rising_diagonal
 from geosurf.errors import HorizonError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunk_store import ChunkBounds, Store
+from geosurf.model.chunk_store import STAYS, ChunkBounds, Store
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.holes import holes_in
 from geosurf.triangulate.chunk_files import key_of_store, load_bounds, save_bounds
 
-STAYS = 1 << 26  # nodes: smaller grids are read as a whole, which takes half a GB
 LEAST = 512  # nodes along a side: smaller chunks are read in groups
 MOST = 1 << 28  # nodes in a row of chunks, 2 GB
 _LEVEL = 3  # of the pyramid over blocks of 8 x 8 cells: 64 x 64

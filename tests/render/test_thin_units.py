@@ -7,8 +7,9 @@ import pytest
 
 import geosurf as gs
 from geosurf.model import Units
-from geosurf.render import unit_layers
+from geosurf.render import thin_units, unit_layers
 from geosurf.render.thin_units import Shell, shells_to_draw, thinned_mesh
+from geosurf.triangulate import chunked
 
 
 def volume(shell: Shell, origin: np.ndarray) -> float:
@@ -66,3 +67,38 @@ def test_only_large_models_are_thinned() -> None:
     # units without patches have nothing else to draw
     alone = Units(units.values(), units.box)
     assert shells_to_draw(alone, 1)[0].triangles is next(iter(units.values())).triangles
+
+
+def test_large_blocks_are_divided_along_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    units = planes(False, n=60)
+    several = thinned_mesh(*units.piece_sides, len(units), 12).shells
+    for shell, unit in zip(several, units.values(), strict=True):
+        assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=1e-9)
+
+    # blocks of one size leave all cells of blocks that a curve passes
+    monkeypatch.setattr(thin_units, "_ONE_SIZE", 99)
+    one_size = thinned_mesh(*units.piece_sides, len(units), 12).shells
+    counts = [sum(len(shell.triangles) for shell in some) for some in (several, one_size)]
+    assert counts[0] < 0.6 * counts[1]
+
+
+def test_law_grids_in_their_store_have_the_shells_of_grids_in_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("dask.array")
+    monkeypatch.setattr(chunked, "LEAST", 1)
+    monkeypatch.setattr(thin_units, "_AT_ONCE", 500)  # some rows at a time
+    world = gs.synthetic.tilted_planes(n=41)
+    lazy = {
+        name: gs.triangulate_horizon(h.chunk(9), name=name, lazy=True)
+        for name, h in world.horizons.items()
+    }
+    found = [
+        gs.Scene(of, world.faults, world.box).units.piece_sides for of in (world.horizons, lazy)
+    ]
+    n = 1 + max(int(sides.max()) for _, sides in found)
+    for stride in (1, 3, 17):
+        one, two = (thinned_mesh(*of, n, stride).shells for of in found)
+        for a, b in zip(one, two, strict=True):
+            assert a.points.tobytes() == b.points.tobytes()
+            assert a.triangles.tobytes() == b.triangles.tobytes()

@@ -1,0 +1,103 @@
+"""Zarr stores: gridded horizons in folders, which stay there where they are large.
+
+What a variable and its coordinates have to be is the same as in NetCDF files.
+"""
+
+from __future__ import annotations
+
+import warnings
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.errors import DependencyError, FormatError
+from geosurf.model.chunk_store import STAYS
+from geosurf.read._guard import refuse_beyond_memory
+from geosurf.read._in_parts import chunks_of
+from geosurf.read.netcdf import DAMAGE, horizon_of
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+
+def read_zarr_horizon(
+    path: Path,
+    *,
+    name: str,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    variable: str | None = None,
+) -> xr.DataArray:
+    """
+    Read a horizon from a Zarr store.
+
+    Parameters
+    ----------
+    path, name, positive, length_unit, variable
+        As for `geosurf.read.netcdf.read_netcdf_horizon`.
+
+    Returns
+    -------
+    xarray.DataArray
+        Elevation [m], positive up. Values of more than 2**26 nodes stay in the store (Dask).
+
+    Raises
+    ------
+    FormatError
+        If the store is damaged, or has no gridded variable, or no coordinates.
+    InputError
+        If `positive` or `length_unit` is missing, unknown or contradicted.
+    DependencyError
+        If Zarr is not installed, or Dask where values stay in the store.
+    """
+    dataset = _opened(path)
+    try:
+        return horizon_of(
+            path, dataset, name=name, positive=positive, length_unit=length_unit,
+            variable=variable,
+        )  # fmt: skip
+    except DAMAGE as error:
+        if isinstance(error, FormatError):
+            raise
+        raise _damaged(path, error) from error
+
+
+def _opened(path: Path) -> xr.Dataset:
+    """The dataset in a store; grids that are large as Dask arrays, others in memory."""
+    import xarray as xr
+
+    if find_spec("zarr") is None:
+        raise DependencyError(
+            f"{path}: reading this store needs zarr. Install it with: "
+            "pip install 'geosurf[ensemble]'"
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of attributes, and of metadata that is not consolidated
+        try:
+            how: dict[str, Any] = {"decode_times": False, "chunks": None}
+            dataset = xr.open_zarr(path, **how)
+            large = [one for one in dataset.variables.values() if one.size > STAYS]
+            if large and find_spec("dask") is None:
+                raise DependencyError(
+                    f"{path}: grids of more than {STAYS} nodes are read with dask. Install it "
+                    "with: pip install 'geosurf[ensemble]'"
+                )
+            if large:
+                chunks = {dim: n for one in large for dim, n in chunks_of(one).items()}
+                return xr.open_zarr(path, **{**how, "chunks": chunks})
+            refuse_beyond_memory(path, 8 * sum(one.size for one in dataset.variables.values()))
+            numbers = [key for key, one in dataset.variables.items() if one.dtype.kind in "fiub"]
+            found: xr.Dataset = dataset[numbers].load()
+        except DAMAGE as error:
+            raise _damaged(path, error) from error
+    return found
+
+
+def _damaged(path: Path, error: BaseException) -> FormatError:
+    return FormatError(
+        f"{path}: zarr cannot read it ({type(error).__name__}: {str(error)[:300]}). The store is "
+        "damaged or incomplete; export it again."
+    )
+
+
+__all__ = ["read_zarr_horizon"]

@@ -1,0 +1,83 @@
+"""Zarr stores, and grids that stay in their store or file: the values of grids in memory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import FormatError, InputError
+from geosurf.read import _in_parts, zarr_store
+
+pytest.importorskip("zarr")
+pytest.importorskip("h5netcdf")
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Grids of more than 100 nodes are large."""
+    for room in (_in_parts, zarr_store):
+        monkeypatch.setattr(room, "STAYS", 100)
+    monkeypatch.setattr(_in_parts, "PART", 5)
+
+
+def dataset(kind: str = "f4") -> xr.Dataset:
+    """Depths in feet, rows from north to south, with a hole."""
+    z = np.round(np.random.default_rng(3).normal(size=(14, 11)) * 30 + 5000)
+    values = np.where(np.arange(11) == 4, np.nan, z).astype(kind)
+    axes = {"northing": 50.0 * np.arange(14)[::-1], "easting": 25.0 * np.arange(11)}
+    attrs = {"units": "ft", "positive": "down"}
+    return xr.Dataset({"depth": (("northing", "easting"), values, attrs)}, axes)
+
+
+def written(tmp_path, suffix: str, **how):
+    path = tmp_path / f"top{suffix}"
+    if suffix == ".zarr":
+        dataset().chunk({"northing": 4, "easting": 6}).to_zarr(path, consolidated=False)
+    else:
+        dataset().to_netcdf(path, engine="h5netcdf", encoding={"depth": how} if how else None)
+    return path
+
+
+def test_stores_are_read_as_netcdf_files(tmp_path):
+    one, two = (gs.read_horizon(written(tmp_path, suffix)) for suffix in (".nc", ".zarr"))
+    assert one.drop_attrs().identical(two.drop_attrs())
+    assert two.attrs["units"] == "m"
+    assert (np.diff(two.northing) > 0).all()
+    with pytest.raises(InputError, match="positive"):
+        gs.read_horizon(tmp_path / "top.zarr", positive="up")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "how"), [(".zarr", {}), (".nc", {}), (".nc", {"chunksizes": (4, 6), "zlib": True})]
+)
+def test_law_large_grids_stay_where_they_are(tmp_path, small, suffix, how, monkeypatch):
+    path = written(tmp_path, suffix, **how)
+    found = gs.read_horizon(path)
+    assert hasattr(found.data, "dask")
+    monkeypatch.undo()
+    loaded = gs.read_horizon(path)
+    assert not hasattr(loaded.data, "dask")
+    assert found.compute().identical(loaded)
+    lazy = gs.triangulate_horizon(found, lazy=True).lattice
+    whole = gs.triangulate_horizon(loaded).lattice
+    assert lazy.window((0, 14), (0, 11)).elevation.tobytes() == whole.elevation.tobytes()
+
+
+def test_info_looks_at_some_rows_of_a_store(tmp_path, small):
+    for suffix in (".zarr", ".nc"):
+        found = gs.info(written(tmp_path, suffix))
+        assert "stays in its store" in found.notes["read"]
+        assert found.extent["easting"] == [0.0, 250.0]
+    assert found.format == "netcdf"
+
+
+def test_damaged_and_other_folders_are_refused(tmp_path):
+    path = written(tmp_path, ".zarr")
+    (path / "depth" / "zarr.json").write_text("{")
+    with pytest.raises(FormatError, match="zarr cannot read it"):
+        gs.read_horizon(path)
+    (tmp_path / "other.zarr").mkdir()
+    with pytest.raises(InputError, match="this is a folder"):
+        gs.read_horizon(tmp_path / "other.zarr")

@@ -1,0 +1,90 @@
+"""Scenarios with grids that stay in their store: a run ends with pictures and a page."""
+
+from __future__ import annotations
+
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeosurfWarning, ScenarioError
+from geosurf.model.chunked import ChunkedLattice
+from geosurf.read import _in_parts, zarr_store
+from geosurf.render import thin_units
+from geosurf.triangulate import chunked
+
+pytest.importorskip("zarr")
+pytest.importorskip("h5netcdf")
+
+BODY = """
+[[horizons]]
+name = "Top"
+file = "field.zarr"
+variable = "Top"
+
+[[horizons]]
+name = "Base"
+file = "base.nc"
+
+[[faults]]
+name = "F1"
+file = "F1.nc"
+
+[output]
+views = ["southwest"]
+maps = false
+sections_m = []
+size_px = [320, 240]
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    world = gs.synthetic.tilted_planes(n=31)
+    for name, fault in world.faults.items():
+        gs.write(fault, tmp_path / f"{name}.nc")
+    grids = xr.Dataset({name: grid.drop_attrs(deep=False) for name, grid in world.horizons.items()})
+    for grid in grids.values():
+        grid.attrs |= {"units": "m", "positive": "up"}
+    grids.chunk({"northing": 7, "easting": 11}).to_zarr(tmp_path / "field.zarr", consolidated=False)
+    grids.Base.to_netcdf(tmp_path / "base.nc", engine="h5netcdf")
+    file = tmp_path / "scenario.toml"
+    file.write_text(BODY)
+    return file
+
+
+def small(monkeypatch):
+    """Grids of more than 100 nodes are large."""
+    for room in (_in_parts, zarr_store, chunked):
+        monkeypatch.setattr(room, "STAYS", 100)
+    monkeypatch.setattr(_in_parts, "PART", 8)
+    monkeypatch.setattr(chunked, "LEAST", 1)
+
+
+def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatch):
+    monkeypatch.setattr(thin_units, "_stride", lambda *_: 3)  # as those of large grids
+    gs.run_scenario(path, tmp_path / "memory")
+    small(monkeypatch)
+    with pytest.warns(GeosurfWarning, match=r"'units\.vtm' was not written"):
+        scene = gs.run_scenario(path, tmp_path / "store")
+    assert all(isinstance(scene.surface(n).lattice, ChunkedLattice) for n in ("Top", "Base"))
+    one, two = (
+        {
+            file.relative_to(tmp_path / folder).as_posix(): file.read_bytes()
+            for file in (tmp_path / folder).rglob("*")
+            if file.is_file()
+        }
+        for folder in ("memory", "store")
+    )
+    assert set(one) - set(two) == {name for name in one if name.startswith("units")}
+    same = [name for name in two if name not in ("certificate.txt", "report/index.html")]
+    assert len(same) > 6
+    assert [name for name in same if one[name] != two[name]] == []
+    assert b"pass" in two["certificate.txt"]
+    assert b"FAIL" not in two["certificate.txt"]
+
+
+def test_files_of_all_triangles_are_refused_before_the_model_is_built(path, tmp_path, monkeypatch):
+    small(monkeypatch)
+    path.write_text(BODY.replace("[output]", '[output]\nformats = ["csv", "ml"]'))
+    with pytest.raises(ScenarioError, match=r"'ml', which list all triangles, and horizon 'Top'"):
+        gs.run_scenario(path, tmp_path / "store", pictures=False)
