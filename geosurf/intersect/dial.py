@@ -12,6 +12,7 @@ from geosurf.arrangement.checked import check_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
+from geosurf.intersect.exact_route import exact_lines
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
 from geosurf.intersect.loops import find_lost, pair_keys
@@ -116,6 +117,11 @@ def _pair(
         bound = np.inf if coarse else 0.0
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
 
+    # Rough and dense lattices: the exact curve costs less, and is as near.
+    given = one, two, origin, tolerance, linker, options
+    if not coarse and (exact := exact_lines(*given)) is not None:
+        return exact[0], [], [exact[1]]
+
     # Only cells that the bounds of the cubics leave over are looked at from here on.
     sides = sides_of(one, two, origin)
     near = find_candidates(*sides, 0.0 if coarse else tolerance)
@@ -123,6 +129,8 @@ def _pair(
     # Both lattices are smooth wherever they may meet: done without triangles.
     if walked is not None:
         return walked, [], []
+    if not coarse and (exact := exact_lines(*given, walked=True)) is not None:
+        return exact[0], [], [exact[1]]
 
     # Otherwise the exact curve of the remaining triangles is moved onto the cubics.
     first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))

@@ -123,7 +123,8 @@ class Curves(Shown):
     contacts : tuple of Touch
         Touching points and overlap areas.
     cost : dict
-        What it took: numbers of voxels, candidate faces, pairs tested, pairs meeting.
+        What it took: numbers of voxels, candidate faces, pairs tested, pairs meeting. With a
+        tolerance, ``exact_pairs``: pairs of surfaces whose exact curve is near enough, or rough.
     error_bound : ndarray of float64, shape (n_curve,), or None
         With a tolerance: how far each curve can be from that of the smooth surfaces [m]; 0 for
         plain curves of surfaces other than lattices, inf where a part is not known. None for

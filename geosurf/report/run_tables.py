@@ -22,6 +22,7 @@ COUNTS = {
     "nodes": "grid nodes searched",
     "candidate_faces": "candidate triangles",
     "pairs_tested": "triangle pairs tested",
+    "exact_pairs": "pairs of surfaces with exact curves instead of smooth ones",
     "cut_triangles": "input triangles cut",
     "children": "triangles made by cutting",
     "constructed_points": "new vertices",

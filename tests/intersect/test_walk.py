@@ -107,7 +107,7 @@ def test_what_is_not_whole_and_smooth_is_left_to_the_plain_curve(spoil, walks, r
 
     other = horizon(lambda x, y: 0.05 * (x - 2000) + 0 * y, 33, name="Tilt")
     curves = intersect_surfaces([horizon(height, 81), other], tolerance=0.01)
-    assert walks == [False]
+    assert walks == ([False] if spoil == "hole" else [])  # noise is seen before
     assert {place.reason for place in curves.places} & {spoil}
 
 
