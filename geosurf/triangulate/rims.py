@@ -109,13 +109,12 @@ def _found_beside(
     """The same, without memory."""
     along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
     # A whole grid that is clearly larger than the area has no rim near it.
-    west, east, south, north = horizon.bounds[:4]
-    (w, s), (e, n) = outline.min(axis=0), outline.max(axis=0)
-    whole = (
-        horizon.lattice is not None and horizon.lattice.whole and horizon.lattice.easting.ndim == 1
-    )
-    if whole and west < w - near and e + near < east and south < s - near and n + near < north:
-        return along_rim, depth
+    lattice = horizon.lattice
+    if lattice is not None and lattice.whole and lattice.easting.ndim == 1:
+        west, east, south, north = horizon.bounds[:4]
+        (w, s), (e, n) = outline.min(axis=0), outline.max(axis=0)
+        if west < w - near and e + near < east and south < s - near and n + near < north:
+            return along_rim, depth
 
     rim = _rim(horizon, outline, near)
     for sides in straight_runs(outline, near):
