@@ -55,7 +55,7 @@ def find_changed_contacts(
     Contacts
         With ``carried`` if they come from an earlier arrangement.
     """
-    options = {
+    options: dict[str, Any] = {
         "origin": origin, "voxel_size": voxel_size, "self_intersections": self_intersections,
         "known": known,
     }  # fmt: skip
@@ -126,12 +126,12 @@ def _numbered(
     mark[old.t.take(staying, axis=0)] = True
     point0 = np.full(len(old.x), -1, dtype=np.int64)
     point1 = np.full(len(new.x), -1, dtype=np.int64)
-    of, *at = _listed(old.nodes)
+    of, *listed = _listed(old.nodes)
     of_surface, node, vertex, n_vertex = merge_nodes(
-        place[of], *at, *_listed(new.nodes), mark, ~common, point0, point1
+        place[of], *listed, *_listed(new.nodes), mark, ~common, point0, point1
     )
-    in_use = point0[point0 >= 0]
-    if n_vertex < 0 or (np.diff(in_use) <= 0).any():  # children depend on the order of vertices
+    numbers = point0[point0 >= 0]
+    if n_vertex < 0 or (np.diff(numbers) <= 0).any():  # children depend on the order of vertices
         return None
     cut = np.searchsorted(of_surface, np.arange(1, len(common)))
     nodes = list(zip(np.split(node, cut), np.split(vertex, cut), strict=True))
@@ -143,8 +143,8 @@ def _numbered(
     n = len(old.d) + len(new.d)
     x, d = np.empty((n_vertex + n, 3)), np.empty((n, 4), dtype=np.int64)
     for at, point, n_old in ((old.x, point0, old.n_vertex), (new.x, point1, new.n_vertex)):
-        rows = np.flatnonzero(point[:n_old] >= 0)
-        x[point[rows]] = at.take(rows, axis=0)
+        in_use = np.flatnonzero(point[:n_old] >= 0)
+        x[point[in_use]] = at.take(in_use, axis=0)
     rows, ids, n_point = merge_contacts(
         old.rows, old.ids, kept, face0, point0, old.d, old.n_vertex, old.x,
         new.rows, new.ids, face1, point1, new.d, new.n_vertex, new.x, n_vertex, x, d,
@@ -179,7 +179,7 @@ def _numbered(
     changed[face1[new.rows[:, :2]]] = True
     lost = face0[old.rows[~kept, :2]]
     changed[lost[lost >= 0]] = True
-    found.carried = Carried(old, with_crossings(old, Unchanged(face0, point0, changed)))
+    found.carried = Carried(old, with_crossings(old, Unchanged(place, face0, point0, changed)))
     return found
 
 

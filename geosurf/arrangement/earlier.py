@@ -19,6 +19,43 @@ from geosurf.kernels.cutting.unchanged_faces import (
     merge_children,
     places_among,
 )
+from geosurf.model.pieces import Pieces
+
+
+@dataclass(eq=False)
+class Kept:
+    """Pieces that were made of an arrangement, and what later ones take from them.
+
+    Attributes
+    ----------
+    pieces : Pieces
+    face : ndarray of int64, shape (n_triangle,)
+        Face of the contacts that each triangle is of, or -1.
+    seams : (ndarray, ndarray), or None
+        Triangles around each edge where cells meet, in order, once cells have been found.
+    """
+
+    pieces: Pieces
+    face: np.ndarray
+    seams: tuple[np.ndarray, np.ndarray] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """Where pieces come from.
+
+    Attributes
+    ----------
+    before : Kept
+    after : ndarray of int64
+        Triangle that each earlier triangle is now, or -1.
+    halves : ndarray of int64
+        Half-edges whose edges have changed, rising.
+    """
+
+    before: Kept
+    after: np.ndarray
+    halves: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +76,9 @@ class Earlier:
         Points of the children; those beyond `x` are crossings.
     collisions : int
         Distinct points that rounding put in one place.
+    kept : Kept
+    made_of : Origin, or None
+        Of the pieces, if they come from an earlier arrangement.
     """
 
     keys: tuple[Hashable, ...]
@@ -61,9 +101,18 @@ class Earlier:
     doubtful: np.ndarray
     n_point: int
     collisions: int
+    kept: Kept
+    made_of: Origin | None
 
     @classmethod
-    def of(cls, keys: Sequence[Hashable], contacts: Contacts, children: Children) -> Earlier:
+    def of(
+        cls,
+        keys: Sequence[Hashable],
+        contacts: Contacts,
+        children: Children,
+        kept: Kept,
+        made_of: Origin | None,
+    ) -> Earlier:
         """Return what later arrangements need of one; nothing that it holds is kept by views."""
         # a child has a row, but arrays of children and points have room for more
         return cls(
@@ -71,7 +120,7 @@ class Earlier:
             contacts.key_of_face, contacts.nodes, contacts.rows, contacts.near, contacts.ids,
             contacts.x.copy(), contacts.d.copy(), contacts.n_vertex, contacts.slip,
             contacts.options["pairs"], children.triangles.copy(), children.parent.copy(),
-            children.cut, children.doubtful, len(children.x), children.collisions,
+            children.cut, children.doubtful, len(children.x), children.collisions, kept, made_of,
         )  # fmt: skip
 
 
@@ -81,12 +130,13 @@ class Unchanged:
 
     Attributes
     ----------
-    face, point : ndarray of int64
-        New number of each earlier face and point of the contacts, or -1; both rise.
+    surface, face, point : ndarray of int64
+        New number of each earlier surface, face and point of the contacts, or -1; all rise.
     changed : ndarray of bool, shape (n_face,)
         New faces that have to be cut, if anything cuts them.
     """
 
+    surface: np.ndarray
     face: np.ndarray
     point: np.ndarray
     changed: np.ndarray
@@ -111,10 +161,10 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
     keys : sequence of hashable
         One of each of its surfaces.
     """
-    place = common_rows(before, keys, contacts.origin)
-    if place is None or contacts.ids.shape[1] != 2:
+    place_of_surface = common_rows(before, keys, contacts.origin)
+    if place_of_surface is None or contacts.ids.shape[1] != 2:
         return None
-    pairs = [(i, j) for i, j in enumerate(place.tolist()) if j >= 0]
+    pairs = [(i, j) for i, j in enumerate(place_of_surface.tolist()) if j >= 0]
 
     # faces by their keys, vertices by their nodes: both rise within a surface
     n0, n = len(before.key_of_face), len(contacts.key_of_face)
@@ -144,7 +194,7 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
     if not ordered:
         return None
 
-    return with_crossings(before, Unchanged(face, point, changed))
+    return with_crossings(before, Unchanged(place_of_surface, face, point, changed))
 
 
 def with_crossings(before: Earlier, same: Unchanged) -> Unchanged:
@@ -189,5 +239,6 @@ def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
 
 
 __all__ = [
-    "Carried", "Earlier", "Unchanged", "common_rows", "compare", "cut_changed", "with_crossings",
+    "Carried", "Earlier", "Kept", "Origin", "Unchanged", "common_rows", "compare", "cut_changed",
+    "with_crossings",
 ]  # fmt: skip

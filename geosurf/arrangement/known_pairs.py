@@ -80,6 +80,11 @@ class KnownPairs:
         best = shared.index(max(shared))
         return stored[best], best
 
+    def arrangement_of(self, pieces: Any) -> Any:
+        """The stored arrangement, an `Earlier`, that some pieces are made of, or None."""
+        stored = (self.get(("arrangement", place)) for place in range(2))
+        return next((one for one in stored if one and one.kept.pieces is pieces), None)
+
     def keep_arrangement(self, one: Any, source: int) -> None:
         """Store an arrangement, an `Earlier`; the one at place `source`, which served it, stays.
 

@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.arrangement.earlier import Earlier
 from geosurf.carve import measures
 from geosurf.carve.floating_in_store import place_in_store
 from geosurf.carve.half_faces import Parents, Parts, find_parts, joined_sides
@@ -174,8 +175,14 @@ class FullCells(Cells):
         return self
 
 
-def find_cells(patches: Patches) -> Cells:
+def find_cells(patches: Patches, made: Earlier | None = None) -> Cells:
     """Find the cells inside the model box.
+
+    Parameters
+    ----------
+    patches : Patches
+    made : Earlier, optional
+        The arrangement that the pieces of these patches are of, if it is stored.
 
     Raises
     ------
@@ -187,12 +194,13 @@ def find_cells(patches: Patches) -> Cells:
         If two different triangles lie in one half-plane of an edge.
     """
     bounds = box_of(patches)
-    pieces, parts, sides, parents, owners, owner = _seen(patches, bounds)
+    in_box = walls_are_a_box(patches, bounds)
+    pieces, parts, sides, parents, owners, owner = _seen(patches, bounds, made if in_box else None)
     is_wall = owned_by_walls(patches, owners)[owner]
 
     # which sides of parts look out of the model: read off the faces of a plain box, found by
     # rays and shells for other walls
-    if walls_are_a_box(patches, bounds):
+    if in_box:
         # all that a wall owns are triangles, and parts with triangles come first
         with_triangle = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
         outside = outside_of_box(
@@ -223,15 +231,20 @@ def find_cells(patches: Patches) -> Cells:
 
 
 def _seen(
-    patches: Patches, bounds: np.ndarray
+    patches: Patches, bounds: np.ndarray, made: Earlier | None
 ) -> tuple[Pieces, Parts, np.ndarray, Parents, list[Owners], np.ndarray]:
     """Pieces, their parts, what these see (n_part, 2), input triangles; sets of surfaces, and the
     one that owns each part.
     """
     pieces = patches.pieces
     while True:
-        parts = find_parts(pieces, bounds)
-        sides, piece, parents = joined_sides(patches, pieces, parts)
+        # seams of other walls are those of other parts
+        mine = made is not None and made.kept.pieces is pieces
+        kept, came = (made.kept, made.made_of) if made is not None and mine else (None, None)
+        if came is not None and walls_of(came.before.pieces) != walls_of(pieces):
+            came = None
+        parts = find_parts(pieces, bounds, connected=mine)
+        sides, piece, parents = joined_sides(patches, pieces, parts, kept, came)
         owners, owner = _owners(pieces, parts)
         fixed = _outermost(pieces, parts, piece, owned_by_walls(patches, owners)[owner])
         floats = not np.isin(piece, fixed).all()
@@ -251,6 +264,11 @@ def _seen(
         )
         sides = found.reshape(-1, 2)[np.searchsorted(element, parts.first)]
     return pieces, parts, sides, parents, owners, owner
+
+
+def walls_of(pieces: Pieces) -> list[bytes]:
+    """What walls are made of."""
+    return [one.vertices.tobytes() for one in pieces.sources if one.role == "wall"]
 
 
 def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndarray) -> np.ndarray:

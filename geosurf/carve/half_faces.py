@@ -11,19 +11,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.arrangement.earlier import Kept, Origin
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
 from geosurf.kernels.meshes.parts import (
-    DONE,
-    NEEDS_EXACT,
-    join_parts,
+    count_turns,
+    first_elements,
     mark_around,
     number_parents,
     open_edges,
+    open_edges_among,
     parts_of,
+)
+from geosurf.kernels.meshes.seams import (
+    DONE,
+    NEEDS_EXACT,
+    carry_seams,
+    join_seams,
+    sort_seams,
 )
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
@@ -70,15 +78,23 @@ class Parents:
         return found
 
 
-def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
+def find_parts(pieces: Pieces, bounds: np.ndarray, *, connected: bool) -> Parts:
     """Find the parts inside bounds (2, 3), local.
 
     The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
+    Patches that are `connected` and do not cross the bounds are parts if all of each face one way.
     """
-    part, first = parts_of(
-        pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
-        int(pieces.first_run[-1]), _pairs(pieces), bounds,
-    )  # fmt: skip
+    if connected and _patches_are_parts(pieces):
+        first = first_elements(pieces.patch, int(pieces.patch.max(initial=-1)) + 1)
+        order = np.argsort(first)
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order))
+        part, first = rank[pieces.patch], first[order]
+    else:
+        part, first = parts_of(
+            pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
+            int(pieces.first_run[-1]), _pairs(pieces), bounds,
+        )  # fmt: skip
 
     # one corner triple for each part decides: walls cut all surfaces at the box
     surface = _surface_of(pieces, first)
@@ -89,6 +105,16 @@ def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
     # rank among the parts inside, -1 for the others; the last entry serves part -1
     number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
     return Parts(number[part], first[inside], surface[inside])
+
+
+def _patches_are_parts(pieces: Pieces) -> bool:
+    """Whether no triangles coincide, and no surface turns over; lattices never do."""
+    if not np.array_equal(pieces.twin, np.arange(len(pieces.twin))):
+        return False
+    cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
+    lists = [i for i, strips in enumerate(pieces.strips) if strips is None]
+    of = pieces.triangles, pieces.surface, pieces.ring
+    return not any(count_turns(*of, cut[i], cut[i + 1]) for i in lists)
 
 
 def _pairs(pieces: Pieces) -> np.ndarray:
@@ -128,7 +154,7 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
 
 
 def joined_sides(
-    patches: Patches, pieces: Pieces, parts: Parts
+    patches: Patches, pieces: Pieces, parts: Parts, kept: Kept | None, came: Origin | None
 ) -> tuple[np.ndarray, np.ndarray, Parents]:
     """
     Join the sides of parts around every edge.
@@ -138,6 +164,10 @@ def joined_sides(
     patches : Patches
     pieces : Pieces
     parts : Parts
+    kept : Kept, optional
+        Of these pieces, for which the seams are kept.
+    came : Origin, optional
+        Where these pieces come from: seams that these have are not found again.
 
     Returns
     -------
@@ -157,20 +187,26 @@ def joined_sides(
     # the rim of a surface inside the model: front and back see each other around it
     torn = _with_rims(pieces, parts)
     sides[2 * torn + 1] = 2 * torn
-    open_at = open_edges(pieces.triangles, pieces.ring, pieces.link, parts.of_element)
+    of = pieces.triangles, pieces.ring, pieces.link, parts.of_element
+    seams0 = None if came is None else came.before.seams
+    if came is None or seams0 is None:
+        open_at = open_edges(*of)
+    else:
+        open_at = open_edges_among(*of, came.halves)
     wanted = np.zeros(len(pieces.triangles), dtype=bool)
     wanted[parts.first[: np.searchsorted(parts.first, len(wanted))]] = True
-    mark_around(pieces.ring, open_at, wanted)
+    n_around = mark_around(pieces.ring, open_at, wanted)
     parents = parents_of(pieces, wanted)
     px = parents.corners.reshape(-1, 3)
-    of = np.arange(len(px)).reshape(-1, 3)
+    pt = np.arange(len(px)).reshape(-1, 3)
+    start, seams = (np.empty(n, dtype=np.int64) for n in (len(open_at) + 1, n_around))
 
     # floats decide nearly always; the exact frame is made when they first cannot
     m = w = np.empty(0, dtype=np.int64)
     while True:
-        found = join_parts(
+        found = sort_seams(
             pieces.x, pieces.triangles, pieces.ring, open_at, parts.of_element,
-            parents.of_triangle, px, of, m, w, sides, piece,
+            parents.of_triangle, px, pt, m, w, start, seams,
         )  # fmt: skip
         if found != NEEDS_EXACT:
             break
@@ -182,6 +218,16 @@ def joined_sides(
             f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
             "please report this with the surfaces."
         )
+
+    # those of the pieces before come first: their order does not matter
+    seams = seams[: start[-1]]
+    if came is not None and seams0 is not None:
+        start0, seams0 = carry_seams(*seams0, came.after)
+        start = np.concatenate([start0[:-1], start + start0[-1]])
+        seams = np.concatenate([seams0, seams])
+    join_seams(start, seams, parts.of_element, sides, piece)
+    if kept is not None:
+        kept.seams = start, seams
     return _roots(sides).reshape(-1, 2), _roots(piece), parents
 
 

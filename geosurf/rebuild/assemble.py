@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.arrangement.arrange import Children
+from geosurf.arrangement.earlier import Kept, Origin
 from geosurf.arrangement.search import Contacts
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.lattices.strip_links import link_runs
-from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys
+from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
 from geosurf.kernels.meshes.mesh import (
     edges,
@@ -19,14 +20,15 @@ from geosurf.kernels.meshes.mesh import (
     weld,
 )
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
+from geosurf.rebuild.carried import carry_edges, carry_patches, runs_of_all
 from geosurf.rebuild.equal_vertices import has_strips
 from geosurf.rebuild.untouched import NO_OTHERS, untouched
 
 _NO_KEYS = np.empty(0, dtype=np.int64)
 
 
-def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray]:
-    """The pieces of all surfaces and the edges (n, 2) of their curves."""
+def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray, Origin | None]:
+    """The pieces of all surfaces, the edges (n, 2) of their curves, and what they come from."""
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
     touched = np.zeros(len(contacts.t), dtype=bool)
     touched[contacts.rows[:, :2]] = True
@@ -51,19 +53,31 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
 
     # `ring`: the next half-edge around each edge; `link`: the run behind a free half-edge.
-    ring, n_edge = edges(t, len(x))
-    link = _links(contacts, children, t, surface, key, face, ring, strips, first_run, number)
-    twin, owners = _twins(contacts, t, surface, face)
+    came = None
+    if contacts.carried is not None and not children.collisions:
+        labels = t, surface, key, face
+        came = carry_edges(contacts.carried, *labels, len(x), strips, first_run)
+        ring, link = came.ring, came.link
+    else:
+        ring, n_edge = edges(t, len(x))
+        link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
+    _add_links(link, contacts, t, surface, key, face, ring, strips, first_run, number)
 
     # Patches end at rings of more than two half-edges: that is where curves are.
-    part, rim = patches_and_boundary(t, surface, owners, ring, twin, n_edge)
-    patch = _numbered_patches(surface, key, part, link, strips, first_run)
+    if came is not None:
+        twin = np.arange(len(t))
+        patch, rim = carry_patches(came, t, surface, key, link, strips, first_run)
+    else:
+        twin, owners = _twins(contacts, t, surface, face)
+        part, rim = patches_and_boundary(t, surface, owners, ring, twin, n_edge)
+        patch = _numbered_patches(surface, key, part, link, strips, first_run)
 
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
         first_run, patch,
     )  # fmt: skip
-    return pieces, _in_order(rim, len(x))
+    origin = None if came is None else came.origin
+    return Kept(pieces, face), _in_order(rim, len(x)), origin
 
 
 def _in_order(edges: np.ndarray, n: int) -> np.ndarray:
@@ -151,9 +165,9 @@ def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray)
     return Strips(a, absent, runs, start, joined, nodes.take(used), points.take(used))
 
 
-def _links(
+def _add_links(
+    link: np.ndarray,
     contacts: Contacts,
-    children: Children,
     t: np.ndarray,
     surface: np.ndarray,
     key: np.ndarray,
@@ -162,10 +176,9 @@ def _links(
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
     number: np.ndarray,
-) -> np.ndarray:
-    """What lies behind each half-edge that is alone in its ring."""
+) -> None:
+    """Write what lies behind each half-edge that is alone in its ring."""
     # A half-edge that is alone in its ring lies on a rim, or next to a strip.
-    link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
     cut = np.searchsorted(surface, np.arange(len(strips) + 1))
     for i, of in enumerate(strips):
         if of is None:
@@ -178,7 +191,6 @@ def _links(
         )  # fmt: skip
         if torn >= 0:
             _raise_torn(contacts, torn, face)
-    return link
 
 
 def _raise_torn(contacts: Contacts, triangle: int, face: np.ndarray) -> None:
@@ -243,10 +255,5 @@ def _numbered_patches(
     if n_run == 0:  # triangles are in this order, and so are the numbers of their parts
         return part
 
-    joined, lowest = [np.empty((0, 2), dtype=np.int64)], [_NO_KEYS]
-    for i, of in enumerate(strips):
-        if of is not None:
-            joined.append(of.joined + first_run[i])
-            lowest.append(lowest_keys(of.places, of.runs))
-    runs = np.concatenate(joined), np.concatenate(lowest), first_run
+    runs = *runs_of_all(strips, first_run), first_run
     return number_patches(part, n_part, surface, key, link, *runs)

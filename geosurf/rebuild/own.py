@@ -24,6 +24,7 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
     met = np.zeros(len(of), dtype=bool)
     met[first.take(others)] = met[second.take(others)] = True
 
+    before = _met_before(contacts)
     searched = {tuple(pair) for pair in contacts.options["pairs"]}
     more = []
     for i, surface in enumerate(contacts.surfaces):
@@ -33,11 +34,25 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
             continue
         # A quick exact test of those faces alone: the full search follows only if some cross.
         start, stop = np.searchsorted(of, (i, i + 1))
-        faces = contacts.t[start:stop][met[start:stop]]
-        if len(faces) > 1 and len(crossing_pairs(contacts.x, faces)):
+        t, is_met, known = contacts.t[start:stop], met[start:stop], before[start:stop]
+        faces, others = t[is_met & ~known], t[is_met & known]
+        several = len(faces) and len(faces) + len(others) > 1
+        if several and len(crossing_pairs(contacts.x, faces, others)):
             more.append((i, i))
 
     if not more:
         return contacts
     pairs = [*contacts.options["pairs"], *more]
     return find_contacts(contacts.surfaces, **{**contacts.options, "pairs": pairs})
+
+
+def _met_before(contacts: Contacts) -> np.ndarray:
+    """Faces of which an earlier arrangement has found that no two of one surface cross."""
+    known = np.zeros(len(contacts.t), dtype=bool)
+    if contacts.carried is not None:
+        old, face = contacts.carried.earlier, contacts.carried.same.face
+        rows = old.rows[:, :2]
+        of = old.surface_of_face.take(rows)
+        faces = face.take(rows[of[:, 0] != of[:, 1]])
+        known[faces[faces >= 0]] = True
+    return known

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geosurf.arrangement.earlier import Earlier
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.model import Patches, TriSurface
@@ -72,10 +73,14 @@ def rebuild_surfaces(
 def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches:
     """Cut the faces of known contacts and weld everything into patches.
 
-    What earlier arrangements of the same surfaces found is taken from `known`.
+    What earlier arrangements of the same surfaces found is taken from `known`, and this one is
+    added unless it was repaired.
     """
     contacts, children, moves = cut_soundly(contacts, known)
-    pieces, rim = assemble(contacts, children)
+    kept, rim, origin = assemble(contacts, children)
+    if known is not None and not moves["moved_vertices"]:
+        one = Earlier.of(known.keys, contacts, children, kept, origin)
+        known.keep_arrangement(one, known.arrangement()[1])
     report = {
         "cut_triangles": len(children.cut),
         "children": len(children.triangles),
@@ -83,4 +88,4 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
         "rounding_collisions": children.collisions,
         **moves,
     }
-    return Patches.of_pieces(pieces, rim, report)
+    return Patches.of_pieces(kept.pieces, rim, report)

@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
-from geosurf.arrangement.earlier import Earlier, compare, cut_changed
+from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import place
@@ -65,7 +65,7 @@ def cut_soundly(
     contacts : Contacts
     known : KnownPairs, optional
         What earlier arrangements of these surfaces found: faces that were cut alike are taken from
-        there, and this arrangement is added unless it is repaired.
+        there.
 
     Returns
     -------
@@ -83,9 +83,6 @@ def cut_soundly(
     children = _cut(contacts, known)
     bad = unsound(contacts, children)
     if len(bad) == 0:
-        if known is not None:
-            source = known.arrangement()[1]
-            known.keep_arrangement(Earlier.of(known.keys, contacts, children), source)
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
@@ -122,7 +119,10 @@ def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
     if known is None or earlier is None:
         return cut_contacts(contacts)
     same = compare(earlier, contacts, known.keys)
-    return cut_contacts(contacts) if same is None else cut_changed(earlier, contacts, same)
+    if same is None:
+        return cut_contacts(contacts)
+    contacts.carried = Carried(earlier, same)
+    return cut_changed(earlier, contacts, same)
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:

@@ -426,8 +426,11 @@ class Graph:
 
     def _cells(self) -> Cells:
         """Cells of the patches: names, rules and contacts do not change them."""
-        key = ("cells", self._patches_key)
-        return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches))
+        patches, known = self.patches, self.memory.known_pairs(self._enclosed)
+        return self.memory.stored_for(
+            patches, ("cells", self._patches_key),
+            lambda: find_cells(patches, known.arrangement_of(patches.pieces)),
+        )  # fmt: skip
 
     @cached_property
     def units_key(self) -> Hashable:

@@ -9,7 +9,7 @@ import pytest
 
 from geosurf.arrangement import KnownPairs, find_changed_contacts, find_contacts
 from geosurf.errors import GeosurfError
-from geosurf.rebuild.repair import cut_soundly
+from geosurf.rebuild.patches import patches_from
 from geosurf.triangulate import build_walls
 from tests.strategies import BOX, grid, sheet
 
@@ -62,6 +62,6 @@ def test_contacts_of_a_changed_scene_are_those_of_a_new_one(seed, step):
             n_carried += 1
             assert not found.carried.same.changed.all()
         with suppress(GeosurfError):
-            cut_soundly(found, known)
+            patches_from(found, known)
     # whole numbers bring points of several pairs to one place, and then all pairs are searched
     assert n_carried >= 4 or step

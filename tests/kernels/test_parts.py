@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, open_edges, parts_of
+from geosurf.kernels.meshes.parts import open_edges, parts_of
 from geosurf.kernels.meshes.radial_order import (
     N_AROUND,
     main_axis,
@@ -20,6 +20,7 @@ from geosurf.kernels.meshes.radial_order import (
     sort_by_floats,
     sort_two_by_floats,
 )
+from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams
 
 small = st.integers(-3, 3).map(float)
 PAIRED, FREE = -2, -1
@@ -192,8 +193,10 @@ def test_neighbours_in_angle_see_each_other(made):
     sides, pieces = np.arange(2 * n + 2), np.arange(n + 1)
     m, w = frame_of(px)
     first = open_edges(t, ring, link - n, part)
-    found = join_parts(x, t, ring, first, part, np.arange(n), px, pt, m, w, sides, pieces)
+    start, seams = np.empty(len(first) + 1, dtype=np.int64), np.empty(3 * n, dtype=np.int64)
+    found = sort_seams(x, t, ring, first, part, np.arange(n), px, pt, m, w, start, seams)
     assert found == DONE
+    join_seams(start, seams, part, sides, pieces)
     assert set(pieces[:n]) == {0}
     for one, other in zip(expected, expected[1:] + expected[:1], strict=True):
         ahead = 2 * one + (1 if back[one] else 0)
@@ -215,10 +218,11 @@ def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
     ring, part = ring_of(3), np.arange(3)
     link = np.where(ring == np.arange(9), FREE, PAIRED)
     px, pt, none = x[t].reshape(-1, 3), np.arange(9).reshape(-1, 3), np.empty(0, dtype=np.int64)
-    sides, pieces = np.arange(6), np.arange(3)
-    arguments = (x, t, ring, open_edges(t, ring, link, part), part, part, px, pt)
-    assert join_parts(*arguments, none, none, sides, pieces) == NEEDS_EXACT
-    assert join_parts(*arguments, *frame_of(px), sides, pieces) == DONE
+    first = open_edges(t, ring, link, part)
+    start, seams = np.empty(len(first) + 1, dtype=np.int64), np.empty(9, dtype=np.int64)
+    arguments = (x, t, ring, first, part, part, px, pt)
+    assert sort_seams(*arguments, none, none, start, seams) == NEEDS_EXACT
+    assert sort_seams(*arguments, *frame_of(px), start, seams) == DONE
 
 
 def test_parts_end_where_surfaces_do_or_turn_over():

@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.arrangement import earlier
 from geosurf.errors import GeosurfError, InvariantError
-from geosurf.rebuild import repair
+from geosurf.rebuild import assemble, repair
 from tests.strategies import BOX, grid, sheet
 
 # horizons cross and lie in the wrong order here, on purpose
@@ -17,14 +17,18 @@ pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 ARRAYS = ("x", "triangles", "surface", "key", "twin", "ring", "link", "patch")
 
 
-def horizon(rng, level):
-    """A grid of eighths: faults pass through nodes and along edges; horizons cross, and touch."""
-    return grid("H", level + rng.integers(-6, 7, (7, 7)) / 8.0, corner=(-1.0, -1.0))
+def horizon(rng, level, whole):
+    """A grid of eighths: faults pass through nodes and along edges; horizons cross, and touch.
+
+    Other numbers than whole eighths have none of that.
+    """
+    relief = rng.integers(-6, 7, (7, 7)) / 8.0 if whole else rng.normal(0.0, 0.4, (7, 7))
+    return grid("H", level + relief, corner=(-1.0, -1.0))
 
 
-def fault(rng):
+def fault(rng, whole):
     """An upright or slanting sheet, which may end inside the model or miss a horizon."""
-    x, shift = rng.choice(9, 2, replace=False) / 2.0
+    x, shift = rng.choice(9, 2, replace=False) / 2.0 + (0.0 if whole else rng.normal(0.0, 0.1, 2))
     low, high = sorted(rng.choice([-5.0, 0.0, 2.0, 4.0, 9.0], 2, replace=False))
     return sheet("F", [(x, -1, low), (x, 5, low), (shift, 5, high), (shift, -1, high)])
 
@@ -44,11 +48,16 @@ def result(scene):
         return type(error), str(error)
 
 
+@pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, monkeypatch):
+def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, whole, monkeypatch):
     """Faults newly meet horizons or leave them; every third step goes back to an earlier scene."""
     rng = np.random.default_rng([54, seed])
-    found = []
+    found, carried = [], []
+    carry = assemble.carry_edges
+    monkeypatch.setattr(
+        assemble, "carry_edges", lambda *given: carried.append(given) or carry(*given)
+    )
     monkeypatch.setattr(
         repair, "compare", lambda *given: found.append(earlier.compare(*given)) or found[-1]
     )
@@ -58,21 +67,24 @@ def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, monkeypatch
         lambda old, contacts, same: found.append(same) or cut(old, contacts, same),
     )  # fmt: skip
     inputs = {
-        "horizons": {name: horizon(rng, z) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))},
-        "faults": {name: fault(rng) for name in ("F1", "F2", "F3")},
+        "horizons": {
+            name: horizon(rng, z, whole) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))
+        },
+        "faults": {name: fault(rng, whole) for name in ("F1", "F2", "F3")},
     }
     family = [(inputs, gs.Scene(**inputs, box=BOX))]
     for step in range(8):
         inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
         kind = "faults" if step % 2 else "horizons"
         name = str(rng.choice(list(inputs[kind])))
-        new = fault(rng) if step % 2 else horizon(rng, int(rng.integers(0, 5)))
+        new = fault(rng, whole) if step % 2 else horizon(rng, int(rng.integers(0, 5)), whole)
         inputs = {**inputs, kind: {**inputs[kind], name: new}}
         scene = scene.replace(**{kind: {name: new}})
         assert result(scene) == result(gs.Scene(**inputs, box=BOX)), step
         family.append((inputs, scene))
     # faces of one plane are cut anew; all other steps take faces from the scene before
     assert any(one is not None and not one.changed.all() for one in found)
+    assert whole or len(carried) > 2
 
 
 def test_what_did_not_change_is_not_cut(monkeypatch):

@@ -26,12 +26,14 @@ def link_runs(
 ):
     """Write the run behind each half-edge that is alone, of triangles `low` to `high` - 1.
 
+    Runs that are known stay.
+
     `face` is the row of `corners` that each triangle is a part of, and `number` the point of each
     corner. Returns a triangle that has no neighbour although its edge is inside the lattice, or -1.
     """
     for i in range(low, high):
         for c in range(3):
-            if ring[3 * i + c] != 3 * i + c:
+            if ring[3 * i + c] != 3 * i + c or link[3 * i + c] >= 0:
                 continue
             edge = _whole_edge(corners, number, face[i], t[i, c], t[i, (c + 1) % 3])
             if edge < 0:

@@ -103,20 +103,13 @@ def _number_of(parent, numbers, element, count):
     return numbers[root], count
 
 
-@entry("l1 l l1 l1 l1 l2 l1 l1 -> l1")
-def number_patches(part, n_part, surface, key, link, joined, lowest, first_run):
-    """Patch of each triangle, then of each run; numbered by the first one of each in order.
+@scalar
+def number_in_order(parent, part, n_part, surface, key, lowest, first_run):
+    """Number of the set of each triangle, then of each run; by the first one of each in order.
 
-    `part` are patches of triangles. A run continues the patch of a triangle that is linked to it,
-    and those of the runs that it is joined with.
+    `parent` are sets of parts, then of runs.
     """
     n, n_run = part.shape[0], lowest.shape[0]
-    parent = np.arange(n_part + n_run)
-    for half in range(link.shape[0]):
-        if link[half] >= 0:
-            join(parent, part[half // 3], n_part + link[half])
-    for i in range(joined.shape[0]):
-        join(parent, n_part + joined[i, 0], n_part + joined[i, 1])
 
     # triangles and runs of each surface, merged by their keys
     numbers = np.full(n_part + n_run, -1, dtype=np.int64)
@@ -131,3 +124,20 @@ def number_patches(part, n_part, surface, key, link, joined, lowest, first_run):
             if not last:
                 out[n + run], count = _number_of(parent, numbers, n_part + run, count)
     return out
+
+
+@entry("l1 l l1 l1 l1 l2 l1 l1 -> l1")
+def number_patches(part, n_part, surface, key, link, joined, lowest, first_run):
+    """Patch of each triangle, then of each run; numbered by the first one of each in order.
+
+    `part` are patches of triangles. A run continues the patch of a triangle that is linked to it,
+    and those of the runs that it is joined with.
+    """
+    parent = np.arange(n_part + lowest.shape[0])
+    for half in range(link.shape[0]):
+        if link[half] >= 0:
+            join(parent, part[half // 3], n_part + link[half])
+    for i in range(joined.shape[0]):
+        join(parent, n_part + joined[i, 0], n_part + joined[i, 1])
+
+    return number_in_order(parent, part, n_part, surface, key, lowest, first_run)

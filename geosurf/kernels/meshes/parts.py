@@ -1,4 +1,4 @@
-"""Parts of surfaces, and the cells that they bound: sides that face each other around common edges.
+"""Parts of surfaces, and the edges at which they end.
 
 Notation
     t         triangles, int64 (n, 3); x their rounded vertices
@@ -6,9 +6,8 @@ Notation
     ring      next half-edge around the same edge
     link      for a half-edge that is alone: the run behind it (counted after the triangles), or < 0
     part      of each element, -1 for one that is left out
-    sides     union-find: part p has the sides 2 p (front, where normals point) and 2 p + 1 (back)
 
-Nearly all edges are inside parts. The others, a few curves, are sorted radially: a model of a
+Nearly all edges are inside parts. The others, a few curves, are seams (`seams`): a model of a
 million triangles has some dozens of parts.
 """
 
@@ -17,20 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.meshes.mesh import find, join
-from geosurf.kernels.meshes.radial_order import (
-    N_AROUND,
-    main_axis,
-    sort_around,
-    sort_by_floats,
-    sort_two_by_floats,
-)
-
-DONE, NEEDS_EXACT = -1, -2
-_FULL = -1
-_BLOCK = 256  # edges whose rings are walked together: memory answers many requests at once
-_AROUND = 8  # triangles around an edge; those of more are gathered one by one
 
 
 @scalar
@@ -96,28 +82,6 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 
 
 @scalar
-def _gather_around(t, ring, part, start, order, directions):
-    """Triangles around the edge of a half-edge and their directions; their number.
-
-    `_FULL` if the arrays are too short.
-    """
-    n = 0
-    u = t[start // 3, start % 3]
-    j = start
-    while True:
-        # Triangles that are left out bound nothing.
-        if part[j // 3] >= 0:
-            if n == order.shape[0]:
-                return _FULL
-            order[n] = j // 3
-            directions[n] = 1 if t[j // 3, j % 3] == u else -1
-            n += 1
-        j = ring[j]
-        if j == start:
-            return n
-
-
-@scalar
 def _is_inner_edge(t, ring, link, part, last):
     """Whether an edge, by its last half-edge, lies inside a part: its triangles have been joined.
 
@@ -151,50 +115,32 @@ def open_edges(t, ring, link, part):
     return first[:n].copy()
 
 
-@entry("l1 l1 b1 -> .")
+@entry("l2 l1 l1 l1 l1 -> l1")
+def open_edges_among(t, ring, link, part, halves):
+    """The same of the edges of some half-edges, which have all those of their edges."""
+    first = np.empty_like(halves)
+    n = 0
+    for k in range(halves.shape[0]):
+        last = halves[k]
+        if ring[last] <= last and not _is_inner_edge(t, ring, link, part, last):
+            first[n] = ring[last]
+            n += 1
+    return first[:n].copy()
+
+
+@entry("l1 l1 b1 -> l")
 def mark_around(ring, first, marked):
-    """Mark the triangles around some edges, by a half-edge of each."""
+    """Mark the triangles around some edges, by a half-edge of each; returns how many marks."""
+    n = 0
     for k in range(first.shape[0]):
         j = first[k]
         while True:
             marked[j // 3] = True
+            n += 1
             j = ring[j]
             if j == first[k]:
                 break
-
-
-@scalar
-def _look_ahead(t, ring, part, parent, px, first, low, halves):
-    """Bring what lies around a block of edges into the cache, ring by ring in step."""
-    n = min(_BLOCK, first.shape[0] - low)
-    for k in range(n):
-        halves[k] = first[low + k]
-    for _ in range(_AROUND):
-        turning = False
-        for k in range(n):
-            i = halves[k] // 3
-            prefetch(t, i)
-            prefetch(part, i)
-            prefetch(parent, i)
-            following = ring[halves[k]]
-            if following != first[low + k]:
-                halves[k] = following
-                turning = True
-        if not turning:
-            break
-    for k in range(n):
-        j = first[low + k]
-        for _ in range(_AROUND):
-            prefetch(px, 3 * parent[j // 3])
-            j = ring[j]
-            if j == first[low + k]:
-                break
-
-
-@scalar
-def _side_after(part, direction):
-    """The side of a part that faces forward when rotating counter-clockwise around an edge."""
-    return 2 * part if direction > 0 else 2 * part + 1
+    return n
 
 
 @entry("l1 l1 b1 -> l1 l1")
@@ -216,50 +162,22 @@ def number_parents(surface, key, wanted):
     return number, first[:n].copy()
 
 
-@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
-def join_parts(x, t, ring, first, part, parent, px, pt, m, w, sides, pieces):
-    """Unite sides that face each other across edges, and in `pieces` all parts that touch.
+@entry("l1 l -> l1")
+def first_elements(patch, n_patch):
+    """First element of each patch."""
+    first = np.full(n_patch, -1, dtype=np.int64)
+    for i in range(patch.shape[0]):
+        if first[patch[i]] < 0:
+            first[patch[i]] = i
+    return first
 
-    `first` are the edges that are not inside a part (`open_edges`).
 
-    Returns `DONE`; `NEEDS_EXACT` if `m` is empty and doubles do not decide: call again with it; or
-    a half-edge at which two triangles lie in one half-plane.
-    """
-    # Sixteen triangles around an edge are plenty for most models; the arrays grow.
-    order = np.empty(16, dtype=np.int64)
-    directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
-    halves = np.empty(_BLOCK, dtype=np.int64)
-    for k in range(first.shape[0]):
-        if k % _BLOCK == 0:
-            _look_ahead(t, ring, part, parent, px, first, k, halves)
-        start = first[k]
-
-        # Enlarge the arrays until all triangles around the edge fit.
-        n = _gather_around(t, ring, part, start, order, directions)
-        while n == _FULL:
-            order = np.empty(2 * order.shape[0], dtype=np.int64)
-            directions, turns = np.empty_like(order), np.empty(order.shape[0])
-            around = np.empty((order.shape[0], N_AROUND))
-            n = _gather_around(t, ring, part, start, order, directions)
-
-        # Up to two triangles need no order; doubles first, then exact signs.
-        if n > 2:
-            u, v = t[start // 3, start % 3], t[start // 3, (start + 1) % 3]
-            axis, heading = main_axis(x, u, v)
-            told = n == 4 and sort_two_by_floats(px, parent, axis, heading, order, directions)
-            if not told and not sort_by_floats(
-                px, parent, axis, heading, order, directions, n, turns
-            ):
-                if m.shape[0] == 0:
-                    return NEEDS_EXACT
-                if not sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
-                    return start
-
-        # Each side faces the next triangle in the order.
-        for a in range(n):
-            # The last triangle faces the first: the order is cyclic.
-            b = (a + 1) % n
-            one, other = part[order[a]], part[order[b]]
-            join(sides, _side_after(one, directions[a]), _side_after(other, -directions[b]))
-            join(pieces, one, other)
-    return DONE
+@entry("l2 l1 l1 l l -> l")
+def count_turns(t, surface, ring, low, high):
+    """Edges inside a surface, of triangles `low` to `high` - 1, that both run along alike."""
+    n = 0
+    for h in range(3 * low, 3 * high):
+        j = ring[h]
+        if j < h and ring[j] == h and surface[j // 3] == surface[h // 3]:
+            n += 1 if t[h // 3, h % 3] == t[j // 3, j % 3] else 0
+    return n

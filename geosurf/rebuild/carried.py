@@ -1,0 +1,106 @@
+"""Edges and patches of pieces: those that an earlier arrangement has are taken from there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from geosurf.arrangement.earlier import Carried, Origin
+from geosurf.kernels.lattices.strips import lowest_keys
+from geosurf.kernels.meshes import carried_pieces as kernels
+from geosurf.model.pieces import Strips
+
+
+class Edges(NamedTuple):
+    """Edges of pieces that come from earlier ones.
+
+    Attributes
+    ----------
+    origin : Origin
+    before : ndarray of int64, shape (n_triangle,)
+        The earlier triangle that each is, or -1.
+    runs : (ndarray of int64, ndarray of int64)
+        Earlier run that each run is, and run that each earlier one is now, or -1.
+    ring, link : ndarray of int64, shape (3 * n_triangle,)
+        As `Pieces` has them; links that are not known yet are FREE.
+    """
+
+    origin: Origin
+    before: np.ndarray
+    runs: tuple[np.ndarray, np.ndarray]
+    ring: np.ndarray
+    link: np.ndarray
+
+
+def carry_edges(
+    carried: Carried,
+    t: np.ndarray,
+    surface: np.ndarray,
+    key: np.ndarray,
+    face: np.ndarray,
+    n_point: int,
+    strips: Sequence[Strips | None],
+    first_run: np.ndarray,
+) -> Edges:
+    """Take edges from an earlier arrangement, and find those that have changed.
+
+    Parameters
+    ----------
+    carried : Carried
+        With points that differ from each other, as this arrangement has them.
+    t, surface, key, face, strips, first_run
+        Of the triangles and runs.
+    n_point : int
+    """
+    kept, same = carried.earlier.kept, carried.same
+    old = kept.pieces
+    before, after = kernels.same_triangles(
+        same.surface[old.surface], old.key, kept.face, surface, key, face, same.face, same.changed
+    )
+    run_after = np.full(int(old.first_run[-1]), -1, dtype=np.int64)
+    for i, j in enumerate(same.surface.tolist()):
+        one, other = old.strips[i], strips[j] if j >= 0 else None
+        if one is not None and other is not None:
+            at = kernels.same_runs(one.runs, one.start, other.runs, other.start)
+            at[at >= 0] += first_run[j]
+            run_after[old.first_run[i] : old.first_run[i + 1]] = at
+    run_before = np.full(int(first_run[-1]), -1, dtype=np.int64)
+    stay = np.flatnonzero(run_after >= 0)
+    run_before[run_after[stay]] = stay
+
+    ring, link, halves = kernels.carry_rings(before, after, old.ring, old.link, run_after)
+    kernels.match_half_edges(t, n_point, halves, ring, link)
+    runs = run_before, run_after
+    return Edges(Origin(kept, after, halves), before, runs, ring, link)
+
+
+def carry_patches(
+    came: Edges,
+    t: np.ndarray,
+    surface: np.ndarray,
+    key: np.ndarray,
+    link: np.ndarray,
+    strips: Sequence[Strips | None],
+    first_run: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Patch of each element, and the edges (n, 2) between patches; `link` is complete."""
+    patch = came.origin.before.pieces.patch
+    found: tuple[np.ndarray, np.ndarray] = kernels.carry_patches(
+        came.before, came.origin.after, *came.runs, int(patch.max(initial=-1)) + 1, patch, t,
+        surface, key, came.ring, link, *runs_of_all(strips, first_run), first_run,
+    )  # fmt: skip
+    return found
+
+
+def runs_of_all(
+    strips: Sequence[Strips | None], first_run: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of runs (n, 2) that share an edge, and the lowest key of each run."""
+    joined, lowest = [np.empty((0, 2), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    for i, of in enumerate(strips):
+        if of is not None:
+            joined.append(of.joined + first_run[i])
+            lowest.append(lowest_keys(of.places, of.runs))
+    return np.concatenate(joined), np.concatenate(lowest)
