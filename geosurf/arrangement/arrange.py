@@ -37,6 +37,10 @@ class Children:
         Rows of `triangles` that doubles do not show to face as their parents once rounded.
     collisions : int
         Distinct points that rounding put in one place.
+    n_thin : int
+        Triangles that rounding could bring across others; -1 if that is not known.
+    largest : float
+        Largest local coordinate of the faces that were cut [m], where `n_thin` is known.
     """
 
     x: np.ndarray
@@ -47,6 +51,8 @@ class Children:
     doubtful: np.ndarray
     collisions: int
     m: np.ndarray
+    n_thin: int = -1
+    largest: float = 0.0
 
 
 def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

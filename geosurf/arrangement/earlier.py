@@ -70,7 +70,7 @@ class Earlier:
         As `Contacts` has them.
     pairs : list of (int, int)
         Pairs of surfaces that were searched.
-    triangles, parent, cut, doubtful
+    triangles, parent, cut, doubtful, n_thin, largest
         As `Children` has them.
     n_point : int
         Points of the children; those beyond `x` are crossings.
@@ -101,6 +101,8 @@ class Earlier:
     doubtful: np.ndarray
     n_point: int
     collisions: int
+    n_thin: int
+    largest: float
     kept: Kept
     made_of: Origin | None
 
@@ -120,7 +122,8 @@ class Earlier:
             contacts.key_of_face, contacts.nodes, contacts.rows, contacts.near, contacts.ids,
             contacts.x.copy(), contacts.d.copy(), contacts.n_vertex, contacts.slip,
             contacts.options["pairs"], children.triangles.copy(), children.parent.copy(),
-            children.cut, children.doubtful, len(children.x), children.collisions, kept, made_of,
+            children.cut, children.doubtful, len(children.x), children.collisions,
+            children.n_thin, children.largest, kept, made_of,
         )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+ARRANGEMENTS = ("arrangement", 0), ("arrangement", 1)  # keys of the two that are stored
 MOST = 1 << 20  # candidates of two surfaces; more are searched again
 
 
@@ -74,23 +75,18 @@ class KnownPairs:
 
         None and a place where nothing is stored, if there is none.
         """
-        stored = [self.get(("arrangement", place)) for place in range(2)]
+        stored = [self.get(key) for key in ARRANGEMENTS]
         mine = set(self.keys)
         shared = [-1 if one is None else len(mine.intersection(one.keys)) for one in stored]
         best = shared.index(max(shared))
         return stored[best], best
-
-    def arrangement_of(self, pieces: Any) -> Any:
-        """The stored arrangement, an `Earlier`, that some pieces are made of, or None."""
-        stored = (self.get(("arrangement", place)) for place in range(2))
-        return next((one for one in stored if one and one.kept.pieces is pieces), None)
 
     def keep_arrangement(self, one: Any, source: int) -> None:
         """Store an arrangement, an `Earlier`; the one at place `source`, which served it, stays.
 
         So a scene that is changed in many ways stays, and so does the last of a chain.
         """
-        self.put(("arrangement", 1 - source), one)
+        self.put(ARRANGEMENTS[1 - source], one)
 
 
 __all__ = ["Known", "KnownPairs"]

@@ -19,7 +19,7 @@ from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.crossing import crossing_pairs, near_triangles
 from geosurf.arrangement.search import ULP, Contacts
 from geosurf.kernels.contacts.stable_pairs import unstable_pairs
-from geosurf.kernels.cutting.thin_pieces import thin_children
+from geosurf.kernels.cutting.thin_pieces import largest_coordinate, thin_children
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.search.voxels import triangle_boxes
 
@@ -72,10 +72,22 @@ def _thin(contacts: Contacts, children: Children) -> np.ndarray:
     Constructed points lie in faces that are cut, so the largest coordinate is that of those; which
     others are kept depends on the search.
     """
-    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
-    of = children.x, children.triangles, children.parent
-    thin: np.ndarray = thin_children(*faces, *of, _SAFETY * ULP)
-    return thin
+    # rounding scales with the largest coordinate
+    largest = largest_coordinate(contacts.x, contacts.t, children.parent)
+    t, parent, rows = children.triangles, children.parent, contacts.rows
+    only, came = None, contacts.carried
+    if came is not None and came.earlier.n_thin == 0 and largest <= came.earlier.largest:
+        # children that an earlier arrangement has are as thin as they were there
+        changed = came.same.changed
+        only = np.flatnonzero(changed.take(parent))
+        asked = changed.take(rows[:, 0]) | changed.take(rows[:, 1])
+        rows = rows.take(np.flatnonzero(asked), axis=0)
+        t, parent = t.take(only, axis=0), parent.take(only)
+
+    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, rows
+    thin: np.ndarray = thin_children(*faces, children.x, t, parent, _SAFETY * ULP * largest)
+    children.n_thin, children.largest = len(thin), largest
+    return thin if only is None else only[thin]
 
 
 def near_pairs(contacts: Contacts) -> np.ndarray:

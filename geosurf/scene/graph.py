@@ -426,11 +426,8 @@ class Graph:
 
     def _cells(self) -> Cells:
         """Cells of the patches: names, rules and contacts do not change them."""
-        patches, known = self.patches, self.memory.known_pairs(self._enclosed)
-        return self.memory.stored_for(
-            patches, ("cells", self._patches_key),
-            lambda: find_cells(patches, known.arrangement_of(patches.pieces)),
-        )  # fmt: skip
+        key, made = ("cells", self._patches_key), self.memory.arrangement_of(self.patches)
+        return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches, made))
 
     @cached_property
     def units_key(self) -> Hashable:

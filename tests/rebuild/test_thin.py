@@ -10,7 +10,7 @@ from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
-from geosurf.kernels.cutting.thin_pieces import thin_children
+from geosurf.kernels.cutting.thin_pieces import largest_coordinate, thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.model import Lattice
 
@@ -45,8 +45,7 @@ def contacts(pairs, codes=(), coplanar=0):
 def thin(x, t, rows, y, children, parent, reach):
     """Whether children are thin, by the kernel."""
     m, w = frame_of(x, len(t))
-    part = reach / np.abs(x[t[parent]]).max()
-    found = thin_children(x, t, m, w, rows, y, children, parent, part)
+    found = thin_children(x, t, m, w, rows, y, children, parent, reach)
     mask = np.zeros(len(children), dtype=bool)
     mask[found] = True
     return mask
@@ -136,7 +135,8 @@ def test_thin_is_the_same_by_any_search():
         of = find_contacts(surfaces, self_intersections=True)
         children = cut_contacts(of)
         frame = of.x, of.t, of.m.copy(), of.w, of.rows
-        rows = thin_children(*frame, children.x, children.triangles, children.parent, 0.03)
+        limit = 0.03 * largest_coordinate(of.x, of.t, children.parent)
+        rows = thin_children(*frame, children.x, children.triangles, children.parent, limit)
         corners = np.sort(children.x[children.triangles[rows]].view("f8,f8,f8")[..., 0], axis=1)
         found.append({(int(of.surface_of_face[p]), c.tobytes())
                       for p, c in zip(children.parent[rows], corners, strict=True)})  # fmt: skip

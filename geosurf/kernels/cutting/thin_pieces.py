@@ -44,9 +44,14 @@ def _cross_of_sides(x, i, j, k):
 
 
 @scalar
-def _write_normals(x, t, normal):
-    """Unit normals of faces."""
+def _write_normals(x, t, rows, normal):
+    """Unit normals of the faces of some contacts."""
+    wanted = np.zeros(t.shape[0], dtype=np.bool_)
+    for k in range(rows.shape[0]):
+        wanted[rows[k, TRIANGLE_A]] = wanted[rows[k, TRIANGLE_B]] = True
     for i in range(t.shape[0]):
+        if not wanted[i]:
+            continue
         nx, ny, nz, square, _ = _cross_of_sides(x, t[i, 0], t[i, 1], t[i, 2])
         size = max(np.sqrt(square), _LEAST)
         normal[i, 0], normal[i, 1], normal[i, 2] = nx / size, ny / size, nz / size
@@ -85,14 +90,27 @@ def _counts(x, t, m, w, rows, k, normal):
     return not (_beyond_an_edge(x, t, m, w, i, j) or _beyond_an_edge(x, t, m, w, j, i))
 
 
+@entry("d2 l2 l1 -> d")
+def largest_coordinate(x, t, parent):
+    """Largest coordinate of the parents of some children: rounding scales with it."""
+    largest = 0.0
+    for c in range(parent.shape[0]):
+        # Children of one parent are adjacent: each parent is read once.
+        if c == 0 or parent[c] != parent[c - 1]:
+            for k in range(3):
+                for axis in range(3):
+                    largest = max(largest, abs(x[t[parent[c], k], axis]))
+    return largest
+
+
 @entry("d2 l2 l1 l1 l2 d2 l2 l1 d -> l1")
-def thin_children(x, t, m, w, rows, y, children, parent, part):
+def thin_children(x, t, m, w, rows, y, children, parent, limit):
     """Rows of the thin children; corners of faces are in `x`, those of children in `y`.
 
-    `rows` are contacts of faces; the limit is `part` times the largest coordinate of all parents.
+    `rows` are all contacts of the parents; the limit is a height [m].
     """
     normal = np.empty((t.shape[0], 3))
-    _write_normals(x, t, normal)
+    _write_normals(x, t, rows, normal)
 
     # The flattest contact of each face, as a squared sine.
     flattest = np.ones(t.shape[0])  # squares of sines
@@ -105,15 +123,7 @@ def thin_children(x, t, m, w, rows, y, children, parent, part):
             square = nx * nx + ny * ny + nz * nz
             flattest[i], flattest[j] = min(flattest[i], square), min(flattest[j], square)
 
-    # The limit scales with the largest coordinate: rounding does.
-    largest = 0.0
-    for c in range(children.shape[0]):
-        # Children of one parent are adjacent: each parent is read once.
-        if c == 0 or parent[c] != parent[c - 1]:
-            for k in range(3):
-                for axis in range(3):
-                    largest = max(largest, abs(x[t[parent[c], k], axis]))
-    reach = (part * largest) ** 2
+    reach = limit**2
 
     # Squared height = squared cross product / squared longest side.
     thin = np.empty(children.shape[0], dtype=np.int64)
