@@ -91,6 +91,8 @@ def _merged(
     asked = [pair for pair in pairs if not (common[pair[0]] and common[pair[1]])]
     if not asked:
         return None
+    for pair in stay:  # stored contacts of these pairs are in use: later scenes may need them
+        options["known"].of(*pair, False, None, options["origin"].tobytes())
     given = {key: value for key, value in options.items() if key != "self_intersections"}
     new = find_contacts(surfaces, pairs=asked, **given)
 
