@@ -16,6 +16,9 @@ many units      30 of 301 x 301, 20 faults that cross 20 others; only if named
 
 Ratios are of wall times, then of processor times, which count both threads. On a machine that
 others use, read the latter.
+
+``--cores`` compares one thread with two: wall times of each model, in processes in turn. It says
+nothing on a machine that others use.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import resource
 import subprocess
 import sys
@@ -157,10 +161,12 @@ def _shifted(fault: gs.TriSurface, east: float) -> tuple[np.ndarray, np.ndarray]
     return fault.vertices + np.array([east, 0.0, 0.0]), fault.triangles
 
 
-def in_child(name: str) -> dict[str, Any]:
-    """What `measure` finds in a process of its own."""
+def in_child(name: str, n_thread: int | None = None) -> dict[str, Any]:
+    """What `measure` finds in a process of its own, with the usual number of threads or another."""
     command = [sys.executable, "-m", "benchmarks.results", "--one", name]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    threads = {} if n_thread is None else {"GEOSURF_THREADS": str(n_thread)}
+    env = {**os.environ, **threads}
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=env)
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return found
 
@@ -211,6 +217,23 @@ def print_tables(names: list[str], repeat: int) -> None:
             )
 
 
+def print_cores(names: list[str], repeat: int) -> None:
+    """Print one row per model: medians of the wall times in one thread and in two."""
+    print(
+        "| model | units | model, one thread [s] | two [s] | times as fast | "
+        "certificate, one thread [s] | two [s] | times as fast | memory, one thread [MB] | two |"
+    )
+    print("|---" * 10 + "|")
+    for name in (one for one in names if one != CHANGES):
+        runs = [(in_child(name, 1), in_child(name, 2)) for _ in range(repeat)]
+        cells = []
+        for key in ("model", "certificate"):
+            one, two = (float(np.median([run[k][key]["wall"] for run in runs])) for k in (0, 1))
+            cells += [f"{one:.3f}", f"{two:.3f}", f"{one / two:.2f}"]
+        cells += [f"{max(run[k]['memory, certificate'] for run in runs):.0f}" for k in (0, 1)]
+        print(f"| {name} | {runs[0][0]['units']} | {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     """Parse the options, and measure."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.results")
@@ -218,13 +241,15 @@ def main() -> None:
         "models", nargs="*", help=f"some of {[*MODELS, CHANGES]}; default: {DEFAULT}"
     )
     parser.add_argument("--repeat", type=int, default=3, help="runs of each model (default: 3)")
+    parser.add_argument("--cores", action="store_true", help="compare one thread with two")
     parser.add_argument("--one", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
         found = measure_changes() if options.one == CHANGES else measure(options.one)
         print(json.dumps(found))
         return
-    print_tables(options.models or DEFAULT, options.repeat)
+    table = print_cores if options.cores else print_tables
+    table(options.models or DEFAULT, options.repeat)
 
 
 if __name__ == "__main__":
