@@ -136,10 +136,24 @@ def thickness_map(
     row_of = {name: row for row, name in enumerate(units)}
     west, east, south, north = units.box[:4]
     middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
-    found = passages(units, [row_of[unit.name] for unit in chosen], nodes.feet, middle)
+    rows = [row_of[unit.name] for unit in chosen]
+    cosine = np.ones((len(blocks), len(nodes.feet))) if kind == "isopach" else None
+    lines: list[_Lines] = [_Lines() for _ in chosen]
+    for some, found in passages(units, rows, nodes.feet, middle):
+        feet = nodes.feet[some]
+        for k, (unit, of_unit) in enumerate(zip(chosen, found, strict=True)):
+            _check_balance(unit, of_unit, feet)
+            lines[k].add(some, of_unit)
+        if cosine is None:
+            continue
+        for i, block in enumerate(blocks):
+            mine = [(u, p) for u, p in zip(chosen, found, strict=True) if u.block == block]
+            cosine[i, some] = _cosine(mine, len(feet), horizons)
     for i, block in enumerate(blocks):
-        mine = [(u, p) for u, p in zip(chosen, found, strict=True) if u.block == block]
-        values[i] = _block(mine, nodes.feet, kind, horizons)
+        of_block = [k for k, unit in enumerate(chosen) if unit.block == block]
+        values[i] = _block([lines[k] for k in of_block], len(nodes.feet))
+    if cosine is not None:
+        values *= cosine
     large = {unit.block for unit in units.without_slivers if unit.zone == zone}
     words, definition = _WORDS[kind]
     attrs: dict[str, Any] = {
@@ -273,24 +287,42 @@ def _axis_attrs(name: str) -> dict[str, str]:
     return {"units": "m", "long_name": name}
 
 
-def _block(
-    mine: Sequence[tuple[Unit, Passages]], feet: np.ndarray, kind: str, horizons: Sequence[str]
-) -> np.ndarray:
+class _Lines:
+    """Passages of one unit, without triangles."""
+
+    def __init__(self) -> None:
+        self.parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def add(self, some: np.ndarray | slice, found: Passages) -> None:
+        """Add those of some feet."""
+        foot = found.foot + (some.start or 0) if isinstance(some, slice) else some[found.foot]
+        self.parts.append((foot.astype(np.int32), found.way.astype(np.int8), found.elevation))
+
+    def by_foot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Foot, way and elevation of all, foot by foot: sums have the order of a single group."""
+        foot, way, elevation = (np.concatenate(of) for of in zip(*self.parts, strict=True))
+        alone = len(self.parts) == 1
+        self.parts.clear()
+        if alone:
+            return foot, way, elevation
+        order = np.argsort(foot, kind="stable")
+        return foot[order], way[order], elevation[order]
+
+
+def _block(lines: Sequence[_Lines], n_foot: int) -> np.ndarray:
     """Thickness at the feet of some units that do not overlap; NaN where there is none."""
-    total, seen = np.zeros(len(feet)), np.zeros(len(feet), dtype=bool)
-    for unit, found in mine:
-        _check_balance(unit, found, feet)
-        if not len(found.foot):
+    total, seen = np.zeros(n_foot), np.zeros(n_foot, dtype=bool)
+    for of_unit in lines:
+        foot, way, elevation = of_unit.by_foot()
+        if not len(foot):
             continue
 
         # heights count from a level near the unit, so that little is lost in the sum
-        level = np.round(found.elevation.mean())
+        level = np.round(elevation.mean())
 
         # each line leaves through the top (+) and enters through the base (-): the sum is thickness
-        total += np.bincount(found.foot, found.way * (found.elevation - level), minlength=len(feet))
-        seen[found.foot] = True
-    if kind == "isopach":
-        total *= _cosine(mine, len(feet), horizons)
+        total += np.bincount(foot, way * (elevation - level), minlength=n_foot)
+        seen[foot] = True
     return np.where(seen, total, np.nan)
 
 

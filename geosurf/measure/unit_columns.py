@@ -6,8 +6,8 @@ listed. Triangles that curves touch, and those of surfaces without a grid, are s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -15,8 +15,11 @@ from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.measure.columns import cross_columns, elevations
 from geosurf.measure.grid_cells import keys_at, keys_of_runs, runs_of_keys
+from geosurf.measure.parts import groups_by_tile, stays_in_store
 from geosurf.model import Unit, Units
 from geosurf.model.pieces import Pieces
+
+AT_ONCE = 1 << 18  # lines whose triangles of grids are in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +60,9 @@ class _Met:
 
 def passages(
     units: Units, rows: Sequence[int], feet: np.ndarray, middle: np.ndarray
-) -> list[Passages]:
+) -> Iterator[tuple[np.ndarray | slice, list[Passages]]]:
     """
-    Find where vertical lines enter and leave some units.
+    Find where vertical lines enter and leave some units, some lines at a time.
 
     Parameters
     ----------
@@ -71,10 +74,12 @@ def passages(
     middle : ndarray of float64, shape (2,)
         Feet on the rim of a triangle count as if they were a little nearer to this.
 
-    Returns
-    -------
-    list of Passages
-        One for each unit.
+    Yields
+    ------
+    rows : ndarray of int64, or slice
+        Of some feet; each foot is among one of these.
+    found : list of Passages
+        One for each unit; feet are counted among these rows.
 
     Examples
     --------
@@ -83,7 +88,7 @@ def passages(
     >>> units = gs.Scene(world.horizons, world.faults, world.box).units
     >>> west, east, south, north = world.box[:4]
     >>> middle = np.array([0.5 * (west + east), 0.5 * (south + north)])
-    >>> found = passages(units, [0, 1], middle[None], middle)
+    >>> ((_, found),) = passages(units, [0, 1], middle[None], middle)
     >>> sorted(len(one.foot) for one in found)
     [0, 2]
     """
@@ -91,17 +96,36 @@ def passages(
     try:
         pieces, sides = units.piece_sides
     except InputError:  # units that were not carved have their triangles only
-        return [_of_shell(listed[u], feet, middle) for u in rows]
+        yield slice(None), [_of_shell(listed[u], feet, middle) for u in rows]
+        return
     elements = [units.elements_of(u) for u in rows]
     wanted = distinct(*elements)
     local, middle = feet - pieces.origin[:2], middle - pieces.origin[:2]
-    met = _joined(
-        [
-            _on_triangles(pieces, sides, wanted, local, middle),
-            *_on_grids(pieces, sides, wanted, local, middle),
-        ]
-    )
-    return [_of_unit(met, u, local) for u in rows]
+
+    # triangles near curves are few, and searched for all lines at once; grids are not
+    near = _on_triangles(pieces, sides, wanted, local, middle)
+    number = np.full(len(feet), -1)
+    for some in _groups(units, pieces, feet):
+        number[some] = np.arange(len(feet[some]))
+        of = _among(near, number)
+        number[some] = -1
+        met = _joined([of, *_on_grids(pieces, sides, wanted, local[some], middle)])
+        yield some, [_of_unit(met, u, local[some]) for u in rows]
+
+
+def _groups(units: Units, pieces: Pieces, feet: np.ndarray) -> Iterator[np.ndarray | slice]:
+    """Rows of feet whose triangles are in memory together; above one tile of a store."""
+    if stays_in_store(units):
+        yield from groups_by_tile(pieces, feet)
+    else:
+        yield from (slice(low, low + AT_ONCE) for low in range(0, max(len(feet), 1), AT_ONCE))
+
+
+def _among(met: _Met, number: np.ndarray) -> _Met:
+    """What lines from the feet with a number pass, by that number; others have -1."""
+    rows = np.flatnonzero(number[met.foot] >= 0)
+    found = _Met(*(getattr(met, one.name)[rows] for one in fields(_Met)))
+    return replace(found, foot=number[found.foot])
 
 
 def _of_shell(unit: Unit, feet: np.ndarray, middle: np.ndarray) -> Passages:

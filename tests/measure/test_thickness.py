@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, synthetic
 from geosurf.errors import InputError, InvariantError
-from geosurf.measure import thickness_map
+from geosurf.measure import thickness_map, unit_columns
 from geosurf.measure.columns import cross_columns
 from geosurf.model import Unit, Units
 from tests.measure.worlds import BOX, faulted, level, slope
@@ -279,3 +279,19 @@ def test_a_shell_that_leaks_is_told():
     leaky = Unit(triangles=np.delete(unit.triangles, up, axis=0), **fields)
     with pytest.raises(InvariantError, match="left more often than entered at easting"):
         thickness_map(Units([leaky], BOX), unit.zone)
+
+
+@pytest.mark.parametrize("kind", ["isochore", "isopach"])
+def test_law_maps_are_the_same_some_lines_at_a_time(graben, kind, monkeypatch):
+    zones = {unit.zone: None for unit in graben.units.values()}
+
+    def maps():
+        found = [
+            thickness_map(graben.units, zone, 71.0, kind=kind, horizons=graben.horizon_names)
+            for zone in zones
+        ]
+        return [one.values.tobytes() for one in found]
+
+    whole = maps()
+    monkeypatch.setattr(unit_columns, "AT_ONCE", 50)
+    assert maps() == whole
