@@ -2,7 +2,7 @@
 
 ===========  ===============================================================
 scenes       what is measured, by name and size
-tasks        the timed calls of geosurf
+tasks        the timed calls of geosurf; starts: those of whole processes
 peers        the same of other packages
 jobs, child  one measurement in a process of its own, pinned to one core
 judge        whether a timed answer is right; truth, distance: how that is known

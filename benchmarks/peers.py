@@ -28,7 +28,8 @@ import numpy as np
 
 from benchmarks.scenes import Mesh, Setting
 from benchmarks.solids import body_below, body_beside
-from benchmarks.tasks import TASKS, Task, pieces_answer, segments_answer, start_process
+from benchmarks.starts import start_process
+from benchmarks.tasks import TASKS, Task, pieces_answer, segments_answer
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 

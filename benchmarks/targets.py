@@ -228,6 +228,13 @@ TARGETS = (
         within=1.5,
     ),
     Target(
+        "start of a run",
+        "Start of Python to end: a scenario of two grids and a fault, all results but pictures",
+        ("start of a run", "S1", 2e3),
+        kind="start",
+        within=0.5,
+    ),
+    Target(
         "first start from files",
         "The same for the first time: no bytecode of geosurf, no kept kernels",
         ("start from files", "S1", 2e3),

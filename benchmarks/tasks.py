@@ -8,11 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
-import shutil
-import subprocess
-import sys
 import tempfile
-import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +18,15 @@ import numpy as np
 
 from benchmarks import geology, truth
 from benchmarks.distance import hausdorff
-from benchmarks.installed import Start, prepare_start
+from benchmarks.installed import prepare_start
 from benchmarks.scenes import Setting
+from benchmarks.starts import (
+    small_scenario,
+    start_from_files,
+    start_of_run,
+    start_process,
+    two_files,
+)
 from geosurf.carve import carve_units
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Curves, Patches, Units
@@ -39,9 +42,6 @@ _START = (
     "T('B','surface',[[3,-1,-5],[3,9,-5],[3,4,9]],[[0,1,2]])]);"
     "raise SystemExit(c.n_curve!=1)"
 )
-
-
-_FROM_FILES = "import sys; from geosurf.cli import main; raise SystemExit(main(sys.argv[1:]))"
 
 
 @dataclass(frozen=True)
@@ -126,37 +126,6 @@ def _floor(setting: Setting, options: dict) -> float:
             bounds = [(block.min(), block.max()) for block in blocks]
             total += float(min(b[0] for b in bounds) + max(b[1] for b in bounds))
     return total
-
-
-def start_process(code: str, environment: dict[str, str] | None = None, *words: str) -> int:
-    """Run some Python in a new interpreter, from its start to its end; not from this folder."""
-    return subprocess.run(
-        [sys.executable, "-P", "-c", code, *words],
-        check=True, env=environment, stdout=subprocess.DEVNULL,
-    ).returncode  # fmt: skip
-
-
-def _two_files(setting: Setting, options: dict) -> tuple[Start, Path]:
-    """What a start is timed in, and a folder with two grids as Irap files that cross."""
-    from geosurf.synthetic.world import make_horizon
-    from geosurf.write import write
-
-    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-files-"))
-    weakref.finalize(start, shutil.rmtree, folder, ignore_errors=True)
-    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: -1790.0 + 0.01 * y}
-    for name, level in levels.items():
-        grid = make_horizon(name, (0.0, 2000.0, 0.0, 2000.0), 41, level, (0.0, 0.0, 0.0))
-        write(grid, folder / f"{name}.gri")
-    return start, folder
-
-
-def _start_from_files(made: tuple[Start, Path], options: dict) -> int:
-    """The curve of the two files, by the command that users have, as a file; its size."""
-    start, folder = made
-    one, two, out = (str(folder / name) for name in ("one.gri", "two.gri", "curve.vtp"))
-    words = ("curves", one, two, "-o", out, "--positive", "up", "--length-unit", "m")
-    start_process(_FROM_FILES, start.environment, *words)
-    return Path(out).stat().st_size
 
 
 # ---- answers ---------------------------------------------------------------------------
@@ -293,6 +262,7 @@ TASKS = {
     "start": Task(
         lambda s, o: prepare_start(o), lambda s, o: start_process(_START, s.environment), _nothing
     ),
-    "start from files": Task(_two_files, _start_from_files, lambda s, n: {"bytes": n}),
+    "start from files": Task(two_files, start_from_files, lambda s, n: {"bytes": n}),
+    "start of a run": Task(small_scenario, start_of_run, lambda s, n: {"bytes": n}),
     "truth": Task(_itself, _truth, _truth_answer),
 }

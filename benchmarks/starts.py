@@ -1,0 +1,86 @@
+"""Starts of whole processes: from the start of Python to files with results."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import weakref
+from pathlib import Path
+
+from benchmarks.installed import Start, prepare_start
+from benchmarks.scenes import Setting
+
+_COMMAND = "import sys; from geosurf.cli import main; raise SystemExit(main(sys.argv[1:]))"
+_SCENARIO = """positive = "up"
+length_unit = "m"
+[[horizons]]
+name = "one"
+file = "one.gri"
+[[horizons]]
+name = "two"
+file = "two.gri"
+[[faults]]
+name = "F1"
+file = "F1.ts"
+"""
+
+
+def start_process(code: str, environment: dict[str, str] | None = None, *words: str) -> int:
+    """Run some Python in a new interpreter, from its start to its end; not from this folder."""
+    return subprocess.run(
+        [sys.executable, "-P", "-c", code, *words],
+        check=True, env=environment, stdout=subprocess.DEVNULL,
+    ).returncode  # fmt: skip
+
+
+def two_files(setting: Setting, options: dict) -> tuple[Start, Path]:
+    """What a start is timed in, and a folder with two grids as Irap files that cross."""
+    from geosurf.synthetic.world import make_horizon
+    from geosurf.write import write
+
+    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-files-"))
+    weakref.finalize(start, shutil.rmtree, folder, ignore_errors=True)
+    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: -1790.0 + 0.01 * y}
+    for name, level in levels.items():
+        grid = make_horizon(name, (0.0, 2000.0, 0.0, 2000.0), 41, level, (0.0, 0.0, 0.0))
+        write(grid, folder / f"{name}.gri")
+    return start, folder
+
+
+def start_from_files(made: tuple[Start, Path], options: dict) -> int:
+    """The curve of the two files, by the command that users have, as a file; its size."""
+    start, folder = made
+    one, two, out = (str(folder / name) for name in ("one.gri", "two.gri", "curve.vtp"))
+    words = ("curves", one, two, "-o", out, "--positive", "up", "--length-unit", "m")
+    start_process(_COMMAND, start.environment, *words)
+    return Path(out).stat().st_size
+
+
+def small_scenario(setting: Setting, options: dict) -> tuple[Start, Path]:
+    """What a start is timed in, and a folder with a scenario: two grids and a fault."""
+    from geosurf.model import TriSurface
+    from geosurf.synthetic.world import make_horizon
+    from geosurf.write import write
+
+    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-run-"))
+    weakref.finalize(start, shutil.rmtree, folder, ignore_errors=True)
+    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: -1900.0 + 0.01 * y}
+    for name, level in levels.items():
+        grid = make_horizon(name, (0.0, 2000.0, 0.0, 2000.0), 41, level, (0.0, 0.0, 0.0))
+        write(grid, folder / f"{name}.gri")
+    corners = [[900, -500, -2500], [900, 2500, -2500], [1100, -500, -1200], [1100, 2500, -1200]]
+    fault = TriSurface("F1", "fault", corners, [[0, 1, 3], [0, 3, 2]])
+    write(fault, folder / "F1.ts")
+    (folder / "scenario.toml").write_text(_SCENARIO, encoding="utf-8")
+    return start, folder
+
+
+def start_of_run(made: tuple[Start, Path], options: dict) -> int:
+    """All results of the scenario but pictures, by the command that users have; the page's size."""
+    start, folder = made
+    out = folder / "out"
+    words = ("run", str(folder / "scenario.toml"), "-o", str(out), "--no-pictures", "--quiet")
+    start_process(_COMMAND, start.environment, *words)
+    return (out / "report" / "index.html").stat().st_size
