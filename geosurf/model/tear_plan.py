@@ -55,6 +55,36 @@ class DataUse:
 
 
 @dataclass(frozen=True, eq=False)
+class BaseHeights:
+    """
+    Heights of a sheet next to its faults, from which traces of slightly other data are drawn.
+
+    Attributes
+    ----------
+    nodes : ndarray of int64 (n,)
+        Nodes that were solved for, increasing.
+    off_data : ndarray (n,)
+        How far each lies above the mean of its data [m]; NaN without data.
+    bridged : ndarray of int64
+        Nodes between both walls of a fault.
+    walls : tuple of ndarray (4, n)
+        By trace: share of its length, distance of the left and the right cut-off [cells], throw
+        [m].
+    smear : ndarray (n,) or None
+        Spread of the errors of ignored data, by distance from a fault [m].
+    apart : tuple of int
+        Traces whose walls were rebuilt without each other.
+    """
+
+    nodes: np.ndarray
+    off_data: np.ndarray
+    bridged: np.ndarray
+    walls: tuple[np.ndarray, ...]
+    smear: np.ndarray | None
+    apart: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class TearPlan:
     """
     The trims and remedies of a sheet, for another sheet of the same lattice and faults.
@@ -82,6 +112,8 @@ class TearPlan:
         Throw that is lost there [m times cells].
     searched : bool
         Whether remedies were searched for; False if a given plan closed the sheet.
+    base : BaseHeights or None
+        None for scattered points, and where blocks without data were filled.
 
     Examples
     --------
@@ -104,3 +136,4 @@ class TearPlan:
     left_out: tuple[tuple[int, float, float], ...] = ()
     loss: float = 0.0
     searched: bool = True
+    base: BaseHeights | None = None

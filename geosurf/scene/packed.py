@@ -17,11 +17,12 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface
 from geosurf.model.sectors import Sector
 from geosurf.model.sheets import LostThrow
-from geosurf.model.tear_plan import DataUse, TearPlan
+from geosurf.model.tear_plan import BaseHeights, DataUse, TearPlan
 
 _CLASSES: dict[str, type] = {
     one.__name__: one
     for one in (
+        BaseHeights,
         DataUse,
         FaultCut,
         Lattice,

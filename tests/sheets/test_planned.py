@@ -28,6 +28,16 @@ def vertices(sheet):
     return sheet.surface.vertices
 
 
+def differences(one, other):
+    """How far apart heights of nodes are, increasing [m].
+
+    A node between both walls of a fault is of either, as the trace passes it: three of them count
+    as one wall here and as the other one there.
+    """
+    far = np.abs(one.lattice.elevation - other.lattice.elevation)
+    return np.sort(far[np.isfinite(far)])
+
+
 def bend(grid, size):
     """A smooth error of some metres, whose slope is a few per cent at most."""
     x, y = np.meshgrid(np.linspace(0, 3, grid.shape[1]), np.linspace(0, 2, grid.shape[0]))
@@ -50,9 +60,34 @@ def test_moved_data_are_torn_almost_as_without_a_plan(world, base):
     other = gs.tear_horizon(data, world.faults)
     assert not one.plan.searched
     # data near the fault may count in one and not in the other
-    far = np.abs(one.lattice.elevation - other.lattice.elevation)
-    assert np.nanmax(far) < 1.5  # of 56 m of throw
-    assert np.nanmean(far > 0.0) < 0.1
+    far = differences(one, other)
+    assert far[:-3].max() < 1.5  # of 56 m of throw
+    assert np.mean(far > 0.0) < 0.1
+
+
+def test_walls_of_the_base_case_give_what_two_more_solves_give(world, base):
+    data = bend(world.horizons["Top"], 8.0)
+    one, other = (
+        tear_from(plan, data, world.faults) for plan in (base.plan, replace(base.plan, base=None))
+    )
+    assert not one.plan.searched
+    assert vertices(one).tobytes() != vertices(other).tobytes()  # both ways were gone
+    far = differences(one, other)
+    assert far[:-3].max() < 1.0  # of 56 m of throw
+    assert far[:-3].mean() < 0.01
+    throws = [np.nanmax(sheet.cuts["F1"].throw) for sheet in (one, other)]
+    assert throws[0] == pytest.approx(throws[1], abs=0.2)
+
+
+@pytest.mark.parametrize("metres", [100.0, -400.0])
+def test_wrong_heights_of_the_base_case_are_caught(world, base, metres):
+    """Traces are some cells off then, or off the data."""
+    wrong = replace(base.plan.base, off_data=base.plan.base.off_data + metres)
+    sheet = tear_from(replace(base.plan, base=wrong), world.horizons["Top"], world.faults)
+    far = np.abs(sheet.lattice.elevation - base.lattice.elevation)
+    assert np.nanmax(far) < 3.0
+    throws = [np.nanmax(one.cuts["F1"].throw) for one in (sheet, base)]
+    assert throws[0] == pytest.approx(throws[1], abs=0.5)
 
 
 @pytest.mark.parametrize("other", [{"traces": ()}, {"shape": (3, 3)}, {"trims": (2.0, 2.0)}])

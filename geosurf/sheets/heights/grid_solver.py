@@ -102,10 +102,10 @@ class GridSolver:
         lost = self.grid.without(ignored)
         return self._network_across(lost)
 
-    def network_on(self, state: Heights, lost: np.ndarray) -> Network:
-        """Traces on solved heights, drawn again across some nodes: writes there."""
+    def network_on(self, heights: np.ndarray, lost: np.ndarray) -> Network:
+        """Traces on the heights of the grid, drawn again across some nodes: writes there."""
         self.grid.mark(lost)
-        state.values[lost] = np.nan
+        heights[lost] = np.nan
         return self._network_across(lost[self.present[lost]])
 
     def _network_across(self, lost: np.ndarray) -> Network:

@@ -135,15 +135,19 @@ def _retraced(solver: Solver, selection: Selection, evidence: Evidence, state: H
     """The same heights with traces on them: bridged between both walls, no farther."""
     frame = solver.inputs.picks.frame
 
-    # nodes between both walls, where a gap has no rock: the drape is drawn across them
+    lost = distinct(bridged_nodes(state), state.unknown[np.isnan(state.values[state.unknown])])
+    network = solver.network_on(state.values, lost)
+    near = near_traces(frame, network.traces, MAP_REACH)
+    tears = Tears(network, near, network.cuts).between(network.solve)
+    return solver.solve(selection, tears, evidence).with_walls(frame)
+
+
+def bridged_nodes(state: Heights) -> np.ndarray:
+    """Nodes between both walls of traces, where a gap has no rock: drapes are drawn across them."""
     bridged = [state.unknown[:0]]
     for beside, walls in zip(state.near, state.walls, strict=True):
         widest = max(walls.left.max(initial=0.0), walls.right.max(initial=0.0))
         at = beside.within(widest + BRIDGE)
         gap = np.maximum(walls.gap(beside.place[at], beside.side[at]), 0.0)
         bridged.append(beside.node[at[beside.distance[at] < gap + BRIDGE]])
-    lost = distinct(*bridged, state.unknown[np.isnan(state.values[state.unknown])])
-    network = solver.network_on(state, lost)
-    near = near_traces(frame, network.traces, MAP_REACH)
-    tears = Tears(network, near, network.cuts).between(network.solve)
-    return solver.solve(selection, tears, evidence).with_walls(frame)
+    return distinct(*bridged)

@@ -126,10 +126,10 @@ class PointSolver:
         """Traces on the surface through the points in use."""
         return self.inputs.network(self.drape(ignored), np.flatnonzero(~self._touched(~ignored)))
 
-    def network_on(self, state: Heights, lost: np.ndarray) -> Network:
+    def network_on(self, heights: np.ndarray, lost: np.ndarray) -> Network:
         """Traces on solved heights, drawn again across some nodes: writes there."""
-        state.values[lost] = np.nan
-        return self.inputs.network_across(state.values, lost[self.present[lost]])
+        heights[lost] = np.nan
+        return self.inputs.network_across(heights, lost[self.present[lost]])
 
     def _touched(self, used: np.ndarray) -> np.ndarray:
         """Nodes of the cells of some points, bool (n_node,)."""

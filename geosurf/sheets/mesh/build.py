@@ -123,6 +123,7 @@ def build(
     at_any_cost: bool = False,
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
+    is_solved: bool = False,
     walls: dict[str, np.ndarray] | None = None,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
@@ -143,6 +144,8 @@ def build(
         What earlier attempts have found to be necessary.
     needs_more : callable, optional
         Whether holes that attempts have not changed need a longer fault: then the attempts end.
+    is_solved : bool
+        Whether the heights are those of the ends of tears in `start`.
     walls : dict, optional
         See `Built`.
 
@@ -164,13 +167,15 @@ def build(
     # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
+    if is_solved:
+        solved_for = start.shortened, start.untorn
     fewest, since = len(triangles.present), 0
     before: list[Sequence[Hole]] = []
     for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
-            state = _die_at_tips(state, repairs, rising, solve_again)
+            state = die_at_tips(state, repairs, rising, solve_again)
         built = replace(_attempt(setting, state, repairs), n_cut=n_before + 1)
         if not built.is_open:
             break
@@ -209,9 +214,7 @@ def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
     ]
 
 
-def _die_at_tips(
-    state: Heights, repairs: Repairs, rising: bool, solve_again: SolveAgain
-) -> Heights:
+def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: SolveAgain) -> Heights:
     """Where a tear would leak at its end, throw has to die there: its last link is not torn."""
     limits = state.network.solve.copy()
     # The ends as the mesh tears them, with the repairs so far.

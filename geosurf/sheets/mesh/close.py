@@ -28,7 +28,7 @@ from geosurf.sheets.heights.stand_in import StandIn, nodes_to_stand_in, stood_in
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.build import Built, NeedsMore, build
+from geosurf.sheets.mesh.build import Built, NeedsMore, SolveAgain, build
 from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
 from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.last_links import with_last_links
@@ -301,8 +301,9 @@ def built_of(
     at_any_cost: bool = False,
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
+    is_solved: bool = False,
 ) -> Built:
-    """The torn mesh, with ghosts on the sheets of their walls."""
+    """The torn mesh, with ghosts on the sheets of their walls; see `build`."""
     # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
     solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
@@ -313,12 +314,20 @@ def built_of(
         assert isinstance(solver, GridSolver)
         known, order = ghosts_by_picks(picks, weight, solver.grid.mark), solver.noise.order
     carry_on = carry_on_by(picks.frame, weight, known, order)
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    return build(
+        picks, rebuilt.state, surfaces, rising, carry_on, solved_again(rebuilt, surfaces),
+        at_any_cost, start, needs_more, is_solved,
+    )  # fmt: skip
+
+
+def solved_again(rebuilt: Rebuilt, surfaces: Sequence[TriSurface]) -> SolveAgain:
+    """Gives heights in which throw dies where tears end early."""
+    frame = rebuilt.solver.inputs.picks.frame
+    meshes = [mesh_in_frame(surface, frame) for surface in surfaces]
+    rising = rising_diagonal(frame.easting, frame.northing)
 
     def again(state: Heights, limits: np.ndarray, untorn: Sequence[Part]) -> Heights:
-        """Heights in which throw dies where tears end early."""
+        """The second pass, torn between other places; see `with_last_links`."""
         return with_last_links(rebuilt.torn_between(state, limits, untorn), limits, meshes, rising)
 
-    return build(
-        picks, rebuilt.state, surfaces, rising, carry_on, again, at_any_cost, start, needs_more
-    )  # fmt: skip
+    return again

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from geosurf.conventions import rising_diagonal
 from geosurf.model import TriSurface, frozen
 from geosurf.model.tear_plan import DataUse, TearPlan
 from geosurf.sheets.faults.network import Network
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.base_case import base_heights, on_base_heights
 from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
+from geosurf.sheets.heights.evidence import picks_in_gaps
 from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.heights.missing import missing_blocks
+from geosurf.sheets.heights.passes import Rebuilt, solver_of
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.close import Closed, Filling, built_of, rebuilt_of
+from geosurf.sheets.mesh.build import die_at_tips
+from geosurf.sheets.mesh.close import Closed, Filling, built_of, rebuilt_of, solved_again
 from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.repairs import Pair, Repairs
 
@@ -50,6 +58,7 @@ def plan_of(closed: Closed, loss: float, searched: bool) -> TearPlan:
         left_out=tuple((int(i), float(a), float(b)) for i, a, b in repairs.untorn),
         loss=float(loss),
         searched=searched,
+        base=None if closed.filled or len(closed.pinched) else base_heights(closed.rebuilt),
     )
 
 
@@ -74,20 +83,58 @@ def close_as_planned(
         return None
     surfaces, given = tuple(faults), Trims(plan.given_trims)
     trims = Trims(plan.trims, plan.use)
-    picks, rebuilt, filled, pinched = rebuilt_of(picks, surfaces, trims, noise, filling, plan.order)
-    refuse_empty_blocks(picks, rebuilt.state, [surface.name for surface in surfaces])
-    start = repairs_of(plan, rebuilt.state.network)
-    if start is None:
-        return None
+
+    def closed(rebuilt: Rebuilt, start: Repairs, is_solved: bool = False) -> Closed:
+        """The mesh with the repairs of the plan, and those that go on from there."""
+        built = built_of(picks, rebuilt, surfaces, False, start, is_beyond, is_solved)
+        return Closed(
+            picks, rebuilt, built, surfaces, (), trims, given, filled, pinched, built.n_cut
+        )  # fmt: skip
 
     def is_beyond(stuck: Sequence[Hole]) -> bool:
         """Whether holes that attempts have not changed are a matter for the search."""
         return any(hole.length > LARGE * picks.frame.cell for hole in stuck)
 
-    built = built_of(picks, rebuilt, surfaces, start=start, needs_more=is_beyond)
-    return Closed(
-        picks, rebuilt, built, surfaces, (), trims, given, filled, pinched, built.n_cut
-    )  # fmt: skip
+    # first with the walls of the plan, and traces on its heights
+    filled: list[dict] = []
+    pinched = np.empty(0, dtype=np.int64)
+    if not filling.carry and filling.other is None:
+        known = _on_base_heights(picks, surfaces, plan, noise, trims)
+        if known is not None:
+            found = closed(*known, is_solved=True)
+            if not found.built.is_open:
+                return found
+
+    # then from these data alone
+    picks, rebuilt, filled, pinched = rebuilt_of(picks, surfaces, trims, noise, filling, plan.order)
+    refuse_empty_blocks(picks, rebuilt.state, [surface.name for surface in surfaces])
+    start = repairs_of(plan, rebuilt.state.network)
+    return None if start is None else closed(rebuilt, start)
+
+
+def _on_base_heights(
+    picks: Picks | Scattered,
+    surfaces: Sequence[TriSurface],
+    plan: TearPlan,
+    noise: float | None,
+    trims: Trims,
+) -> tuple[Rebuilt, Repairs] | None:
+    """Heights with the walls of a plan and throw that dies where its tears end, and its repairs.
+
+    None if it has no heights, if traces are others, or a block has no data.
+    """
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    known = on_base_heights(solver_of(picks, meshes, trims, noise, highest=plan.order), plan)
+    start = None if known is None else repairs_of(plan, known.state.network)
+    if known is None or start is None:
+        return None
+    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
+    state = die_at_tips(known.state, start, rising, solved_again(known, surfaces))
+    state = state.with_walls(picks.frame)
+    if len(state.stray) or state.filled_blocks or missing_blocks(picks, state, meshes):
+        return None
+    state = replace(state, in_gap=picks_in_gaps(known.solver.inputs, state))
+    return replace(known, state=state), start
 
 
 def fits(plan: TearPlan, picks: Picks | Scattered, faults: Sequence[TriSurface]) -> bool:
