@@ -1,18 +1,20 @@
 """Meshes: welding, edges, parts, chains, orders and volumes, by integer keys.
 
-=============== ======================================================= ===============
-file            question                                                source
-=============== ======================================================= ===============
-`mesh`          Which vertices are equal, which edges shared? Patches.  union-find
-`radial_order`  In which order are triangles around an edge?            Weiler 1985
-`parts`         Which parts face each other around their edges? Cells.
-`volumes`       What are the volume below faces, area and bounds?       Knuth's two-sum
-`level_volumes` What volume of faces is above and below a level?        Knuth's two-sum
-`shells`        In which order are triangles? Which edges are open?     Hibbard 1963
-`polylines`     Which segments do polylines have?
-`chains`        Which curves do segments form?
-`linking`       Which segments of curves cannot overlap?
-`ranking`       What is the canonical order of points and segments?
-`numbering`     Which number has each key among the distinct ones?
-=============== ======================================================= ===============
+================= ======================================================= ===============
+file              question                                                source
+================= ======================================================= ===============
+`mesh`            Which vertices are equal, which edges shared? Patches.  union-find
+`radial_order`    In which order are triangles around an edge?            Weiler 1985
+`parts`           Which parts do surfaces have, and at which edges do they end?
+`seams`           Which parts face each other around their edges? Cells.
+`carried_pieces`  Which edges and patches are those of earlier pieces?
+`volumes`         What are the volume below faces, area and bounds?       Knuth's two-sum
+`level_volumes`   What volume of faces is above and below a level?        Knuth's two-sum
+`shells`          In which order are triangles? Which edges are open?     Hibbard 1963
+`polylines`       Which segments do polylines have?
+`chains`          Which curves do segments form?
+`linking`         Which segments of curves cannot overlap?
+`ranking`         What is the canonical order of points and segments?
+`numbering`       Which number has each key among the distinct ones?
+================= ======================================================= ===============
 """
