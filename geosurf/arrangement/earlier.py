@@ -31,12 +31,15 @@ class Kept:
     pieces : Pieces
     face : ndarray of int64, shape (n_triangle,)
         Face of the contacts that each triangle is of, or -1.
+    came : Origin, or None
+        Earlier pieces that these come from, until cells have been found.
     seams : (ndarray, ndarray), or None
         Triangles around each edge where cells meet, in order, once cells have been found.
     """
 
     pieces: Pieces
     face: np.ndarray
+    came: Origin | None = None
     seams: tuple[np.ndarray, np.ndarray] | None = None
 
 
@@ -77,8 +80,6 @@ class Earlier:
     collisions : int
         Distinct points that rounding put in one place.
     kept : Kept
-    made_of : Origin, or None
-        Of the pieces, if they come from an earlier arrangement.
     """
 
     keys: tuple[Hashable, ...]
@@ -104,7 +105,6 @@ class Earlier:
     n_thin: int
     largest: float
     kept: Kept
-    made_of: Origin | None
 
     @classmethod
     def of(
@@ -113,7 +113,6 @@ class Earlier:
         contacts: Contacts,
         children: Children,
         kept: Kept,
-        made_of: Origin | None,
     ) -> Earlier:
         """Return what later arrangements need of one; nothing that it holds is kept by views."""
         # a child has a row, but arrays of children and points have room for more
@@ -123,7 +122,7 @@ class Earlier:
             contacts.x.copy(), contacts.d.copy(), contacts.n_vertex, contacts.slip,
             contacts.options["pairs"], children.triangles.copy(), children.parent.copy(),
             children.cut, children.doubtful, len(children.x), children.collisions,
-            children.n_thin, children.largest, kept, made_of,
+            children.n_thin, children.largest, kept,
         )  # fmt: skip
 
 

@@ -240,11 +240,11 @@ def _seen(
     while True:
         # seams of other walls are those of other parts
         mine = made is not None and made.kept.pieces is pieces
-        kept, came = (made.kept, made.made_of) if made is not None and mine else (None, None)
-        if came is not None and walls_of(came.before.pieces) != walls_of(pieces):
-            came = None
+        kept = made.kept if made is not None and mine else None
+        if kept and kept.came and walls_of(kept.came.before.pieces) != walls_of(pieces):
+            kept.came = None
         parts = find_parts(pieces, bounds, connected=mine)
-        sides, piece, parents = joined_sides(patches, pieces, parts, kept, came)
+        sides, piece, parents = joined_sides(patches, pieces, parts, kept)
         owners, owner = _owners(pieces, parts)
         fixed = _outermost(pieces, parts, piece, owned_by_walls(patches, owners)[owner])
         floats = not np.isin(piece, fixed).all()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Kept, Origin
+from geosurf.arrangement.earlier import Kept
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
@@ -154,7 +154,7 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
 
 
 def joined_sides(
-    patches: Patches, pieces: Pieces, parts: Parts, kept: Kept | None, came: Origin | None
+    patches: Patches, pieces: Pieces, parts: Parts, kept: Kept | None
 ) -> tuple[np.ndarray, np.ndarray, Parents]:
     """
     Join the sides of parts around every edge.
@@ -165,9 +165,8 @@ def joined_sides(
     pieces : Pieces
     parts : Parts
     kept : Kept, optional
-        Of these pieces, for which the seams are kept.
-    came : Origin, optional
-        Where these pieces come from: seams that these have are not found again.
+        Of these pieces. Seams of pieces that they come from are not found again, and those of these
+        are kept.
 
     Returns
     -------
@@ -188,6 +187,7 @@ def joined_sides(
     torn = _with_rims(pieces, parts)
     sides[2 * torn + 1] = 2 * torn
     of = pieces.triangles, pieces.ring, pieces.link, parts.of_element
+    came = None if kept is None else kept.came
     seams0 = None if came is None else came.before.seams
     if came is None or seams0 is None:
         open_at = open_edges(*of)
@@ -227,7 +227,7 @@ def joined_sides(
         seams = np.concatenate([seams0, seams])
     join_seams(start, seams, parts.of_element, sides, piece)
     if kept is not None:
-        kept.seams = start, seams
+        kept.seams, kept.came = (start, seams), None
     return _roots(sides).reshape(-1, 2), _roots(piece), parents
 
 

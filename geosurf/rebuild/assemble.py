@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.arrangement.arrange import Children
-from geosurf.arrangement.earlier import Kept, Origin
+from geosurf.arrangement.earlier import Kept
 from geosurf.arrangement.search import Contacts
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
@@ -27,8 +27,8 @@ from geosurf.rebuild.untouched import NO_OTHERS, untouched
 _NO_KEYS = np.empty(0, dtype=np.int64)
 
 
-def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray, Origin | None]:
-    """The pieces of all surfaces, the edges (n, 2) of their curves, and what they come from."""
+def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
+    """The pieces of all surfaces, and the edges (n, 2) of their curves."""
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
     touched = np.zeros(len(contacts.t), dtype=bool)
     touched[contacts.rows[:, :2]] = True
@@ -76,8 +76,8 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray, 
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
         first_run, patch,
     )  # fmt: skip
-    origin = None if came is None else came.origin
-    return Kept(pieces, face), _in_order(rim, len(x)), origin
+    kept = Kept(pieces, face, None if came is None else came.origin)
+    return kept, _in_order(rim, len(x))
 
 
 def _in_order(edges: np.ndarray, n: int) -> np.ndarray:

@@ -77,9 +77,9 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     added unless it was repaired.
     """
     contacts, children, moves = cut_soundly(contacts, known)
-    kept, rim, origin = assemble(contacts, children)
+    kept, rim = assemble(contacts, children)
     if known is not None and not moves["moved_vertices"]:
-        one = Earlier.of(known.keys, contacts, children, kept, origin)
+        one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])
     report = {
         "cut_triangles": len(children.cut),
