@@ -14,6 +14,7 @@ import json
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 import warnings
 from pathlib import Path
@@ -31,6 +32,7 @@ MEASURES = {
     "sample": "sample of 10 000 points",
     "section": "section along the map",
     "picture": "map of a horizon",
+    "units": "picture of all units",
 }
 WAYS = ("read", "curves", "volumes", *MEASURES)
 
@@ -120,6 +122,9 @@ def measure(scene: gs.Scene, way: str) -> None:
         scene.sample(rng.uniform(low, high, size=(10_000, 3)), codes=True)
     elif way == "section":
         scene.section([(west, 0.3 * south + 0.7 * north), (east, 0.6 * south + 0.4 * north)])
+    elif way == "units":
+        with tempfile.TemporaryDirectory() as folder:
+            gs.render_scene(scene, Path(folder) / "units.png", show=("units",), exploded=0.3)
     else:
         scene.plot_map("Top")
 
