@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+import threading
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.certificate import certify, certify_repeated, same_bytes
 from geosurf.carve.certificate.by_runs import checks_by_runs
 from geosurf.carve.shells import _Carved
 from geosurf.errors import InputError, OpenUnitError
@@ -74,6 +76,26 @@ def test_lines_by_runs_are_those_by_triangles(seed):
     assert "local" not in patches.__dict__  # nothing was listed
     assert lines(fast) == lines(certify(patches, units, by="triangles").checks)
     assert same_bytes(patches, rebuild_surfaces(surfaces(seed))).passed
+
+
+@pytest.mark.parametrize("lacking", [None, 1])
+def test_the_second_run_waits_where_memory_holds_one_only(monkeypatch, lacking):
+    certificate = import_module("geosurf.carve.certificate.certify")
+    monkeypatch.setattr(certificate, "MANY", 0)
+    monkeypatch.setattr(certificate, "lack_of_room", lambda needed: lacking)
+    monkeypatch.setenv("GEOSURF_THREADS", "2")
+    patches = rebuild_surfaces(surfaces(1))
+    units, ran_in = carve_units(patches), []
+
+    def rebuild():
+        ran_in.append(threading.current_thread())
+        return rebuild_surfaces(surfaces(1))
+
+    found = certify_repeated(patches, units, rebuild)
+    assert (ran_in == [threading.main_thread()]) == (lacking is not None)
+    assert found.ok
+    monkeypatch.setenv("GEOSURF_THREADS", "1")
+    assert certify_repeated(patches, units, rebuild) == found
 
 
 def test_random_worlds_of_lattices_and_lists():
