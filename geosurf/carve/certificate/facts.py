@@ -70,8 +70,10 @@ class Facts:
     keys : (ndarray, ndarray, int)
         As `number_triangles` returns them for the triangles of the pieces.
     lattices : list of LatticeRuns
-    sums : ndarray of float64, shape (n_element, 14)
-        See `sums_of_runs`.
+    sums : ndarray of float64, shape (n_element, 8)
+        The first columns of `sums_of_runs`.
+    bounds : ndarray of float64, shape (n_run, 6)
+        Its other columns, of runs alone: boxes of triangles would be as large as all other columns.
     n_shared : int
         Vertices of `elements.local` up to this one belong to triangles that are all listed.
     heights : float
@@ -84,6 +86,7 @@ class Facts:
     keys: tuple[np.ndarray, np.ndarray, int]
     lattices: list[LatticeRuns]
     sums: np.ndarray
+    bounds: np.ndarray
     n_shared: int
     heights: float
 
@@ -194,7 +197,7 @@ class Facts:
         """A triangle of some runs, then those of wanted ones near boxes: see `Elements.near`."""
         n = len(self.patches.pieces.triangles)
         some = np.zeros(len(wanted), dtype=bool)
-        low, high = self.sums[n:, 8:11], self.sums[n:, 11:14]
+        low, high = self.bounds[:, :3], self.bounds[:, 3:]
         for box in boxes:
             some[n:] |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1) & wanted[n:]
         parts = [(np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))]
@@ -332,6 +335,7 @@ def _listed(
         joined.append(one.first + one.count(none, no_units)[1])
     lower, upper = _bounds(patches)
     within = ((sums[:, 8:11] >= lower) & (sums[:, 11:14] <= upper)).all(axis=1)
+    bounds, sums = sums[n:, 8:].copy(), sums[:, :8].copy()
     elements = Elements(
         pieces.sources, pieces.origin, surface, sums[:, 7].astype(np.int64), sums[:, 6], within,
         local, np.concatenate([pieces.triangles, *corners]), np.concatenate(element),
@@ -343,6 +347,6 @@ def _listed(
         return None
     keys = number[:n].copy(), rising[:n].copy(), 1 + int(number[:n].max())
     heights = min((one.lattice.map_height for one in lattices if one.graph), default=math.inf)
-    facts = Facts(patches, elements, cut, keys, lattices, sums, n_shared, heights)
+    facts = Facts(patches, elements, cut, keys, lattices, sums, bounds, n_shared, heights)
     object.__setattr__(elements, "near", partial(Facts.near, facts))
     return facts
