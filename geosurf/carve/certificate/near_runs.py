@@ -14,6 +14,7 @@ from geosurf.carve.certificate.facts import Facts
 from geosurf.carve.certificate.lattice_runs import LatticeRuns
 from geosurf.carve.certificate.near_tiles import NearTiles, tree_of_free, tree_of_lattice
 from geosurf.kernels.lattices.unlisted_triangles import mark_near
+from geosurf.model import TriSurface
 
 _NONE = np.empty(0, dtype=bool)
 
@@ -76,7 +77,8 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     map_threads(around, [(surface,) for surface in surfaces])
     corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
     if stored:
-        rows = [*lattices, *(facts.patches.sources[i] for i in surfaces)]
+        rows: list[LatticeRuns | TriSurface] = [*lattices]
+        rows += [facts.patches.sources[i] for i in surfaces]
         trees += map(tree_of_listed, surfaces)
         every = ((i, j) for i in range(len(lattices)) for j in range(i + 1, len(trees)))
         tiles = NearTiles(rows, trees, free, hit, facts.patches.sources, origin)
