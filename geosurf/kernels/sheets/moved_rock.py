@@ -36,10 +36,9 @@ def _bilinear(flat, start, n, m, u, v):
     return lower * (1.0 - g) + upper * g
 
 
-@entry("d2 d1 d1 d1 -> .")
-def values_in_table(table, u, v, out):
-    """Write the values of a table at broken rows and columns."""
-    flat, n, m = table.reshape(-1), table.shape[0], table.shape[1]
+@entry("d1 l l d1 d1 d1 -> .")
+def values_in_table(flat, n, m, u, v, out):
+    """Write the values of a table (n, m), row by row, at broken rows and columns."""
     for k in range(u.shape[0]):
         out[k] = _bilinear(flat, 0, n, m, u[k], v[k])
 
@@ -59,18 +58,16 @@ def across(flat, start, n, m, fault, s, z):
     return _in_table(flat, start, n, m, fault, s, within) + fault[3] * (z - within)
 
 
-@entry("d2 d1 d1 d1 d1 -> .")
-def across_fault(table, fault, s, z, out):
+@entry("d1 l l d1 d1 d1 d1 -> .")
+def across_fault(flat, n, m, fault, s, z, out):
     """Write where a fault is across strike: straight on past its ends, sloping on beyond."""
-    flat, n, m = table.reshape(-1), table.shape[0], table.shape[1]
     for k in range(s.shape[0]):
         out[k] = across(flat, 0, n, m, fault, s[k], z[k])
 
 
-@entry("d2 d d2 d1 d2 d1 d1 -> .")
-def distances_from_fault(axes, first, table, fault, xy, z, out):
+@entry("d2 d d1 l l d1 d2 d1 d1 -> .")
+def distances_from_fault(axes, first, flat, n, m, fault, xy, z, out):
     """Write how far places are from a fault at their elevation, across strike."""
-    flat, n, m = table.reshape(-1), table.shape[0], table.shape[1]
     for k in range(z.shape[0]):
         s = axes[0, 0] * xy[k, 0] + axes[0, 1] * xy[k, 1] - first
         r = axes[1, 0] * xy[k, 0] + axes[1, 1] * xy[k, 1]
@@ -128,24 +125,23 @@ def moved_particle(
     return to * a + r * c, to * b + r * d, low
 
 
-@entry("d2 d d2 d1 d2 l d d2 d1 d1 d1 d2 d1 -> .")
+@entry("d2 d d1 l l d1 d1 l l l d d2 d1 d1 d1 d2 d1 -> .")
 def move_rock(
-    axes, first, table, fault, lines, steps, reach, xy, z, part, throw, moved, lower
+    axes, first, flat, n, m, fault, lines, n_line, m_line, steps, reach, xy, z, part, throw,
+    moved, lower,
 ):  # fmt: skip
     """Write where particles are after the movement along a fault, `part` of its throw, down.
 
     `throw` has one value for all, or one for each. Movement dies away from the fault over `reach`,
     which may be infinite. A particle with no part stays where it is, to the last digit.
     """
-    n, m, n_line, m_line = table.shape[0], table.shape[1], lines.shape[0], lines.shape[1]
-    flat, flat_lines = table.reshape(-1), lines.reshape(-1)
     for k in range(z.shape[0]):
         if part[k] == 0.0:
             moved[k, 0], moved[k, 1], lower[k] = xy[k, 0], xy[k, 1], z[k]
             continue
         moved[k, 0], moved[k, 1], lower[k] = moved_particle(
             axes[0, 0], axes[0, 1], axes[1, 0], axes[1, 1], first, flat, 0, n, m, fault,
-            flat_lines, 0, n_line, m_line, steps, reach, xy[k, 0], xy[k, 1], z[k], part[k],
+            lines, 0, n_line, m_line, steps, reach, xy[k, 0], xy[k, 1], z[k], part[k],
             throw[k if throw.shape[0] > 1 else 0],
         )  # fmt: skip
 

@@ -84,13 +84,14 @@ class Section:
     def across(self, s: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Where the fault is across strike: straight on past its ends, at its mean dip beyond."""
         out = np.empty(len(s))
-        across_fault(self.table, self.shape, np.ascontiguousarray(s), np.ascontiguousarray(z), out)
+        at = np.ascontiguousarray(s), np.ascontiguousarray(z)
+        across_fault(self.table.ravel(), *self.table.shape, self.shape, *at, out)
         return out
 
     def distance(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
         """How far (n,) places (n, 2) are from the fault at their elevations, across strike."""
         out = np.empty(len(z))
-        of = (self.axes, self.first, self.table, self.shape)
+        of = (self.axes, self.first, self.table.ravel(), *self.table.shape, self.shape)
         distances_from_fault(*of, np.ascontiguousarray(xy), np.ascontiguousarray(z), out)
         return out
 
@@ -109,7 +110,8 @@ def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     array([2., 2.])
     """
     out = np.empty(len(u))
-    values_in_table(table, np.ascontiguousarray(u), np.ascontiguousarray(v), out)
+    at = np.ascontiguousarray(u), np.ascontiguousarray(v)
+    values_in_table(table.ravel(), *table.shape, *at, out)
     return out
 
 

@@ -165,7 +165,8 @@ class Slip:
         """
         if not part.any():
             return xy, z
-        section, lines = self.section, self.lines
+        section = self.section
+        lines = _STRAIGHT if self.lines is None else self.lines.table
         if isinstance(self.amount, EvenThrow):
             throw = self.amount.everywhere
         else:
@@ -173,8 +174,8 @@ class Slip:
             throw = self.amount(np.clip(s, 0.0, section.length), z, xy)
         moved, lower = np.empty_like(xy), np.empty_like(z)
         move_rock(
-            section.axes, section.first, section.table, section.shape,
-            _STRAIGHT if lines is None else lines.table, STEPS, self.reach,
+            section.axes, section.first, section.table.ravel(), *section.table.shape,
+            section.shape, lines.ravel(), *lines.shape, STEPS, self.reach,
             xy, z, part, throw, moved, lower,
         )  # fmt: skip
         return moved, lower
