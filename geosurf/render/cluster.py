@@ -80,7 +80,7 @@ def surfaces_at(
     >>> triangles = np.array([[0, 1, 2], [1, 2, 3], [3, 2, 4]])
     >>> meeting, several = surfaces_at(5, triangles, np.array([7, 7, 8]))
     >>> meeting.tolist(), several.tolist()
-    ([0, 0, 1, 1, 2], [False, False, True, True, False])
+    ([0, 0, 2, 2, 1], [False, False, True, True, False])
     """
     low = np.full(n_point, np.iinfo(np.int64).max)
     high = np.full(n_point, -1)
