@@ -5,11 +5,6 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 WARM := .venv/.warm
-
-# Tests start some hundred processes of geosurf: without bytecode each reads all sources again, a fifth of
-# the time of tests/cli. It goes to the git-ignored __pycache__ folders.
-unexport PYTHONDONTWRITEBYTECODE
-
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
 OLDEST := .venv-oldest/bin
