@@ -8,6 +8,7 @@ from geosurf.arrangement.earlier import Earlier
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.model import Patches, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.assemble import assemble
 from geosurf.rebuild.repair import cut_soundly
 
@@ -74,11 +75,13 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     """Cut the faces of known contacts and weld everything into patches.
 
     What earlier arrangements of the same surfaces found is taken from `known`, and this one is
-    added unless it was repaired.
+    added unless it was repaired or a horizon stays in its store.
     """
     contacts, children, moves = cut_soundly(contacts, known)
     kept, rim = assemble(contacts, children)
-    if known is not None and not moves["moved_vertices"]:
+    # Beside horizons that exceed memory there is no room for what another scene may take from it.
+    stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
+    if known is not None and not moves["moved_vertices"] and not stored:
         one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])
     report = {
