@@ -20,9 +20,10 @@ def stays_in_store(units: Units) -> bool:
 
 def groups_by_tile(pieces: Pieces, feet: np.ndarray) -> Iterator[np.ndarray]:
     """
-    Yield rows of places in the map: those above one tile of the first horizon in its store.
+    Yield rows of places in the map, tile by tile of the first horizon in its store.
 
-    Each group has `AT_ONCE` places at most, so that chunks are read one after the other.
+    Each group has `AT_ONCE` places, and the last one fewer. A group reads each chunk below it once;
+    what curves touch is listed once for each group, so that few places make one.
     """
     lattice = _first_chunked(pieces)
     assert lattice is not None
@@ -31,10 +32,8 @@ def groups_by_tile(pieces: Pieces, feet: np.ndarray) -> Iterator[np.ndarray]:
     j = np.searchsorted(lattice.easting[starts[1]], feet[:, 0], side="right")
     tile = i * (len(starts[1]) + 1) + j
     order = np.argsort(tile, kind="stable")
-    ends = np.flatnonzero(np.diff(tile[order])) + 1
-    for group in np.split(order, ends) if len(order) else []:
-        for first in range(0, len(group), AT_ONCE):
-            yield group[first : first + AT_ONCE]
+    for first in range(0, len(order), AT_ONCE):
+        yield order[first : first + AT_ONCE]
 
 
 def _first_chunked(pieces: Pieces) -> ChunkedLattice | None:
