@@ -35,18 +35,23 @@ def start_process(code: str, environment: dict[str, str] | None = None, *words: 
     ).returncode  # fmt: skip
 
 
-def two_files(setting: Setting, options: dict) -> tuple[Start, Path]:
-    """What a start is timed in, and a folder with two grids as Irap files that cross."""
+def _start_with_grids(options: dict, base: float) -> tuple[Start, Path]:
+    """What a start is timed in, and a folder with two grids as Irap files, the second at `base`."""
     from geosurf.synthetic.world import make_horizon
     from geosurf.write import write
 
-    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-files-"))
+    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-start-"))
     weakref.finalize(start, shutil.rmtree, folder, ignore_errors=True)
-    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: -1790.0 + 0.01 * y}
+    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: base + 0.01 * y}
     for name, level in levels.items():
         grid = make_horizon(name, (0.0, 2000.0, 0.0, 2000.0), 41, level, (0.0, 0.0, 0.0))
         write(grid, folder / f"{name}.gri")
     return start, folder
+
+
+def two_files(setting: Setting, options: dict) -> tuple[Start, Path]:
+    """What a start is timed in, and a folder with two grids as Irap files that cross."""
+    return _start_with_grids(options, base=-1790.0)
 
 
 def start_from_files(made: tuple[Start, Path], options: dict) -> int:
@@ -61,15 +66,9 @@ def start_from_files(made: tuple[Start, Path], options: dict) -> int:
 def small_scenario(setting: Setting, options: dict) -> tuple[Start, Path]:
     """What a start is timed in, and a folder with a scenario: two grids and a fault."""
     from geosurf.model import TriSurface
-    from geosurf.synthetic.world import make_horizon
     from geosurf.write import write
 
-    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-run-"))
-    weakref.finalize(start, shutil.rmtree, folder, ignore_errors=True)
-    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: -1900.0 + 0.01 * y}
-    for name, level in levels.items():
-        grid = make_horizon(name, (0.0, 2000.0, 0.0, 2000.0), 41, level, (0.0, 0.0, 0.0))
-        write(grid, folder / f"{name}.gri")
+    start, folder = _start_with_grids(options, base=-1900.0)
     corners = [[900, -500, -2500], [900, 2500, -2500], [1100, -500, -1200], [1100, 2500, -1200]]
     fault = TriSurface("F1", "fault", corners, [[0, 1, 3], [0, 3, 2]])
     write(fault, folder / "F1.ts")

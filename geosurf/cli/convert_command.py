@@ -136,7 +136,8 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
         if key == "resqml" and options.read_as is None:
             source.function = _of_resqml(path, options.name, suffix)
         # which one, where a file has several; elsewhere the name of what is written
-        named = source.function == "read_fault" or key in (*MESH_FORMATS, "resqml")
+        several = (*MESH_FORMATS, "resqml", "netcdf", "zarr")
+        named = source.function == "read_fault" or key in several
         if options.name is not None and named and source.function != "read_points":
             words["name"] = options.name
         words |= _of_table(source, options)

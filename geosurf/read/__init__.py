@@ -81,12 +81,13 @@ def read_horizon(
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
     format : str, optional
-        ``"irap"``, ``"netcdf"``, ``"zmap"``, ``"cps3"``, ``"surfer"``, ``"storm"``, ``"esri"``,
-        ``"gxf"``, ``"earthvision"``, ``"ijxyz"``, ``"tsurf"``, ``"resqml"``, ``"vtp"`` or
-        ``"mesh"``.
+        ``"irap"``, ``"netcdf"``, ``"zarr"``, ``"zmap"``, ``"cps3"``, ``"surfer"``, ``"storm"``,
+        ``"esri"``, ``"gxf"``, ``"earthvision"``, ``"ijxyz"``, ``"tsurf"``, ``"resqml"``,
+        ``"vtp"`` or ``"mesh"``.
         Overrides content and suffix.
     variable : str, optional
-        Which variable of a NetCDF file or Zarr store, where there are several.
+        Which variable of a NetCDF file or Zarr store, where there are several. Default: the one
+        with the name of the horizon.
 
     Returns
     -------

@@ -81,7 +81,7 @@ def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
         os.close(handle)
         kind = next((word for is_it, word in KINDS if is_it(kept.st_mode)), "something else")
         remedy = (
-            "Give the path of a file in it."
+            "Give the path of a file in it, or of a Zarr store, which has a zarr.json or .zgroup."
             if stat.S_ISDIR(kept.st_mode)
             else "Copy the data to a file and read that."
         )

@@ -106,7 +106,7 @@ def horizon_of(
     variable: str | None,
 ) -> xr.DataArray:
     """Return the horizon in a dataset; see `read_netcdf_horizon`. Dask arrays stay lazy."""
-    data = _pick(path, dataset, variable)
+    data = _pick(path, dataset, variable, name)
     what = f"{path}: variable {data.name!r}"
 
     # direction and unit as the file states them, or the caller; both have to agree
@@ -302,8 +302,8 @@ def _refuse_large_arrays(path: Path, dataset: xr.Dataset, size: int) -> None:
     refuse_large(path, COPIES * 8 * values, size, f"a dataset of {values} values")
 
 
-def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray:
-    """Return the gridded variable, or list what there is."""
+def _pick(path: Path, dataset: xr.Dataset, variable: str | None, name: str) -> xr.DataArray:
+    """Return the gridded variable; of several the one with the name of the horizon, or an error."""
     grids = {}
     for key, data in dataset.data_vars.items():
         # a time or layer of length 1 may come along; a grid may have one row
@@ -314,14 +314,19 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
     # A single grid needs no name.
     if variable is None and len(grids) == 1:
         return next(iter(grids.values()))
-    if is_word(variable, grids):
-        return grids[str(variable)]
+    wanted = name if variable is None else variable
+    if is_word(wanted, grids):
+        return grids[str(wanted)]
 
     # none, or several and no choice: list them, with the nearest name
     asked = "" if variable is None else f" {variable!r} is not one of them."
     guess = "" if variable is None else did_you_mean(variable, grids)
     is_fault = set(FAULT_DIMS) <= {str(dim) for dim in dataset.dims}
-    remedy = "If this is a fault, use read_fault." if is_fault else "Select one with variable=."
+    remedy = "Select one with variable= or name=; geosurf convert takes --name."
+    if is_fault:
+        remedy = "If this is a fault, use read_fault."
+    elif not grids:
+        remedy = "Export a grid of elevations over easting and northing."
     raise FormatError(
         f"{path}: found {counted(len(grids), 'variable')} on a two-dimensional grid, "
         f"{list(grids)}.{asked}{guess} {remedy}"

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
+from geosurf.cli import main
 from geosurf.errors import FormatError, InputError
 from geosurf.read import _in_parts, zarr_store
 
@@ -81,3 +82,35 @@ def test_damaged_and_other_folders_are_refused(tmp_path):
     (tmp_path / "other.zarr").mkdir()
     with pytest.raises(InputError, match="this is a folder"):
         gs.read_horizon(tmp_path / "other.zarr")
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_of_several_variables_the_name_selects_one(tmp_path, suffix, capsys):
+    path, two = tmp_path / f"field{suffix}", dataset().assign(Base=lambda d: d.depth + 100.0)
+    two.Base.attrs = two.depth.attrs
+    two.to_zarr(path, consolidated=False) if suffix == ".zarr" else two.to_netcdf(
+        path, engine="h5netcdf"
+    )
+    for how in ({}, {"name": "Top"}):
+        with pytest.raises(FormatError, match=r"'depth', 'Base'\]|'Base', 'depth'\]") as error:
+            gs.read_horizon(path, **how)
+        assert "name=; geosurf convert takes --name" in str(error.value)
+    base = gs.read_horizon(path, name="Base")
+    assert base.identical(gs.read_horizon(path, name="Base", variable="Base"))
+    assert float((gs.read_horizon(path, name="depth") - base).max()) == pytest.approx(30.48)
+
+    # the way of the command line, as the message has it
+    assert main(["convert", str(path), str(tmp_path / "base.gri"), "--name", "Base"]) == 0
+    one = gs.read_horizon(tmp_path / "base.gri", positive="up", length_unit="m")
+    np.testing.assert_allclose(one.values, base.values, atol=1e-3)
+
+
+def test_a_store_without_a_grid_and_a_folder_that_is_no_store(tmp_path):
+    xr.Dataset({"depth": ("easting", np.arange(3.0))}).to_zarr(
+        tmp_path / "line.zarr", consolidated=False
+    )
+    with pytest.raises(FormatError, match=r"found 0 variables .* Export a grid of elevations"):
+        gs.read_horizon(tmp_path / "line.zarr")
+    (tmp_path / "empty.zarr").mkdir()
+    with pytest.raises(InputError, match=r"Zarr store, which has a zarr\.json or \.zgroup"):
+        gs.read_horizon(tmp_path / "empty.zarr")

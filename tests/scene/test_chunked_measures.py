@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
+from geosurf.measure import locate, parts
 from geosurf.triangulate import chunked
 
 pytest.importorskip("dask.array")
@@ -149,3 +150,29 @@ def test_a_model_takes_candidates_from_its_curves(monkeypatch):
     other = lazy.replace(faults={"F2": None}).replace(faults={"F2": lazy.surface("F2")})
     assert other.units.table.identical(table)
     assert other.curves.local.tobytes() == curves.local.tobytes()
+
+
+def test_few_places_above_many_chunks_list_what_is_near_them_once(monkeypatch):
+    """As each listing passes over all that curves touch."""
+    _, scene, _ = scenes(1, False)
+    w, e, s, n, bottom, top = scene.box
+    places = np.random.default_rng(0).uniform((w, s, bottom), (e, n, top), size=(60, 3))
+    listed, near = [], locate.list_near
+    monkeypatch.setattr(locate, "list_near", lambda *given: listed.append(given) or near(*given))
+    units = scene.sample(places).unit.values.tolist()
+    assert len(set(units)) > 3
+    assert len(listed) == 1
+
+    # groups of a few places read the same
+    monkeypatch.setattr(parts, "AT_ONCE", 7)
+    assert scene.sample(places).unit.values.tolist() == units
+    assert len(listed) == 1 + -(-60 // 7)
+
+
+def test_horizons_in_their_store_leave_the_memory_to_themselves():
+    """The arrangement that other scenes could take from is stored for grids in memory only."""
+    kept = [
+        scene._graph.memory.arrangement_of(scene.patches) is not None
+        for scene in scenes(1, False)[:2]
+    ]
+    assert kept == [True, False]

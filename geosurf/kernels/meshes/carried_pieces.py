@@ -16,10 +16,9 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import FIRST, LAST
 from geosurf.kernels.meshes.merged_pieces import number_in_order
-from geosurf.kernels.meshes.mesh import join
+from geosurf.kernels.meshes.mesh import join, match_in_buckets
 
 _FREE, _PAIRED = -1, -2  # of `link`
-_LONG = 32  # half-edges of one lower vertex that are matched by a table
 
 
 @entry("l1 l1 l1 l1 l1 l1 l1 b1 -> l1 l1")
@@ -116,7 +115,7 @@ def carry_rings(before, after, ring0, link0, run_after):
 @entry("l2 l l1 l1 l1 -> .")
 def match_half_edges(t, n_vertex, halves, ring, link):
     """Put some half-edges, which rise, into rings, as `edges` does with all."""
-    start = np.zeros(n_vertex + 2, dtype=np.int32)
+    start = np.zeros(n_vertex + 2, dtype=np.int64)
     for k in range(halves.shape[0]):
         i, c = halves[k] // 3, halves[k] % 3
         start[min(t[i, c], t[i, (c + 1) % 3]) + 2] += 1
@@ -130,25 +129,10 @@ def match_half_edges(t, n_vertex, halves, ring, link):
         half[start[v]], upper[start[v]] = halves[k], max(a, b)
         start[v] += 1
 
-    # as in `edges`: short buckets are searched backwards, long ones use a table
-    last = np.empty(0, dtype=np.int64)
-    for v in range(n_vertex):
-        low, high = start[v], start[v + 1]
-        long = high - low > _LONG
-        if long and last.shape[0] == 0:
-            last = np.full(n_vertex, -1, dtype=np.int64)
-        for p in range(low, high):
-            found = p - 1
-            if long:
-                found = last[upper[p]]  # below `low`: of an earlier bucket
-                last[upper[p]] = p
-            else:
-                while found >= low and upper[found] != upper[p]:
-                    found -= 1
-            if found >= low:
-                ring[half[p]] = ring[half[found]]
-                ring[half[found]] = half[p]
-                link[half[p]] = link[half[found]] = _PAIRED
+    match_in_buckets(start, half, upper, n_vertex, ring)
+    for k in range(halves.shape[0]):
+        if ring[halves[k]] != halves[k]:
+            link[halves[k]] = _PAIRED
 
 
 @scalar

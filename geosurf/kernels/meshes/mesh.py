@@ -78,20 +78,13 @@ def half_edges_by_vertex(t, n_vertex):
     return start, half, upper
 
 
-@entry("l2 l -> l1 l")
-def edges(t, n_vertex):
-    """A ring through the half-edges of each edge, and the number of edges.
+@scalar
+def match_in_buckets(start, half, upper, n_vertex, ring):
+    """Put half-edges in buckets into rings, and return the number of edges.
 
-    Half-edges of a ring rise, but for the last one, which leads back to the first.
-
-    Half-edges are put into buckets by their lower vertex and matched inside a bucket: a hash table
-    of all half-edges takes six times as long, since it jumps through memory. In the long bucket of
-    a vertex with thousands of triangles, each upper vertex stores the last half-edge that led to
-    it.
+    `start`, `half` and `upper` as from `half_edges_by_vertex`. In the long bucket of a vertex with
+    thousands of triangles, each upper vertex stores the last half-edge that led to it.
     """
-    start, half, upper = half_edges_by_vertex(t, n_vertex)
-    # A half-edge that stays alone is a ring of its own.
-    ring = np.arange(3 * t.shape[0])
     last = np.empty(0, dtype=np.int64)
     count = 0
     for v in range(n_vertex):
@@ -117,7 +110,22 @@ def edges(t, n_vertex):
                 ring[half[found]] = half[p]
             else:
                 count += 1
-    return ring, count
+    return count
+
+
+@entry("l2 l -> l1 l")
+def edges(t, n_vertex):
+    """A ring through the half-edges of each edge, and the number of edges.
+
+    Half-edges of a ring rise, but for the last one, which leads back to the first.
+
+    Half-edges are put into buckets by their lower vertex and matched inside a bucket: a hash table
+    of all half-edges takes six times as long, since it jumps through memory.
+    """
+    start, half, upper = half_edges_by_vertex(t, n_vertex)
+    # A half-edge that stays alone is a ring of its own.
+    ring = np.arange(3 * t.shape[0])
+    return ring, match_in_buckets(start, half, upper, n_vertex, ring)
 
 
 @scalar
