@@ -30,6 +30,7 @@ from geosurf.scenario.values import KeyPath, read_table
 ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
 
 OF_SEVERAL = (".epc", ".ts")  # files that hold several surfaces
+OF_VARIABLES = (".nc", ".zarr")  # files that hold several variables
 
 
 def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) -> Scenario:
@@ -167,9 +168,12 @@ def _check_files(scenario: Scenario, at: KeyPath) -> None:
         if data[0].suffix.lower() in OF_SEVERAL:  # the name of the horizon picks the surface
             continue
         if data in seen:
+            remedy = "Correct one of them."
+            if data[0].suffix.lower() in OF_VARIABLES:
+                remedy = "Correct one of them, or give each its variable, as in variable = 'Top'."
             at.refuse(
                 f"horizons[{entry.name!r}].file is that of horizon {seen[data]!r}, {entry.file}, "
-                "so that nothing lies between them. Correct one of them."
+                f"so that nothing lies between them. {remedy}"
             )
         seen[data] = entry.name
 

@@ -88,3 +88,14 @@ def test_files_of_all_triangles_are_refused_before_the_model_is_built(path, tmp_
     path.write_text(BODY.replace("[output]", '[output]\nformats = ["csv", "ml"]'))
     with pytest.raises(ScenarioError, match=r"'ml', which list all triangles, and horizon 'Top'"):
         gs.run_scenario(path, tmp_path / "store", pictures=False)
+
+
+def test_two_horizons_of_one_store_have_a_variable_each(path, tmp_path):
+    path.write_text(BODY.replace("base.nc", "field.zarr").replace('variable = "Top"', ""))
+    with pytest.raises(ScenarioError, match=r"nothing lies between them\. .* variable = 'Top'"):
+        gs.run_scenario(path, tmp_path / "out", pictures=False)
+    several = 'file = "field.zarr"\nvariable = "Base"'
+    path.write_text(BODY.replace('file = "base.nc"', several))
+    volumes = gs.run_scenario(path, tmp_path / "out", pictures=False).volumes
+    path.write_text(BODY)
+    assert volumes.identical(gs.run_scenario(path, tmp_path / "out", pictures=False).volumes)
