@@ -11,6 +11,7 @@ from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.cutting.cached_predicates import face_workspace
 from geosurf.kernels.cutting.cut_faces import BROKEN, cut_faces
+from geosurf.kernels.cutting.record_groups import group_records
 from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNINDEXED
 
@@ -55,51 +56,6 @@ class Children:
     largest: float = 0.0
 
 
-def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Records sorted by face, each segment and point once, and the offsets of the faces.
-
-    A point is left out where it ends a segment of its face: contacts with more neighbours than are
-    needed add no more than such points.
-    """
-    if len(records) == 0:
-        return records, np.zeros(1, dtype=np.int64)
-    alone = np.flatnonzero(records[:, 2] < 0)
-    if 0 < len(alone) < len(records):
-        n = int(records[:, 1:3].max()) + 1
-        keys = records[:, 0, None] * n + records[:, 1:3]
-        is_end = np.zeros(len(records), dtype=bool)
-        is_end[alone] = _are_among(keys[alone, 0], keys[records[:, 2] >= 0].ravel())
-        records = records[~is_end]
-
-    # by face, point, point and plane, two to a number: half of the sorts
-    start = records[:, 0] * (records[:, 1].max() + 1) + records[:, 1]
-    end = (records[:, 2] + 1) * (records[:, 3].max() + 2) + records[:, 3] + 1
-    order = np.lexsort((end, start))
-    # `take` is many times as fast as an index in brackets where rows are short
-    records, start = records.take(order, axis=0), start.take(order)
-    new = np.ones(len(records), dtype=bool)
-    new[1:] = (start[1:] != start[:-1]) | (records[1:, 2] != records[:-1, 2])
-    if not new.all():
-        records = records.take(np.flatnonzero(new), axis=0)
-
-    face = records[:, 0]
-    starts = np.flatnonzero(face[1:] != face[:-1]) + 1
-    return records, np.concatenate([[0], starts, [len(records)]])
-
-
-def _are_among(keys: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Which of a few keys are among many others; the many are not sorted, as `numpy.isin` does.
-
-    3200 among 23 600: 0.37 ms instead of 2.05.
-    """
-    ordered = np.sort(keys)
-    at = np.searchsorted(ordered, others)
-    at[at == len(ordered)] = 0
-    found = np.zeros(len(ordered), dtype=bool)
-    found[at[ordered[at] == others]] = True
-    return found[np.searchsorted(ordered, keys)]
-
-
 def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Children:
     """Triangulate all faces that have records, or those in `records`.
 
@@ -108,7 +64,8 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     InvariantError
         If a point does not lie in its own face: a broken promise of ours.
     """
-    records, offsets = group_records(contacts.records if records is None else records)
+    records = contacts.records if records is None else records
+    records, offsets = group_records(records, len(contacts.t), len(contacts.x))
     cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
 
     n, n_old = len(contacts.x), len(contacts.d)

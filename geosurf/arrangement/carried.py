@@ -17,11 +17,14 @@ from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, pairs_of
 from geosurf.kernels.contacts.merged_contacts import (
     kept_contacts,
+    mark_changed,
+    mark_corners,
     may_coincide_with,
     merge_contacts,
     merge_faces,
     merge_nodes,
-    move_corners,
+    move_faces,
+    move_vertices,
 )
 from geosurf.kernels.contacts.packed_contact import sorted_by_faces
 from geosurf.kernels.exact.exact_signs import COLLISIONS, N_EDGE_PLANE, N_POINT, SCALE
@@ -118,14 +121,10 @@ def _numbered(
     face0, face1, n_face = merge_faces(
         surface0, old.key_of_face, used, new.surface_of_face, new.key_of_face
     )
-    staying = np.flatnonzero(face0 >= 0)
-    surface, key = np.empty(n_face, dtype=np.int64), np.empty(n_face, dtype=np.int64)
-    surface[face0[staying]], key[face0[staying]] = surface0[staying], old.key_of_face[staying]
-    surface[face1], key[face1] = new.surface_of_face, new.key_of_face
 
     # vertices by surface and node
     mark = np.zeros(len(old.x), dtype=bool)
-    mark[old.t.take(staying, axis=0)] = True
+    mark_corners(old.t, used, mark)
     point0 = np.full(len(old.x), -1, dtype=np.int64)
     point1 = np.full(len(new.x), -1, dtype=np.int64)
     of, *listed = _listed(old.nodes)
@@ -138,15 +137,15 @@ def _numbered(
     cut = np.searchsorted(of_surface, np.arange(1, len(common)))
     nodes = list(zip(np.split(node, cut), np.split(vertex, cut), strict=True))
     t = np.empty((n_face, 3), dtype=np.int64)
-    move_corners(old.t, face0, point0, t)
-    move_corners(new.t, face1, point1, t)
+    surface, key = np.empty(n_face, dtype=np.int64), np.empty(n_face, dtype=np.int64)
+    move_faces(old.t, surface0, old.key_of_face, face0, point0, t, surface, key)
+    move_faces(new.t, new.surface_of_face, new.key_of_face, face1, point1, t, surface, key)
 
     # contacts by faces, points as they come
     n = len(old.d) + len(new.d)
     x, d = np.empty((n_vertex + n, 3)), np.empty((n, 4), dtype=np.int64)
-    for at, point, n_old in ((old.x, point0, old.n_vertex), (new.x, point1, new.n_vertex)):
-        in_use = np.flatnonzero(point[:n_old] >= 0)
-        x[point[in_use]] = at.take(in_use, axis=0)
+    move_vertices(old.x, point0, old.n_vertex, x)
+    move_vertices(new.x, point1, new.n_vertex, x)
     rows, ids, n_point = merge_contacts(
         old.rows, old.ids, kept, face0, point0, old.d, old.n_vertex, old.x,
         new.rows, new.ids, face1, point1, new.d, new.n_vertex, new.x, n_vertex, x, d,
@@ -178,9 +177,7 @@ def _numbered(
 
     # faces that gain a contact, or lose one, are cut again
     changed = np.zeros(n_face, dtype=bool)
-    changed[face1[new.rows[:, :2]]] = True
-    lost = face0[old.rows[~kept, :2]]
-    changed[lost[lost >= 0]] = True
+    mark_changed(old.rows, kept, face0, new.rows, face1, changed)
     found.carried = Carried(old, with_crossings(old, Unchanged(place, face0, point0, changed)))
     return found
 

@@ -16,6 +16,7 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.search import Contacts
 from geosurf.kernels.cutting.unchanged_faces import (
     changed_faces,
+    mark_crossed,
     merge_children,
     places_among,
 )
@@ -31,6 +32,8 @@ class Kept:
     pieces : Pieces
     face : ndarray of int64, shape (n_triangle,)
         Face of the contacts that each triangle is of, or -1.
+    rim : ndarray of int64
+        Last half-edges of the edges between patches.
     came : Origin, or None
         Earlier pieces that these come from, until cells have been found.
     seams : (ndarray, ndarray), or None
@@ -39,6 +42,7 @@ class Kept:
 
     pieces: Pieces
     face: np.ndarray
+    rim: np.ndarray
     came: Origin | None = None
     seams: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -202,8 +206,7 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
 def with_crossings(before: Earlier, same: Unchanged) -> Unchanged:
     """The same, with all faces changed that have crossings: these are numbered as they come."""
     if before.n_point > len(before.x):
-        crossed = same.face[before.parent[(before.triangles >= len(before.x)).any(axis=1)]]
-        same.changed[crossed[crossed >= 0]] = True
+        mark_crossed(before.triangles, before.parent, len(before.x), same.face, same.changed)
     return same
 
 

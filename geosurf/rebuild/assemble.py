@@ -16,6 +16,7 @@ from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
 from geosurf.kernels.meshes.mesh import (
     edges,
+    ends_of,
     patches_and_boundary,
     weld,
 )
@@ -66,18 +67,18 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     # Patches end at rings of more than two half-edges: that is where curves are.
     if came is not None:
         twin = np.arange(len(t))
-        patch, rim = carry_patches(came, t, surface, key, link, strips, first_run)
+        patch, rim = carry_patches(came, surface, key, link, strips, first_run)
     else:
         twin, owners = _twins(contacts, t, surface, face)
-        part, rim = patches_and_boundary(t, surface, owners, ring, twin, n_edge)
+        part, rim = patches_and_boundary(surface, owners, ring, twin, n_edge)
         patch = _numbered_patches(surface, key, part, link, strips, first_run)
 
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
         first_run, patch,
     )  # fmt: skip
-    kept = Kept(pieces, face, None if came is None else came.origin)
-    return kept, _in_order(rim, len(x))
+    kept = Kept(pieces, face, rim, None if came is None else came.origin)
+    return kept, _in_order(ends_of(t, rim), len(x))
 
 
 def _in_order(edges: np.ndarray, n: int) -> np.ndarray:

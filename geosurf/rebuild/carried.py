@@ -19,8 +19,8 @@ class Edges(NamedTuple):
     Attributes
     ----------
     origin : Origin
-    before : ndarray of int64, shape (n_triangle,)
-        The earlier triangle that each is, or -1.
+    blocks : ndarray of int64, shape (n, 3)
+        Triangles that stay: see `carried_pieces`.
     runs : (ndarray of int64, ndarray of int64)
         Earlier run that each run is, and run that each earlier one is now, or -1.
     ring, link : ndarray of int64, shape (3 * n_triangle,)
@@ -28,7 +28,7 @@ class Edges(NamedTuple):
     """
 
     origin: Origin
-    before: np.ndarray
+    blocks: np.ndarray
     runs: tuple[np.ndarray, np.ndarray]
     ring: np.ndarray
     link: np.ndarray
@@ -56,7 +56,7 @@ def carry_edges(
     """
     kept, same = carried.earlier.kept, carried.same
     old = kept.pieces
-    before, after = kernels.same_triangles(
+    after, blocks = kernels.same_triangles(
         same.surface[old.surface], old.key, kept.face, surface, key, face, same.face, same.changed
     )
     run_after = np.full(int(old.first_run[-1]), -1, dtype=np.int64)
@@ -70,26 +70,32 @@ def carry_edges(
     stay = np.flatnonzero(run_after >= 0)
     run_before[run_after[stay]] = stay
 
-    ring, link, halves = kernels.carry_rings(before, after, old.ring, old.link, run_after)
-    kernels.match_half_edges(t, n_point, halves, ring, link)
+    ring, link, halves, until = kernels.carry_rings(
+        blocks, after, old.ring, old.link, run_after, len(t)
+    )
+    kernels.match_half_edges(t, n_point, blocks, halves, until, ring, link)
     runs = run_before, run_after
-    return Edges(Origin(kept, after, halves), before, runs, ring, link)
+    return Edges(Origin(kept, after, halves), blocks, runs, ring, link)
 
 
 def carry_patches(
     came: Edges,
-    t: np.ndarray,
     surface: np.ndarray,
     key: np.ndarray,
     link: np.ndarray,
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Patch of each element, and the edges (n, 2) between patches; `link` is complete."""
-    patch = came.origin.before.pieces.patch
+    """Patch of each element, and the last half-edges of the edges between patches.
+
+    `link` is complete.
+    """
+    origin = came.origin
+    kept, old = origin.before, origin.before.pieces
     found: tuple[np.ndarray, np.ndarray] = kernels.carry_patches(
-        came.before, came.origin.after, *came.runs, int(patch.max(initial=-1)) + 1, patch, t,
-        surface, key, came.ring, link, *runs_of_all(strips, first_run), first_run,
+        came.blocks, origin.after, *came.runs, int(old.patch.max(initial=-1)) + 1, old.patch,
+        old.ring, kept.rim, surface, key, came.ring, link, origin.halves,
+        *runs_of_all(strips, first_run), first_run,
     )  # fmt: skip
     return found
 

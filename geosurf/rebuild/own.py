@@ -13,16 +13,14 @@ import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.search import Contacts, find_contacts
+from geosurf.kernels.contacts.packed_contact import mark_met
 
 
 def with_own_contacts(contacts: Contacts) -> Contacts:
     """The contacts, with those of surfaces with themselves that sharing vertices asks for."""
     # Faces that meet another surface.
-    of = contacts.surface_of_face
-    first, second = contacts.rows[:, 0], contacts.rows[:, 1]
-    others = np.flatnonzero(of.take(first) != of.take(second))
-    met = np.zeros(len(of), dtype=bool)
-    met[first.take(others)] = met[second.take(others)] = True
+    of, n_face = contacts.surface_of_face, len(contacts.t)
+    met = mark_met(contacts.rows, of, np.arange(n_face), n_face)
 
     before = _met_before(contacts)
     searched = {tuple(pair) for pair in contacts.options["pairs"]}
@@ -48,11 +46,8 @@ def with_own_contacts(contacts: Contacts) -> Contacts:
 
 def _met_before(contacts: Contacts) -> np.ndarray:
     """Faces of which an earlier arrangement has found that no two of one surface cross."""
-    known = np.zeros(len(contacts.t), dtype=bool)
-    if contacts.carried is not None:
-        old, face = contacts.carried.earlier, contacts.carried.same.face
-        rows = old.rows[:, :2]
-        of = old.surface_of_face.take(rows)
-        faces = face.take(rows[of[:, 0] != of[:, 1]])
-        known[faces[faces >= 0]] = True
+    if contacts.carried is None:
+        return np.zeros(len(contacts.t), dtype=bool)
+    old, face = contacts.carried.earlier, contacts.carried.same.face
+    known: np.ndarray = mark_met(old.rows, old.surface_of_face, face, len(contacts.t))
     return known

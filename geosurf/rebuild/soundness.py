@@ -74,20 +74,18 @@ def _thin(contacts: Contacts, children: Children) -> np.ndarray:
     """
     # rounding scales with the largest coordinate
     largest = largest_coordinate(contacts.x, contacts.t, children.parent)
-    t, parent, rows = children.triangles, children.parent, contacts.rows
-    only, came = None, contacts.carried
+    came = contacts.carried
     if came is not None and came.earlier.n_thin == 0 and largest <= came.earlier.largest:
         # children that an earlier arrangement has are as thin as they were there
-        changed = came.same.changed
-        only = np.flatnonzero(changed.take(parent))
-        asked = changed.take(rows[:, 0]) | changed.take(rows[:, 1])
-        rows = rows.take(np.flatnonzero(asked), axis=0)
-        t, parent = t.take(only, axis=0), parent.take(only)
+        asked = came.same.changed
+    else:
+        asked = np.ones(len(contacts.t), dtype=bool)
 
-    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, rows
-    thin: np.ndarray = thin_children(*faces, children.x, t, parent, _SAFETY * ULP * largest)
+    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
+    of = children.x, children.triangles, children.parent
+    thin: np.ndarray = thin_children(*faces, *of, asked, _SAFETY * ULP * largest)
     children.n_thin, children.largest = len(thin), largest
-    return thin if only is None else only[thin]
+    return thin
 
 
 def near_pairs(contacts: Contacts) -> np.ndarray:

@@ -17,7 +17,7 @@ import re
 import threading
 import weakref
 from collections import OrderedDict, deque
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -84,17 +84,18 @@ def buffers_of(value: Any) -> dict[int, int]:
     # a stack of our own: nested results would exceed the recursion limit
     while stack:
         one = stack.pop()
-        kind = _kind_of(type(one))
-        if kind is _Kind.ARRAY:
+        kind = _KINDS.get(type(one)) or _kind_of(type(one))
+        if kind is _ARRAY:
             # views share the memory of the array that owns it
-            while isinstance(one.base, np.ndarray):
-                one = one.base
-
-            # the owner may be no array, such as a memory map: its identity counts
-            found[id(one if one.base is None else one.base)] = one.nbytes
-        elif kind is not _Kind.LEAF and id(one) not in seen:
+            base = one.base
+            while base is not None:
+                if not isinstance(base, np.ndarray):
+                    break  # the owner may be no array, such as a memory map: its identity counts
+                one, base = base, base.base
+            found[id(one if base is None else base)] = one.nbytes
+        elif kind is not _LEAF and id(one) not in seen:
             seen.add(id(one))
-            stack += _parts(one, kind)
+            stack += [part for part in _parts(one, kind) if type(part) not in _LEAF_TYPES]
     return found
 
 
@@ -104,7 +105,10 @@ class _Kind(Enum):
     ARRAY, LEAF, MAPPING, SEQUENCE, OBJECT = range(5)
 
 
-_KINDS: dict[type, _Kind] = {}  # results have thousands of objects, of a few dozen types
+# results have thousands of objects, of a few dozen types
+_ARRAY, _LEAF, _MAPPING, _SEQUENCE, _OBJECT = _Kind
+_KINDS: dict[type, _Kind] = {}
+_LEAF_TYPES: set[type] = set()
 _SLOTS: dict[type, tuple[str, ...]] = {}
 
 
@@ -113,34 +117,37 @@ def _kind_of(kind: type) -> _Kind:
     found = _KINDS.get(kind)
     if found is None:
         found = _KINDS[kind] = _found_kind(kind)
+        if found is _LEAF:
+            _LEAF_TYPES.add(kind)
     return found
 
 
 def _found_kind(kind: type) -> _Kind:
     if issubclass(kind, np.ndarray):
-        return _Kind.ARRAY
+        return _ARRAY
     if issubclass(kind, _LEAVES):
-        return _Kind.LEAF
+        return _LEAF
     if issubclass(kind, Mapping):
-        return _Kind.MAPPING
+        return _MAPPING
     if issubclass(kind, tuple | list | set | frozenset):
-        return _Kind.SEQUENCE
+        return _SEQUENCE
 
     # objects of other packages are not looked into: what they hold is not ours to count
-    return _Kind.OBJECT if kind.__module__.startswith(_ROOMS) else _Kind.LEAF
+    return _OBJECT if kind.__module__.startswith(_ROOMS) else _LEAF
 
 
-def _parts(one: Any, kind: _Kind) -> list[Any]:
+def _parts(one: Any, kind: _Kind) -> Iterable[Any]:
     """What an object is made of, as far as it may hold arrays."""
-    if kind is _Kind.MAPPING:
+    if kind is _SEQUENCE:
+        parts: Iterable[Any] = one
+        return parts
+    if kind is _MAPPING:
         return list(one.values())
-    if kind is _Kind.SEQUENCE:
-        return list(one)
-    parts = list(getattr(one, "__dict__", {}).values())
     slots = _SLOTS.get(type(one))
     if slots is None:
         slots = _SLOTS[type(one)] = _slots_of(type(one))
-    return parts + [getattr(one, name, None) for name in slots]
+    parts = list(getattr(one, "__dict__", {}).values())
+    return [*parts, *(getattr(one, name, None) for name in slots)] if slots else parts
 
 
 def _slots_of(kind: type) -> tuple[str, ...]:

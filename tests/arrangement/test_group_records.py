@@ -1,17 +1,47 @@
-"""Records of cut faces, grouped: the quick search for keys against numpy's."""
+"""Records are grouped by face, each segment and point once, as sorting with a set does."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
+import pytest
 
-from geosurf.arrangement.arrange import _are_among
-
-KEYS = arrays(np.int64, st.integers(1, 9), elements=st.integers(0, 6))
+from geosurf.kernels.cutting.record_groups import group_records
 
 
-@given(KEYS, KEYS)
-def test_keys_are_found_as_numpy_finds_them(keys: np.ndarray, others: np.ndarray) -> None:
-    assert np.array_equal(_are_among(keys, others), np.isin(keys, others))
+def oracle(records):
+    """The same by a dictionary: the lowest plane of each face, first and second point."""
+    lowest = {}
+    for face, one, two, plane in records.tolist():
+        key = face, one, two
+        lowest[key] = min(lowest.get(key, plane), plane)
+    ends = {(face, p) for face, one, two in lowest if two >= 0 for p in (one, two)}
+    return [
+        (*key, plane) for key, plane in sorted(lowest.items())
+        if key[2] >= 0 or key[:2] not in ends
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("n_face", [3, 40])  # some hundred records of a face, and a dozen
+@pytest.mark.parametrize("seed", range(4))
+def test_groups_as_a_dictionary_does(seed, n_face):
+    rng = np.random.default_rng(seed)
+    records = rng.integers(0, (n_face, 60, 60, 3), (500, 4))
+    records[:, 1:3].sort(axis=1)
+    alone = rng.random(500) < 0.3
+    records[alone, 1], records[alone, 2] = rng.integers(0, 90, alone.sum()), -1
+    records[:, 3] -= 1
+    found, offsets = group_records(records, n_face + 2, 90)
+    assert [tuple(row) for row in found.tolist()] == oracle(records)
+    assert (offsets[0], offsets[-1]) == (0, len(found))
+    faces = found[:, 0]
+    assert [faces[a:b].tolist() for a, b in pairwise(offsets)] == [
+        [face] * int((faces == face).sum()) for face in np.unique(faces)
+    ]
+
+
+def test_no_records():
+    found, offsets = group_records(np.empty((0, 4), dtype=np.int64), 3, 5)
+    assert len(found) == 0
+    assert offsets.tolist() == [0]

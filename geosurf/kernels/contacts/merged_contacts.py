@@ -185,13 +185,45 @@ def merge_contacts(
     return rows, ids, n_point
 
 
-@entry("l2 l1 l1 l2 -> .")
-def move_corners(t, face, point, out):
-    """Write the corners of faces that have a new row there, with new numbers."""
+@entry("l2 l1 l1 l1 l1 l2 l1 l1 -> .")
+def move_faces(t, surface0, key0, face, point, out, surface, key):
+    """Write the corners, surface and key of faces that have a new row there, with new numbers."""
     for i in range(t.shape[0]):
-        if face[i] >= 0:
+        at = face[i]
+        if at >= 0:
             for c in range(3):
-                out[face[i], c] = point[t[i, c]]
+                out[at, c] = point[t[i, c]]
+            surface[at], key[at] = surface0[i], key0[i]
+
+
+@entry("d2 l1 l d2 -> .")
+def move_vertices(x, point, n, out):
+    """Write the coordinates of those of the first n points that have a new row there."""
+    for p in range(n):
+        if point[p] >= 0:
+            for axis in range(3):
+                out[point[p], axis] = x[p, axis]
+
+
+@entry("l2 b1 b1 -> .")
+def mark_corners(t, wanted, marked):
+    """Mark the corners of the faces that are wanted."""
+    for i in range(t.shape[0]):
+        if wanted[i]:
+            for c in range(3):
+                marked[t[i, c]] = True
+
+
+@entry("l2 b1 l1 l2 l1 b1 -> .")
+def mark_changed(rows0, kept, face0, rows1, face1, changed):
+    """Mark the faces of contacts that are gone, and of those that are new."""
+    for k in range(rows0.shape[0]):
+        if not kept[k]:
+            for a in (face0[rows0[k, TRIANGLE_A]], face0[rows0[k, TRIANGLE_B]]):
+                if a >= 0:
+                    changed[a] = True
+    for k in range(rows1.shape[0]):
+        changed[face1[rows1[k, TRIANGLE_A]]] = changed[face1[rows1[k, TRIANGLE_B]]] = True
 
 
 @entry("d2 b1 -> l1")

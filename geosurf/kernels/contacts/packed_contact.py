@@ -73,6 +73,20 @@ def on_boundaries(rows):
     return out
 
 
+@entry("l2 l1 l1 l -> b1")
+def mark_met(rows, surface, number, n):
+    """Which of n faces meet another surface; `number` has the number of each face, or -1."""
+    met = np.zeros(n, dtype=np.bool_)
+    for k in range(rows.shape[0]):
+        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        if surface[a] != surface[b]:
+            if number[a] >= 0:
+                met[number[a]] = True
+            if number[b] >= 0:
+                met[number[b]] = True
+    return met
+
+
 @entry("l2 -> l2")
 def pack_contacts(rows):
     """Pack rows of `triangle_contact` into three numbers."""

@@ -11,6 +11,7 @@ file                 question                                                 so
 `hilbert_order`      In which order are a face's points inserted?             Hilbert curve
 `cavity`             How are triangles that a segment crosses replaced?       Toussaint & Avis 1982
 `constraints`        How do segments become edges, with their crossings?
+`record_groups`      Which segments and points cut which face?
 `cut_faces`          What are the children of all cut faces?
 `unchanged_faces`    Which faces are cut as in an earlier arrangement?
 `thin_pieces`        Which pieces are so thin that rounding may invert them?

@@ -126,6 +126,15 @@ def changed_faces(
     return changed, 1
 
 
+@entry("l2 l1 l l1 b1 -> .")
+def mark_crossed(t0, parent0, n, face, changed):
+    """Mark faces as changed of which an earlier child has a point from number n on."""
+    for i in range(t0.shape[0]):
+        of = face[parent0[i]]
+        if of >= 0 and max(t0[i, 0], max(t0[i, 1], t0[i, 2])) >= n:
+            changed[of] = True
+
+
 @entry("l2 l1 l1 l1 l1 b1 l2 l1 l1 -> l2 l1 l1")
 def merge_children(t0, parent0, doubtful0, face, point, changed, t, parent, doubtful):
     """Earlier children of unchanged faces and new ones of all others, by their faces.

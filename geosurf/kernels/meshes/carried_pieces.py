@@ -4,9 +4,13 @@ Triangles of faces that are cut alike are the same in both, in the same order. A
 which all triangles are in both, nothing changes. The other edges are matched again, and patches
 that lose or gain something are joined again.
 
+Triangles keep their order, and what is new lies together along the curves of what has moved. So
+the triangles that stay are a few hundred blocks, in each of which numbers grow by the same.
+
 Letters as in `mesh` and `parts`; a 0 marks what is of the earlier pieces, and
-    before   for each triangle (run) the earlier one that it is, or -1
+    before   for each run the earlier one that it is, or -1
     after    for each earlier triangle (run) the one that it is now, or -1
+    blocks   rows (n, 3): first earlier triangle, the triangle that it is now, how many follow
 """
 
 from __future__ import annotations
@@ -19,18 +23,28 @@ from geosurf.kernels.meshes.merged_pieces import number_in_order
 from geosurf.kernels.meshes.mesh import join, match_in_buckets
 
 _FREE, _PAIRED = -1, -2  # of `link`
+FIRST0, FIRST_NOW, COUNT = 0, 1, 2  # of `blocks`
 
 
-@entry("l1 l1 l1 l1 l1 l1 l1 b1 -> l1 l1")
+@scalar
+def _longer(rows):
+    """The same rows, with room for as many more."""
+    found = np.empty((2 * rows.shape[0], rows.shape[1]), dtype=np.int64)
+    found[: rows.shape[0]] = rows
+    return found
+
+
+@entry("l1 l1 l1 l1 l1 l1 l1 b1 -> l1 l2")
 def same_triangles(surface0, key0, face0, surface, key, face, new_face, changed):
-    """`before` and `after` of triangles, by the faces that they are of.
+    """`after` and `blocks` of triangles, by the faces that they are of.
 
     `surface0` are the new surfaces of the earlier triangles, or -1; `new_face` those of the faces
     of contacts, and `changed` are faces that are cut again.
     """
     n0, n = surface0.shape[0], surface.shape[0]
-    before, after = np.full(n, -1, dtype=np.int64), np.full(n0, -1, dtype=np.int64)
-    i = j = 0
+    after = np.full(n0, -1, dtype=np.int64)
+    blocks = np.empty((512, 3), dtype=np.int64)
+    n_block = i = j = 0
     while j < n:
         while i < n0 and (
             surface0[i] < 0
@@ -43,12 +57,28 @@ def same_triangles(surface0, key0, face0, surface, key, face, new_face, changed)
         if same:
             same = face0[i] < 0 if f < 0 else face0[i] >= 0 and new_face[face0[i]] == f
             same = same and (f < 0 or not changed[f])
+        low0, low = i, j
         while j < n and surface[j] == s and key[j] == k:
             if same:
-                before[j], after[i] = i, j
+                after[i] = j
                 i += 1
             j += 1
-    return before, after
+        if not same:
+            continue
+        last = n_block - 1
+        if (
+            n_block > 0
+            and blocks[last, FIRST0] + blocks[last, COUNT] == low0
+            and blocks[last, FIRST_NOW] + blocks[last, COUNT] == low
+        ):
+            blocks[last, COUNT] += j - low
+            continue
+        if n_block == blocks.shape[0]:
+            blocks = _longer(blocks)
+        blocks[n_block, FIRST0], blocks[n_block, FIRST_NOW] = low0, low
+        blocks[n_block, COUNT] = j - low
+        n_block += 1
+    return after, blocks[:n_block].copy()
 
 
 @entry("l2 l1 l2 l1 -> l1")
@@ -78,56 +108,97 @@ def _all_stay(ring0, after, start):
     return True
 
 
-@entry("l1 l1 l1 l1 l1 -> l1 l1 l1")
-def carry_rings(before, after, ring0, link0, run_after):
-    """Rings and links of half-edges that are carried over, and all others, which are alone yet.
+@scalar
+def _carry_block(ring0, link0, after, run_after, low, high, shift, ring, link, others, n_other):
+    """The same for the half-edges of one block, earlier ones `low` to `high` - 1."""
+    for g in range(low, high):
+        h, j = g + shift, ring0[g]
+        if j != g and low <= j < high and ring0[j] == g:  # nearly all
+            ring[h], link[h] = j + shift, _PAIRED
+            continue
+        ring[h], link[h] = h, _FREE
+        if j == g:
+            # what is behind may be listed now
+            run = link0[g]
+            stays = run < 0 or run_after[run] >= 0
+            if run >= 0 and stays:
+                link[h] = run_after[run]
+        else:
+            stays = _all_stay(ring0, after, g)
+            if stays:
+                ring[h], link[h] = 3 * after[j // 3] + j % 3, _PAIRED
+        if not stays:
+            others[n_other] = h
+            n_other += 1
+    return n_other
+
+
+@entry("l2 l1 l1 l1 l1 l -> l1 l1 l1 l1")
+def carry_rings(blocks, after, ring0, link0, run_after, n):
+    """Rings and links of the half-edges of n triangles that are carried over, and all others, which
+    are alone yet; and how many of these there are up to the end of each block.
 
     `run_after` tells which earlier run is which run now, over all lattices.
     """
-    n = 3 * before.shape[0]
-    ring, link = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    others = np.empty(n, dtype=np.int64)
-    n_other = 0
-    for i in range(before.shape[0]):
-        for c in range(3):
-            h = 3 * i + c
+    ring, link = np.empty(3 * n, dtype=np.int64), np.empty(3 * n, dtype=np.int64)
+    others = np.empty(3 * n, dtype=np.int64)
+    until = np.empty(blocks.shape[0], dtype=np.int64)
+    n_other = end = 0
+    for b in range(blocks.shape[0] + 1):
+        # new triangles between blocks
+        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else n
+        for h in range(3 * end, 3 * begin):
             ring[h], link[h] = h, _FREE
-            carried = before[i] >= 0
-            if carried:
-                old = 3 * before[i] + c
-                j = ring0[old]
-                if j == old:
-                    # what is behind may be listed now
-                    if link0[old] >= 0:
-                        link[h] = run_after[link0[old]]
-                        carried = link[h] >= 0
-                else:
-                    carried = _all_stay(ring0, after, old)
-                    if carried:
-                        ring[h], link[h] = 3 * after[j // 3] + j % 3, _PAIRED
-            if not carried:
-                link[h] = _FREE
-                others[n_other] = h
-                n_other += 1
-    return ring, link, others[:n_other].copy()
+            others[n_other] = h
+            n_other += 1
+        if b == blocks.shape[0]:
+            break
+        end = begin + blocks[b, COUNT]
+        low = 3 * blocks[b, FIRST0]
+        n_other = _carry_block(
+            ring0, link0, after, run_after, low, low + 3 * blocks[b, COUNT], 3 * begin - low,
+            ring, link, others, n_other,
+        )  # fmt: skip
+        until[b] = n_other
+    return ring, link, others[:n_other].copy(), until
 
 
-@entry("l2 l l1 l1 l1 -> .")
-def match_half_edges(t, n_vertex, halves, ring, link):
-    """Put some half-edges, which rise, into rings, as `edges` does with all."""
+@entry("l2 l l2 l1 l1 l1 l1 -> .")
+def match_half_edges(t, n_vertex, blocks, halves, until, ring, link):
+    """Put some half-edges, which rise, into rings, as `edges` does with all.
+
+    They are all those of the triangles between blocks, and some in blocks; `until` counts them.
+    """
     start = np.zeros(n_vertex + 2, dtype=np.int64)
-    for k in range(halves.shape[0]):
-        i, c = halves[k] // 3, halves[k] % 3
-        start[min(t[i, c], t[i, (c + 1) % 3]) + 2] += 1
-    for v in range(2, n_vertex + 2):
-        start[v] += start[v - 1]
     half, upper = np.empty_like(halves), np.empty_like(halves)
-    for k in range(halves.shape[0]):
-        i, c = halves[k] // 3, halves[k] % 3
-        a, b = t[i, c], t[i, (c + 1) % 3]
-        v = min(a, b) + 1
-        half[start[v]], upper[start[v]] = halves[k], max(a, b)
-        start[v] += 1
+    for filling in range(2):
+        # count first; then the entry of a vertex moves from the begin to the end of its range
+        ahead = 1 if filling else 2
+        end = k = 0
+        for b in range(blocks.shape[0] + 1):
+            begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else t.shape[0]
+            for i in range(end, begin):
+                for c in range(3):
+                    one, two = t[i, c], t[i, 0 if c == 2 else c + 1]
+                    v = min(one, two) + ahead
+                    if filling:
+                        half[start[v]], upper[start[v]] = 3 * i + c, max(one, two)
+                    start[v] += 1
+            k += 3 * (begin - end)
+            if b == blocks.shape[0]:
+                break
+            end = begin + blocks[b, COUNT]
+            while k < until[b]:
+                i, c = halves[k] // 3, halves[k] % 3
+                one, two = t[i, c], t[i, 0 if c == 2 else c + 1]
+                v = min(one, two) + ahead
+                if filling:
+                    half[start[v]], upper[start[v]] = halves[k], max(one, two)
+                start[v] += 1
+                k += 1
+        if not filling:
+            for v in range(2, n_vertex + 2):
+                start[v] += start[v - 1]
 
     match_in_buckets(start, half, upper, n_vertex, ring)
     for k in range(halves.shape[0]):
@@ -136,65 +207,102 @@ def match_half_edges(t, n_vertex, halves, ring, link):
 
 
 @scalar
-def _settle(before, patch0, first0, touched, parent, offset, first, settled):
-    """Give elements of patches that stay the first element of their patch, from `offset` on."""
-    for i in range(before.shape[0]):
-        if before[i] >= 0:
-            p = patch0[first0 + before[i]]
-            if not touched[p]:
-                if first[p] < 0:
-                    first[p] = offset + i
-                parent[offset + i] = first[p]
-                settled[offset + i] = True
-
-
-@entry("l1 l1 l1 l1 l l1 l2 l1 l1 l1 l1 l2 l1 l1 -> l1 l2")
-def carry_patches(
-    before, after, run_before, run_after, n_patch0, patch0, t, surface, key, ring, link, joined,
-    lowest, first_run,
-):  # fmt: skip
-    """Patch of each element, as `number_patches` gives them, and the edges between patches.
-
-    No two triangles coincide. Elements of a patch that is as it was are not joined again.
-    """
-    n, n_run = before.shape[0], run_before.shape[0]
+def _left(blocks, run_after, n0, patch0, n_patch0):
+    """Earlier patches that have lost a triangle or a run."""
     touched = np.zeros(n_patch0, dtype=np.bool_)
-    for i in range(after.shape[0]):
-        if after[i] < 0:
+    end = 0
+    for b in range(blocks.shape[0] + 1):
+        begin = blocks[b, FIRST0] if b < blocks.shape[0] else n0
+        for i in range(end, begin):
             touched[patch0[i]] = True
+        if b < blocks.shape[0]:
+            end = begin + blocks[b, COUNT]
     for i in range(run_after.shape[0]):
         if run_after[i] < 0:
-            touched[patch0[after.shape[0] + i]] = True
-    parent, first = np.arange(n + n_run), np.full(n_patch0, -1, dtype=np.int64)
-    settled = np.zeros(n + n_run, dtype=np.bool_)
-    _settle(before, patch0, 0, touched, parent, 0, first, settled)
-    _settle(run_before, patch0, after.shape[0], touched, parent, n, first, settled)
+            touched[patch0[n0 + i]] = True
+    return touched
+
+
+@scalar
+def _nodes(blocks, run_before, n0, patch0, touched, n, node):
+    """What each element is joined as: the patch of which nothing is lost, or alone, from there on.
+
+    Returns how many numbers are in use.
+    """
+    count, end = touched.shape[0], 0
+    for b in range(blocks.shape[0] + 1):
+        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else n
+        for i in range(end, begin):
+            node[i] = count
+            count += 1
+        if b == blocks.shape[0]:
+            break
+        end = begin + blocks[b, COUNT]
+        for i in range(begin, end):
+            node[i] = patch0[blocks[b, FIRST0] + i - begin]
+            if touched[node[i]]:
+                node[i] = count
+                count += 1
+    for i in range(run_before.shape[0]):
+        node[n + i] = patch0[n0 + run_before[i]] if run_before[i] >= 0 else 0
+        if run_before[i] < 0 or touched[node[n + i]]:
+            node[n + i] = count
+            count += 1
+    return count
+
+
+@scalar
+def _join_across(surface, ring, link, node, parent, h):
+    """Join what lies on both sides of an edge, by its last half-edge; True if it is a curve."""
+    i, j = h // 3, ring[h]
+    if j == h:
+        if link[h] >= 0:
+            join(parent, node[i], node[surface.shape[0] + link[h]])
+        return False
+    if ring[j] != h or surface[i] != surface[j // 3]:
+        return True
+    join(parent, node[i], node[j // 3])
+    return False
+
+
+@entry("l2 l1 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1")
+def carry_patches(
+    blocks, after, run_before, run_after, n_patch0, patch0, ring0, rim0, surface, key, ring, link,
+    halves, joined, lowest, first_run,
+):  # fmt: skip
+    """Patch of each element, as `number_patches` gives them, and the last half-edges of the edges
+    between patches.
+
+    No two triangles coincide. Elements of a patch that has lost nothing are not joined again:
+    what is new beside them has its edges among `halves`.
+    """
+    n, n0, n_run = surface.shape[0], after.shape[0], run_before.shape[0]
+    touched = _left(blocks, run_after, n0, patch0, n_patch0)
+    node = np.empty(n + n_run, dtype=np.int64)
+    parent = np.arange(_nodes(blocks, run_before, n0, patch0, touched, n, node))
+
+    # triangles whose patch has lost something: edges inside, and runs beside them
+    for i in range(n):
+        if node[i] < n_patch0:
+            continue
+        for c in range(3):
+            if ring[3 * i + c] <= 3 * i + c:
+                _join_across(surface, ring, link, node, parent, 3 * i + c)
 
     # rings rise: the last half-edge of an edge leads back to the first one
-    rim = np.empty((1024, 2), dtype=np.int64)
+    rim = np.empty(rim0.shape[0] + halves.shape[0], dtype=np.int64)
     n_rim = 0
-    for h in range(3 * n):
-        j = ring[h]
-        if j > h:
-            continue
-        i, other = h // 3, j // 3
-        if j == h:
-            if link[h] >= 0 and not (settled[i] and settled[n + link[h]]):
-                join(parent, i, n + link[h])
-        elif ring[j] == h and surface[i] == surface[other]:
-            if not (settled[i] and settled[other]):
-                join(parent, i, other)
-        else:
-            if n_rim == rim.shape[0]:
-                longer = np.empty((2 * n_rim, 2), dtype=np.int64)
-                longer[:n_rim] = rim
-                rim = longer
-            a, b = t[i, h % 3], t[i, (h + 1) % 3]
-            rim[n_rim, 0], rim[n_rim, 1] = min(a, b), max(a, b)
+    for k in range(halves.shape[0]):
+        h = halves[k]
+        if ring[h] <= h and _join_across(surface, ring, link, node, parent, h):
+            rim[n_rim] = h
+            n_rim += 1
+    for k in range(rim0.shape[0]):
+        i = after[rim0[k] // 3]
+        if i >= 0 and _all_stay(ring0, after, rim0[k]):
+            rim[n_rim] = 3 * i + rim0[k] % 3
             n_rim += 1
     for k in range(joined.shape[0]):
-        a, b = n + joined[k, 0], n + joined[k, 1]
-        if not (settled[a] and settled[b]):
-            join(parent, a, b)
-    patch = number_in_order(parent, np.arange(n), n, surface, key, lowest, first_run)
-    return patch, rim[:n_rim].copy()
+        join(parent, node[n + joined[k, 0]], node[n + joined[k, 1]])
+    number_in_order(parent, node, surface, key, lowest, first_run)
+    return node, rim[:n_rim].copy()

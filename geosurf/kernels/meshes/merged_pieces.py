@@ -94,36 +94,36 @@ def number_used(t, n):
 
 
 @scalar
-def _number_of(parent, numbers, element, count):
-    """Number of the set of an element, a new one if it has none; and how many there are."""
-    root = find(parent, element)
-    if numbers[root] < 0:
-        numbers[root] = count
-        count += 1
-    return numbers[root], count
-
-
-@scalar
-def number_in_order(parent, part, n_part, surface, key, lowest, first_run):
+def number_in_order(parent, node, surface, key, lowest, first_run):
     """Number of the set of each triangle, then of each run; by the first one of each in order.
 
-    `parent` are sets of parts, then of runs.
+    `parent` are sets of nodes. Elements are given as their nodes, and get the numbers.
     """
-    n, n_run = part.shape[0], lowest.shape[0]
+    n = surface.shape[0]
+    numbers = np.full(parent.shape[0], -1, dtype=np.int64)
 
-    # triangles and runs of each surface, merged by their keys
-    numbers = np.full(n_part + n_run, -1, dtype=np.int64)
-    out = np.empty(n + n_run, dtype=np.int64)
-    i = count = 0
+    # triangles and runs of each surface, merged by their keys; neighbours mostly have one node
+    i = count = number = 0
+    last = -1
     for s in range(first_run.shape[0] - 1):
         for run in range(first_run[s], first_run[s + 1] + 1):
-            last = run == first_run[s + 1]
-            while i < n and surface[i] == s and (last or key[i] < lowest[run]):
-                out[i], count = _number_of(parent, numbers, part[i], count)
+            is_end = run == first_run[s + 1]
+            while True:
+                own = i < n and surface[i] == s and (is_end or key[i] < lowest[run])
+                if not own and is_end:
+                    break
+                at = i if own else n + run
+                if node[at] != last:
+                    last = node[at]
+                    root = find(parent, last)
+                    if numbers[root] < 0:
+                        numbers[root] = count
+                        count += 1
+                    number = numbers[root]
+                node[at] = number
+                if not own:
+                    break
                 i += 1
-            if not last:
-                out[n + run], count = _number_of(parent, numbers, n_part + run, count)
-    return out
 
 
 @entry("l1 l l1 l1 l1 l2 l1 l1 -> l1")
@@ -133,11 +133,17 @@ def number_patches(part, n_part, surface, key, link, joined, lowest, first_run):
     `part` are patches of triangles. A run continues the patch of a triangle that is linked to it,
     and those of the runs that it is joined with.
     """
-    parent = np.arange(n_part + lowest.shape[0])
+    n, n_run = part.shape[0], lowest.shape[0]
+    parent = np.arange(n_part + n_run)
     for half in range(link.shape[0]):
         if link[half] >= 0:
             join(parent, part[half // 3], n_part + link[half])
     for i in range(joined.shape[0]):
         join(parent, n_part + joined[i, 0], n_part + joined[i, 1])
 
-    return number_in_order(parent, part, n_part, surface, key, lowest, first_run)
+    node = np.empty(n + n_run, dtype=np.int64)
+    node[:n] = part
+    for run in range(n_run):
+        node[n + run] = n_part + run
+    number_in_order(parent, node, surface, key, lowest, first_run)
+    return node

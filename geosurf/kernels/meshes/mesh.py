@@ -113,6 +113,17 @@ def match_in_buckets(start, half, upper, n_vertex, ring):
     return count
 
 
+@entry("l2 l1 -> l2")
+def ends_of(t, halves):
+    """Both vertices (n, 2) of some half-edges, the lower one first."""
+    out = np.empty((halves.shape[0], 2), dtype=np.int64)
+    for k in range(halves.shape[0]):
+        i, c = halves[k] // 3, halves[k] % 3
+        a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+        out[k, 0], out[k, 1] = min(a, b), max(a, b)
+    return out
+
+
 @entry("l2 l -> l1 l")
 def edges(t, n_vertex):
     """A ring through the half-edges of each edge, and the number of edges.
@@ -194,17 +205,18 @@ def _around(owners, ring, twin, i):
             return count, one, other, mixed
 
 
-@entry("l2 l1 l1 l1 l1 l -> l1 l2")
-def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
-    """Patch of each triangle, numbered by first triangle, and the edges (n, 2) between patches.
+@entry("l1 l1 l1 l1 l -> l1 l1")
+def patches_and_boundary(surface, owners, ring, twin, n_edge):
+    """Patch of each triangle, numbered by first triangle, and the edges between patches, each by
+    its last half-edge.
 
     Triangles are joined over edges that exactly two distinct triangles share, if the same surfaces
     own both (`owners`: a number for that set). Edges with different owners or more than two
     triangles are the boundary. `twin` is the first triangle with the same corners (mostly itself).
     """
-    n = t.shape[0]
+    n = surface.shape[0]
     parent = np.arange(n)
-    rim = np.empty((n_edge, 2), dtype=np.int64)
+    rim = np.empty(n_edge, dtype=np.int64)
     n_rim = 0
     for i in range(3 * n):
         # Rings rise: the last half-edge of an edge leads back to the first one, `j`.
@@ -224,10 +236,8 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
         if same:
             join(parent, one, other)
 
-        # A boundary edge is stored with its lower vertex first.
         if mixed or count > 2:
-            a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
-            rim[n_rim, 0], rim[n_rim, 1] = min(a, b), max(a, b)
+            rim[n_rim] = i
             n_rim += 1
     _join_coinciding(parent, surface, ring, twin)
     return _numbered(parent)[0], rim[:n_rim].copy()
