@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions.memory import give_back_memory
 from geosurf.errors import HorizonError
 from geosurf.model.base import frozen
 from geosurf.model.chunk_store import ChunkBounds, Store
@@ -350,6 +351,7 @@ class ChunkedLattice(Lattice):
         size = (1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
         ahead = 1 if size[0] * size[1] <= AHEAD and len(tiles) > 1 else 0
         self.forget_chunks()  # the bands take their memory
+        give_back_memory()
         rooms = [np.empty(size) for _ in range(1 + ahead)]
         with ThreadPoolExecutor(1) as pool:
             reads: deque[Future[Lattice]] = deque()

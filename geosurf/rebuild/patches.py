@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from geosurf.arrangement.earlier import Earlier
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
+from geosurf.conventions.memory import give_back_memory
 from geosurf.model import Patches, TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.assemble import assemble
@@ -77,10 +78,13 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     What earlier arrangements of the same surfaces found is taken from `known`, and this one is
     added unless it was repaired or a horizon stays in its store.
     """
+    # Beside horizons that exceed memory there is no room for what the search has freed, or for what
+    # another scene may take from the arrangement.
+    stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
+    if stored:
+        give_back_memory()
     contacts, children, moves = cut_soundly(contacts, known)
     kept, rim = assemble(contacts, children)
-    # Beside horizons that exceed memory there is no room for what another scene may take from it.
-    stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
     if known is not None and not moves["moved_vertices"] and not stored:
         one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])

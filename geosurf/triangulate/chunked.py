@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import rising_diagonal
+from geosurf.conventions.memory import share_one_heap
 from geosurf.errors import HorizonError
 from geosurf.kernels.exact.predicates import MAX_COORDINATE
 from geosurf.model import Lattice, TriSurface
@@ -56,6 +57,7 @@ def chunked_lattice(
     HorizonError
         If chunks are too long, values are infinite or too large, or the store cannot be read.
     """
+    share_one_heap()
     turned = bool(axes[1][0] > axes[1][-1]), bool(axes[0][0] > axes[0][-1])
     rows, cols = (
         _starts(sizes[::-1] if turn else sizes, LEAST)

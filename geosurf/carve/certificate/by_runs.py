@@ -23,10 +23,11 @@ from geosurf.carve.certificate.checks import (
     shared_in_words,
     surely_exact,
 )
-from geosurf.carve.certificate.facts import Facts, sides_of
+from geosurf.carve.certificate.facts import Facts, is_stored, sides_of
 from geosurf.carve.certificate.lines import Half, lines_of, lines_of_units
 from geosurf.carve.certificate.near_runs import candidates
 from geosurf.carve.volume import exact_volume
+from geosurf.conventions.memory import give_back_memory
 from geosurf.model import Check, Patches, Units
 from geosurf.model.pieces import Pieces
 
@@ -73,9 +74,15 @@ def checks_by_runs(
             return None
     if units is not None and sides is None:
         return None
+    if units and is_stored(patches):
+        # areas take a pass over the store, whose bands have no room beside what follows
+        _ = next(iter(units.values())).area
+        give_back_memory()
     facts = Facts.of(patches)
     if facts is None:
         return None
+    if facts.stored:
+        give_back_memory()
     halves: list[Half] = [partial(_mesh_by_runs, facts)]
     if units is not None and sides is not None:
         halves.insert(0, partial(_units_by_runs, facts, units, sides, before))

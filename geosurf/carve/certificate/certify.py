@@ -10,6 +10,7 @@ from geosurf.arrangement.threads import spare_threads
 from geosurf.carve.certificate.by_runs import checks_by_runs, same_runs
 from geosurf.carve.certificate.by_triangles import checks_by_triangles
 from geosurf.carve.certificate.lines import MANY
+from geosurf.conventions.memory import give_back_memory
 from geosurf.errors import InputError
 from geosurf.model import Certificate, Check, Patches, Units
 from geosurf.model.chunked import ChunkedLattice
@@ -126,6 +127,8 @@ def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patch
         # side by side only where the memory holds both; else the second run is after the checks
         if spare is None or lack_of_room(n_listed * ROOM_OF_RUN) is not None:
             checks = _checks(patches, units, spare=spare)
+            if _in_stores(patches):
+                give_back_memory()
             return Certificate((*checks, same_bytes(patches, rebuild())))
         repeated = spare.submit(lambda: same_bytes(patches, rebuild()))
         checks = _checks(patches, units, spare=spare)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.carve.certificate.elements import Elements, keys_of_runs, sums_of_listed
 from geosurf.carve.certificate.lattice_runs import LatticeRuns, read_runs
 from geosurf.carve.certificate.partition import Matched, rows_on
+from geosurf.carve.certificate.ray_runs import NearRuns
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells
 from geosurf.kernels.lattices.run_checks import add_to_units
@@ -30,9 +30,7 @@ from geosurf.kernels.meshes.shells import number_triangles, sums_of_triangles
 from geosurf.model import Patches, Units
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
-from geosurf.model.regions import Boxes
 
-_SLIP = 1e-3  # [m] around boxes; far more than rounding in a frame moves them by
 _AT_ONCE = 1 << 19  # triangles that are compared with their input triangles, of several surfaces
 _MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
 
@@ -72,8 +70,6 @@ class Facts:
     lattices : list of LatticeRuns
     sums : ndarray of float64, shape (n_element, 8)
         The first columns of `sums_of_runs`.
-    bounds : ndarray of float64, shape (n_run, 6)
-        Its other columns, of runs alone: boxes of triangles would be as large as all other columns.
     n_shared : int
         Vertices of `elements.local` up to this one belong to triangles that are all listed.
     heights : float
@@ -86,7 +82,6 @@ class Facts:
     keys: tuple[np.ndarray, np.ndarray, int]
     lattices: list[LatticeRuns]
     sums: np.ndarray
-    bounds: np.ndarray
     n_shared: int
     heights: float
 
@@ -112,8 +107,8 @@ class Facts:
             for i, of in enumerate(pieces.strips)
             if of is not None
         ]
-        stored = any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources)
-        worth = pieces.first_run[-1] > _MANY_RUNS and not stored  # bands of one at a time
+        # bands of one at a time
+        worth = pieces.first_run[-1] > _MANY_RUNS and not is_stored(patches)
         found = map_threads(read_runs, rows, worth=bool(worth))
         lattices = [one for one in found if one is not None]
         return (
@@ -191,49 +186,6 @@ class Facts:
                 out.append((one.corners(keys, self.patches.origin), of))
         return out
 
-    def near(
-        self, starts: np.ndarray, boxes: np.ndarray, wanted: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """A triangle of some runs, then those of wanted ones near boxes: see `Elements.near`."""
-        n = len(self.patches.pieces.triangles)
-        some = np.zeros(len(wanted), dtype=bool)
-        low, high = self.bounds[:, :3], self.bounds[:, 3:]
-        for box in boxes:
-            some[n:] |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1) & wanted[n:]
-        parts = [(np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))]
-        parts += self._first_triangles(np.unique(starts[starts >= n]))
-        parts += self._triangles_near(some, boxes)
-        corners, rows = zip(*parts, strict=True)
-        return np.concatenate(corners), np.concatenate(rows)
-
-    def _first_triangles(self, rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Corners of the first triangle of some runs, and these runs, lattice by lattice."""
-        out = []
-        for one in self.lattices:
-            mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
-            runs = one.strips.runs[mine - one.first]
-            runs[:, LAST] = runs[:, FIRST]
-            keys = keys_of_runs(one.lattice.places, runs)
-            out.append((one.corners(keys, self.patches.origin), mine))
-        return out
-
-    def _triangles_near(
-        self, some: np.ndarray, boxes: np.ndarray
-    ) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Corners and runs of the triangles of some runs that may be near boxes."""
-        out, world = [], boxes + np.tile(self.patches.origin, 2)
-        region = Boxes(world[:, :2] - _SLIP, world[:, 3:5] + _SLIP)
-        for one in self.lattices:
-            if not some[one.runs].any():
-                continue
-            cells = region.cells(one.lattice)
-            keys = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
-            run = one.run_of(keys)
-            mine = np.flatnonzero((run >= 0) & some[one.runs][run])
-            corners = one.corners(keys[mine], self.patches.origin)
-            out.append((corners, one.first + run[mine]))
-        return out
-
     def new_triangles(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Rows of listed triangles that are not copies of their input triangle, and its corners.
 
@@ -276,6 +228,11 @@ class Facts:
                 rim += float(one.sums[:, 5].sum())
             found.append((area, before, rim))
         return found
+
+
+def is_stored(patches: Patches) -> bool:
+    """Whether a grid stays in its store."""
+    return any(isinstance(source.lattice, ChunkedLattice) for source in patches.sources)
 
 
 def _bounds(patches: Patches) -> np.ndarray:
@@ -335,11 +292,13 @@ def _listed(
         joined.append(one.first + one.count(none, no_units)[1])
     lower, upper = _bounds(patches)
     within = ((sums[:, 8:11] >= lower) & (sums[:, 11:14] <= upper)).all(axis=1)
-    bounds, sums = sums[n:, 8:].copy(), sums[:, :8].copy()
+    # boxes of runs alone: those of triangles would be as large as all other columns
+    near = NearRuns(n, lattices, sums[n:, 8:].copy(), pieces.origin)
+    sums = sums[:, :8].copy()
     elements = Elements(
         pieces.sources, pieces.origin, surface, sums[:, 7].astype(np.int64), sums[:, 6], within,
         local, np.concatenate([pieces.triangles, *corners]), np.concatenate(element),
-        np.concatenate(joined),
+        np.concatenate(joined), near,
     )  # fmt: skip
     # a triangle of a run with the corners of another triangle: both have to be compared
     number, rising, n_number = number_triangles(elements.triangles)
@@ -347,6 +306,4 @@ def _listed(
         return None
     keys = number[:n].copy(), rising[:n].copy(), 1 + int(number[:n].max())
     heights = min((one.lattice.map_height for one in lattices if one.graph), default=math.inf)
-    facts = Facts(patches, elements, cut, keys, lattices, sums, bounds, n_shared, heights)
-    object.__setattr__(elements, "near", partial(Facts.near, facts))
-    return facts
+    return Facts(patches, elements, cut, keys, lattices, sums, n_shared, heights)
