@@ -8,6 +8,7 @@ metres; results keep local coordinates (`local`, exact to the frame) and an
 from __future__ import annotations
 
 from geosurf.model.base import frozen
+from geosurf.model.certificate import Certificate, Check
 from geosurf.model.column import RULES, Clipped, FluidContact, Remnant, check_column
 from geosurf.model.curves import CurveIssue, Curves, Touch, TriangleContact, VoxelSearch
 from geosurf.model.faults import (
@@ -21,10 +22,12 @@ from geosurf.model.lattice import Lattice
 from geosurf.model.network import FaultNetwork
 from geosurf.model.network_rows import NetworkDecision, NetworkRow, NetworkTrial
 from geosurf.model.patches import Patches
-from geosurf.model.sheets import FaultCut, LostThrow, Sheet, SheetReport, ThrowReport, TrimProposal
+from geosurf.model.sheet_report import FaultCut, LostThrow, SheetReport, ThrowReport, TrimProposal
+from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.tet_mesh import TetMesh
-from geosurf.model.units import Certificate, Check, Unit, Units
+from geosurf.model.unit import Unit
+from geosurf.model.units import Units
 
 __all__ = [
     "ROLES",

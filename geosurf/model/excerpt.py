@@ -17,7 +17,8 @@ from geosurf.model.base import in_crs_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
 from geosurf.model.pieces import Pieces
-from geosurf.model.units import Unit, Units
+from geosurf.model.unit import Unit
+from geosurf.model.units import Units
 
 Chosen = tuple[np.ndarray, np.ndarray, np.ndarray]
 _NONE = np.empty(0, dtype=np.int64)

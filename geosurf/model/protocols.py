@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
+from geosurf.model.certificate import Certificate
 from geosurf.model.column import FluidContact
 from geosurf.model.compartments import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
@@ -21,7 +22,7 @@ from geosurf.model.patches import Patches
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tops import Tops
-from geosurf.model.units import Certificate, Units
+from geosurf.model.units import Units
 from geosurf.model.view3d import View3D
 
 if TYPE_CHECKING:  # pragma: no cover - types only

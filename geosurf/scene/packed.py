@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface
 from geosurf.model.sectors import Sector
-from geosurf.model.sheets import LostThrow
+from geosurf.model.sheet_report import LostThrow
 from geosurf.model.tear_plan import BaseHeights, DataUse, TearPlan
 
 _CLASSES: dict[str, type] = {

@@ -272,7 +272,7 @@ def test_classes_and_their_members_document_what_goes_in_and_comes_out(kind: typ
 @pytest.mark.skipif(util.find_spec("sphinx") is None, reason="needs the extra geosurf[docs]")
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     """As `make docs` does; notebooks are not executed here, but in test_notebooks."""
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-j", "2"]
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-j", "1"]
     command += ["-d", str(tmp_path / "doctrees"), "-D", "nb_execution_mode=off"]
     done = subprocess.run(
         [*command, str(DOCS), str(tmp_path / "html")],
