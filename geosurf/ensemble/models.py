@@ -21,6 +21,7 @@ from geosurf.model.tops import Tops
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import (
+    frame_of,
     given_contacts,
     given_fault,
     given_horizon,
@@ -145,11 +146,12 @@ class SceneModel:
         if given["box"] is not None:
             return False
         # Without one, each realisation would get its own area, and volumes could not be compared.
-        west, east, south, north, bottom, top = base.box
+        # It follows from the horizons as they are given: nothing is torn for it.
+        (west, east, south, north, bottom, top), area = frame_of(base)
         self._frame = {"box": (west, east, south, north, bottom - reach, top + reach)}
         # A word such as "rectangle" is not an area: the box is enough then.
         if not isinstance(given["aoi"], str):
-            self._frame["aoi"] = base.aoi
+            self._frame["aoi"] = area
         return True
 
     def started(self, base: Scene) -> None:

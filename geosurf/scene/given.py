@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tear_plan import TearPlan
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
-from geosurf.scene.inputs import INPUTS
+from geosurf.scene.inputs import INPUTS, Box
 from geosurf.scene.scene import Scene
 from geosurf.scene.surfaces import opened_contacts, undeclared
 
@@ -56,6 +58,22 @@ def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan])
     return twin
 
 
+def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
+    """
+    Return the box and the area of a scene before its horizons are torn: no sheet moves them.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (tuple of float, ndarray of float64 (n, 2) or None)
+        West, east, south, north, bottom and top [m]; corners of the area, None if it is the box.
+    """
+    return scene._plain.box, scene._plain.aoi
+
+
 def keep_results_apart(scene: Scene) -> None:
     """Let a scene take results from its family, and give none to it: nobody will change it."""
     scene._plain.memory.shares = False
@@ -73,6 +91,7 @@ def given_settings(scene: Scene) -> dict[str, Any]:
 
 
 __all__ = [
+    "frame_of",
     "given_contacts",
     "given_fault",
     "given_horizon",

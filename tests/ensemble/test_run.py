@@ -24,6 +24,7 @@ from geosurf.ensemble.run import planned
 from geosurf.ensemble.store import EnsembleStore
 from geosurf.ensemble.worker_processes import processes_pay
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
+from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, bytes_of, layer_cake
 
 N = 25  # more than one region
@@ -409,3 +410,25 @@ def test_a_realisation_with_throw_is_the_scene_that_its_numbers_make():
         assert {name: known[name] for name in fresh.unit.values.tolist()} == dict(
             zip(fresh.unit.values.tolist(), fresh.values.tolist(), strict=True)
         )
+
+
+def test_the_base_case_of_a_torn_field_is_torn_once(monkeypatch):
+    # a fault that leaves the box is another one in a taller box: sheets of the first do not serve
+    world = gs.synthetic.torn("normal", n=31)
+    short = {"F1": world.faults["F1"].isel(down_dip=slice(1, None))}
+    scene = gs.Scene(world.horizons, short, tear=True, extend={"F1": ("up",)})
+    error = DepthError("Top", sd=5.0, range=900.0)
+    plan, _ = planned(scene, 4, [error], None, None)
+    torn, real = [], tear.tear_from
+    monkeypatch.setattr(
+        tear, "tear_from", lambda *args, **words: torn.append(args) or real(*args, **words)
+    )
+    plan.start()
+    assert len(torn) == 1
+
+    # the frame is the one that the torn scene has, taller by the reach
+    *sides, bottom, top = scene.box
+    reach = plan.prepared[0].reach()
+    base = plan.scene(None)
+    assert base.box == (*sides, bottom - reach, top + reach)
+    assert np.array_equal(base.aoi, scene.aoi) if scene.aoi is not None else base.aoi is None
