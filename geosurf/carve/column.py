@@ -20,7 +20,8 @@ from itertools import pairwise
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
+from geosurf.carve.leaks import raise_leak
+from geosurf.carve.zones import ABOVE, UNKNOWN
 from geosurf.errors import InputError
 from geosurf.model import Patches
 from geosurf.model.column import BASE as LAPPED

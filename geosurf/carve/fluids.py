@@ -14,7 +14,8 @@ import numpy as np
 
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells
-from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
+from geosurf.carve.leaks import raise_leak
+from geosurf.carve.zones import ABOVE, UNKNOWN
 from geosurf.conventions import did_you_mean, place
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import FluidContact, Patches

@@ -14,7 +14,8 @@ import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.column import apply_column
-from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, owned_by, rim_of_leak, signatures
+from geosurf.carve.leaks import rim_of_leak
+from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, owned_by, signatures
 from geosurf.model import Patches, check_column
 
 

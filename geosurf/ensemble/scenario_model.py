@@ -22,9 +22,9 @@ from geosurf.scenario.ensemble_keys import UncertainInput, distribution_of
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.torn import Make, torn_horizons
 from geosurf.scene import Scene
+from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.footprint import footprint
 from geosurf.scene.given import given_settings
-from geosurf.scene.memory import fingerprint
 from geosurf.sheets.lattice.data import are_points
 
 

@@ -19,9 +19,9 @@ from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
 from geosurf.read._common import read_text
+from geosurf.read._gocad_draft import Draft, Line, bodies, fill, row_of
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset, refuse_columns
-from geosurf.read.gocad import Draft, Line, bodies, fill, row_of
 
 BREAK = (-1, -1)  # between two parts: their lines do not join, even at a shared vertex
 

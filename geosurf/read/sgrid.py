@@ -16,11 +16,11 @@ import numpy as np
 
 from geosurf.errors import FormatError, GeosurfWarning
 from geosurf.read._common import integer, number, read_text
+from geosurf.read._gocad_draft import bodies
 from geosurf.read._gocad_header import Header
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import is_looking, noted
 from geosurf.read._placed import fault_dataset
-from geosurf.read.gocad import bodies
 from geosurf.read.grids.nodes import GridNodes, nodes_from_places
 from geosurf.warning import warn
 

@@ -23,7 +23,7 @@ from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.files.atomic import remove, remove_abandoned, write_whole
 from geosurf.files.sealed import read_own, sealed, unsealed, why_not_ours
 from geosurf.model.expected import path_of
-from geosurf.scene.memory import fingerprint
+from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.packed import packed, unpacked
 from geosurf.warning import collected, issue, warn
 

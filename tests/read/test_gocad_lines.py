@@ -88,7 +88,7 @@ def test_law_a_tsurf_in_bulk_is_that_of_its_lines(tmp_path, monkeypatch, step, c
     path = written(tmp_path, (text + "END\n").replace(*change))
     slow = gs.read_fault(path)
     _in_bulk(monkeypatch)
-    monkeypatch.setattr("geosurf.read.gocad.quoted_words", _no_vertices)
+    monkeypatch.setattr("geosurf.read._gocad_draft.quoted_words", _no_vertices)
     fast = gs.read_fault(path)
     assert fast.vertices.tobytes() == slow.vertices.tobytes()
     assert fast.triangles.tobytes() == slow.triangles.tobytes()
@@ -106,7 +106,7 @@ def test_law_a_model_of_many_parts_in_bulk_is_that_of_its_lines(tmp_path, monkey
     (path,) = gs.write(units, tmp_path / "m.ml")
     slow = gs.read_units(path)
     _in_bulk(monkeypatch)
-    monkeypatch.setattr("geosurf.read.gocad.quoted_words", _no_vertices)
+    monkeypatch.setattr("geosurf.read._gocad_draft.quoted_words", _no_vertices)
     fast = gs.read_units(path)
     for name, unit in slow.items():
         assert fast[name].vertices.tobytes() == unit.vertices.tobytes()
