@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,10 @@ class Kept:
         Earlier pieces that these come from, until cells have been found.
     seams : (ndarray, ndarray), or None
         Triangles around each edge where cells meet, in order, once cells have been found.
+    one_way : bool
+        Whether no triangles coincide and each patch faces one way, once that is known.
+    sums : FaceSums, or None
+        Sums over the faces of the cells, once these have been found.
     """
 
     pieces: Pieces
@@ -45,6 +50,8 @@ class Kept:
     rim: np.ndarray
     came: Origin | None = None
     seams: tuple[np.ndarray, np.ndarray] | None = None
+    one_way: bool = False
+    sums: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +65,14 @@ class Origin:
         Triangle that each earlier triangle is now, or -1.
     halves : ndarray of int64
         Half-edges whose edges have changed, rising.
+    patch : ndarray of int64
+        Patch that each earlier patch is now, or -1 if it lost or gained something.
     """
 
     before: Kept
     after: np.ndarray
     halves: np.ndarray
+    patch: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,15 +129,20 @@ class Earlier:
         kept: Kept,
     ) -> Earlier:
         """Return what later arrangements need of one; nothing that it holds is kept by views."""
-        # a child has a row, but arrays of children and points have room for more
+        # arrays of children and points that were made anew have room for more
         return cls(
             tuple(keys), contacts.origin, contacts.t, contacts.surface_of_face,
             contacts.key_of_face, contacts.nodes, contacts.rows, contacts.near, contacts.ids,
-            contacts.x.copy(), contacts.d.copy(), contacts.n_vertex, contacts.slip,
-            contacts.options["pairs"], children.triangles.copy(), children.parent.copy(),
+            _alone(contacts.x), _alone(contacts.d), contacts.n_vertex, contacts.slip,
+            contacts.options["pairs"], _alone(children.triangles), _alone(children.parent),
             children.cut, children.doubtful, len(children.x), children.collisions,
             children.n_thin, children.largest, kept,
         )  # fmt: skip
+
+
+def _alone(array: np.ndarray) -> np.ndarray:
+    """An array that owns its memory: a copy of a part of a larger one."""
+    return array if array.base is None else array.copy()
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ some hundred faces, and all that follows (zones, blocks, volumes) is decided by 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from geosurf.arrangement.earlier import Earlier
 from geosurf.carve import measures
+from geosurf.carve.face_sums import FaceSums
 from geosurf.carve.floating_in_store import place_in_store
 from geosurf.carve.half_faces import Parents, Parts, find_parts, joined_sides
 from geosurf.carve.isolated import place_floating
@@ -59,6 +61,8 @@ class Cells:
     face_of_element : ndarray of int64, shape (n_element,)
         Face that each element of the pieces (triangle, then run) is a part of; -1 for what is
         outside of the box, and for all but the first of the triangles with the same corners.
+    sums : FaceSums
+        What is known of the faces.
     """
 
     surface_of: np.ndarray
@@ -68,6 +72,7 @@ class Cells:
     patches: Patches
     pieces: Pieces
     face_of_element: np.ndarray
+    sums: FaceSums
 
     @cached_property
     def own(self) -> dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -77,7 +82,9 @@ class Cells:
     @cached_property
     def below(self) -> np.ndarray:
         """Volume below each face, float64 (n, 3): see `geosurf.carve.measures`."""
-        return measures.below(self.pieces, self.face_of_element, len(self.surface_of), self.level)
+        return self._of_faces(
+            "below", lambda of: measures.below(self.pieces, of, len(self.surface_of), self.level)
+        )
 
     @property
     def level(self) -> float:
@@ -87,12 +94,28 @@ class Cells:
     @cached_property
     def heights(self) -> np.ndarray:
         """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
-        return measures.heights(self.pieces, self.face_of_element, len(self.surface_of))
+        return self._of_faces(
+            "heights", lambda of: measures.heights(self.pieces, of, len(self.surface_of))
+        )
+
+    def beside_level(self, wanted: np.ndarray, level: float) -> np.ndarray:
+        """Volume of some faces (bool) above a level and below it: see `carve.measures`."""
+        return self.sums.complete(
+            ("beside", level), wanted, self.face_of_element,
+            lambda of: measures.beside_level(self.pieces, of, len(self.surface_of), level),
+        )  # fmt: skip
+
+    def _of_faces(self, kind: str, run: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Sums over all faces."""
+        wanted = np.ones(len(self.surface_of), dtype=bool)
+        return self.sums.complete(kind, wanted, self.face_of_element, run)
 
     @cached_property
     def extent(self) -> np.ndarray:
         """Area, bounds and map areas of each face, float64 (n, 12): see `carve.measures`."""
-        return measures.extent(self.pieces, self.face_of_element, len(self.surface_of))
+        return self._of_faces(
+            "extent", lambda of: measures.extent(self.pieces, of, len(self.surface_of))
+        )
 
     def extent_of(self, faces: np.ndarray) -> np.ndarray:
         """Rows of `extent` for some faces: only these are measured if none has been before."""
@@ -141,7 +164,7 @@ class Cells:
         }
         return FullCells(
             self.surface_of[face], also, self.cell_of_side[face], self.n_cell, self.patches,
-            self.pieces, self.face_of_element, full.triangles[row], row, full.local,
+            self.pieces, self.face_of_element, self.sums, full.triangles[row], row, full.local,
         )  # fmt: skip
 
 
@@ -222,12 +245,20 @@ def find_cells(patches: Patches, made: Earlier | None = None) -> Cells:
     found, behind = np.divmod(found, n_cell + 1)
     found, front = np.divmod(found, n_cell + 1)
     face_of_element = np.append(face, -1)[parts.of_element]
+    of_patch = None if parts.of_patch is None else np.append(face, -1)[parts.of_patch]
+    sums = FaceSums.of(of_patch, len(found))
+    if made is not None:  # from here on the pieces before are not needed
+        came, made.kept.came = made.kept.came, None
+        if in_box and made.kept.pieces is pieces:
+            if came is not None:
+                sums = FaceSums.of(of_patch, len(found), came.before.sums, came.patch)
+            made.kept.sums = sums
 
     # the first owner names the face, the others are listed with how they are turned on it
     first = np.array([of[0][0] for of in owners], dtype=np.int64)
     also = {i: owners[k][1:] for i, k in enumerate(found.tolist()) if len(owners[k]) > 1}
     between = np.stack([front, behind], axis=1)
-    return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
+    return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element, sums)
 
 
 def _seen(
@@ -243,7 +274,7 @@ def _seen(
         kept = made.kept if made is not None and mine else None
         if kept and kept.came and walls_of(kept.came.before.pieces) != walls_of(pieces):
             kept.came = None
-        parts = find_parts(pieces, bounds, connected=mine)
+        parts = find_parts(pieces, bounds, kept)
         sides, piece, parents = joined_sides(patches, pieces, parts, kept)
         owners, owner = _owners(pieces, parts)
         fixed = _outermost(pieces, parts, piece, owned_by_walls(patches, owners)[owner])

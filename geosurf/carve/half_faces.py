@@ -19,6 +19,7 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
 from geosurf.kernels.meshes.parts import (
     count_turns,
+    count_turns_among,
     first_elements,
     mark_around,
     number_parents,
@@ -50,11 +51,14 @@ class Parts:
         First element of each; rising, so that parts with triangles come before those without.
     surface : ndarray of int64, shape (n_part,)
         Surface that each is of.
+    of_patch : ndarray of int64, shape (n_patch,), or None
+        Part that each patch is, or -1; None where parts are not whole patches.
     """
 
     of_element: np.ndarray
     first: np.ndarray
     surface: np.ndarray
+    of_patch: np.ndarray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,18 +82,20 @@ class Parents:
         return found
 
 
-def find_parts(pieces: Pieces, bounds: np.ndarray, *, connected: bool) -> Parts:
+def find_parts(pieces: Pieces, bounds: np.ndarray, kept: Kept | None) -> Parts:
     """Find the parts inside bounds (2, 3), local.
 
     The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
-    Patches that are `connected` and do not cross the bounds are parts if all of each face one way.
+    Patches that are `kept` are connected and do not cross the bounds: they are parts if all of each
+    face one way.
     """
-    if connected and _patches_are_parts(pieces):
+    whole = kept is not None and _patches_are_parts(pieces, kept)
+    if whole:
         first = first_elements(pieces.patch, int(pieces.patch.max(initial=-1)) + 1)
         order = np.argsort(first)
         rank = np.empty_like(order)
         rank[order] = np.arange(len(order))
-        part, first = rank[pieces.patch], first[order]
+        first = first[order]
     else:
         part, first = parts_of(
             pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
@@ -104,17 +110,24 @@ def find_parts(pieces: Pieces, bounds: np.ndarray, *, connected: bool) -> Parts:
 
     # rank among the parts inside, -1 for the others; the last entry serves part -1
     number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
-    return Parts(number[part], first[inside], surface[inside])
+    if whole:
+        of_patch = number[rank]
+        return Parts(of_patch[pieces.patch], first[inside], surface[inside], of_patch)
+    return Parts(number[part], first[inside], surface[inside], None)
 
 
-def _patches_are_parts(pieces: Pieces) -> bool:
+def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
     """Whether no triangles coincide, and no surface turns over; lattices never do."""
+    of = pieces.triangles, pieces.surface, pieces.ring
+    if kept.came is not None and kept.came.before.one_way:
+        kept.one_way = count_turns_among(*of, kept.came.halves) == 0
+        return kept.one_way
     if not np.array_equal(pieces.twin, np.arange(len(pieces.twin))):
         return False
     cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
     lists = [i for i, strips in enumerate(pieces.strips) if strips is None]
-    of = pieces.triangles, pieces.surface, pieces.ring
-    return not any(count_turns(*of, cut[i], cut[i + 1]) for i in lists)
+    kept.one_way = not any(count_turns(*of, cut[i], cut[i + 1]) for i in lists)
+    return kept.one_way
 
 
 def _pairs(pieces: Pieces) -> np.ndarray:
@@ -227,7 +240,7 @@ def joined_sides(
         seams = np.concatenate([seams0, seams])
     join_seams(start, seams, parts.of_element, sides, piece)
     if kept is not None:
-        kept.seams, kept.came = (start, seams), None
+        kept.seams = start, seams
     return _roots(sides).reshape(-1, 2), _roots(piece), parents
 
 

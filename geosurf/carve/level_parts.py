@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.fluids import contacts_of_units, interval, parse_sides
-from geosurf.carve.measures import BELOW, FLAT, beside_level
+from geosurf.carve.measures import BELOW, FLAT
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells, unit_of_volume
 from geosurf.carve.volume import doubtful_volume
@@ -188,10 +188,8 @@ def _beside(shells: Shells, faces: np.ndarray, level: float) -> np.ndarray:
         shift = 3.0 * (cells.level - level) * cells.below[some, FLAT]
         found[some, at] = np.column_stack([cells.below[some, BELOW], shift])
 
-    crossed = np.zeros(len(found) + 1, dtype=bool)  # the last row: no face
-    crossed[faces[(low < level) & (high > level)]] = True
-    face = np.where(crossed[cells.face_of_element], cells.face_of_element, -1)
-    cut = beside_level(cells.pieces, face, len(found), level)
-    rows = crossed[:-1]
+    rows = np.zeros(len(found), dtype=bool)
+    rows[faces[(low < level) & (high > level)]] = True
+    cut = cells.beside_level(rows, level)
     found[rows, 0:2], found[rows, 3:5] = cut[rows, 0:2], cut[rows, 2:4]
     return found

@@ -149,7 +149,8 @@ def _of_runs(lattice: Lattice, runs: np.ndarray, level: float | None = None) -> 
         found = level_volumes.heights_of_runs(given[0][2], *given[1:], runs0, known)
     else:
         found = kernels.volume_below_runs(*given[0], *given[1:], level, runs0, known)
-    held[kind] = level, runs, found
+    if len(runs) >= len(runs0):  # else a change: the next one may be of the same scene as this
+        held[kind] = level, runs, found
     return found
 
 

@@ -10,7 +10,8 @@ from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.earlier import Kept
 from geosurf.arrangement.search import Contacts
 from geosurf.errors import InvariantError
-from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.contacts.merged_contacts import mark_corners
+from geosurf.kernels.contacts.packed_contact import in_plane, mark_touched, n_corners
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
@@ -31,8 +32,7 @@ _NO_KEYS = np.empty(0, dtype=np.int64)
 def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     """The pieces of all surfaces, and the edges (n, 2) of their curves."""
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
-    touched = np.zeros(len(contacts.t), dtype=bool)
-    touched[contacts.rows[:, :2]] = True
+    touched = mark_touched(contacts.rows, len(contacts.t))
     x, t, surface, key, face, point_of_id = _triangles(contacts, children, touched)
 
     # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
@@ -44,9 +44,8 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
 
     # Runs of triangles of each lattice that nothing touches.
     rows = np.flatnonzero(touched)
-    cut = np.searchsorted(
-        contacts.surface_of_face.take(rows), np.arange(len(contacts.surfaces) + 1)
-    )
+    cut = np.searchsorted(contacts.surface_of_face, np.arange(len(contacts.surfaces) + 1))
+    cut = np.searchsorted(rows, cut)
     strips = [
         _strips(contacts, i, rows[cut[i] : cut[i + 1]], number)
         for i in range(len(contacts.surfaces))
@@ -54,7 +53,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
 
     # `ring`: the next half-edge around each edge; `link`: the run behind a free half-edge.
-    came = None
+    came = origin = None
     if contacts.carried is not None and not children.collisions:
         labels = t, surface, key, face
         came = carry_edges(contacts.carried, *labels, len(x), strips, first_run)
@@ -67,7 +66,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     # Patches end at rings of more than two half-edges: that is where curves are.
     if came is not None:
         twin = np.arange(len(t))
-        patch, rim = carry_patches(came, surface, key, link, strips, first_run)
+        patch, rim, origin = carry_patches(came, surface, key, link, strips, first_run)
     else:
         twin, owners = _twins(contacts, t, surface, face)
         part, rim = patches_and_boundary(surface, owners, ring, twin, n_edge)
@@ -77,7 +76,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
         first_run, patch,
     )  # fmt: skip
-    kept = Kept(pieces, face, rim, None if came is None else came.origin)
+    kept = Kept(pieces, face, rim, origin)
     return kept, _in_order(ends_of(t, rim), len(x))
 
 
@@ -100,7 +99,7 @@ def _triangles(
     n = len(children.x)
     # faces that are only near one another depend on how candidates are searched: passed over
     met = np.zeros(contacts.n_vertex, dtype=bool)
-    met[contacts.t.take(np.flatnonzero(touched), axis=0)] = True
+    mark_corners(contacts.t, touched, met)
     # Lattices wait in strips; lists bring all their other triangles.
     places, others = [children.x], []
     for i, source in enumerate(contacts.surfaces):
@@ -111,11 +110,8 @@ def _triangles(
     x = np.concatenate(places)
 
     # By surface and key, as in the input; pieces of one triangle stay in their order.
-    starts = np.arange(len(contacts.surfaces) + 1)
-    first = [
-        np.searchsorted(contacts.surface_of_face.take(of), starts)
-        for of in (children.parent, uncut)
-    ]
+    cut = np.searchsorted(contacts.surface_of_face, np.arange(len(contacts.surfaces) + 1))
+    first = [np.searchsorted(of, cut) for of in (children.parent, uncut)]
     counts = [other.n for other in others] + np.diff(first[0]) + np.diff(first[1])
     row = np.concatenate([[0], np.cumsum(counts)])
     t = np.empty((row[-1], 3), dtype=np.int64)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Carried, Origin
+from geosurf.arrangement.earlier import Carried, Kept, Origin
 from geosurf.kernels.lattices.strips import lowest_keys
 from geosurf.kernels.meshes import carried_pieces as kernels
 from geosurf.model.pieces import Strips
@@ -18,7 +18,8 @@ class Edges(NamedTuple):
 
     Attributes
     ----------
-    origin : Origin
+    before, after, halves
+        As `Origin` has them.
     blocks : ndarray of int64, shape (n, 3)
         Triangles that stay: see `carried_pieces`.
     runs : (ndarray of int64, ndarray of int64)
@@ -27,7 +28,9 @@ class Edges(NamedTuple):
         As `Pieces` has them; links that are not known yet are FREE.
     """
 
-    origin: Origin
+    before: Kept
+    after: np.ndarray
+    halves: np.ndarray
     blocks: np.ndarray
     runs: tuple[np.ndarray, np.ndarray]
     ring: np.ndarray
@@ -75,7 +78,7 @@ def carry_edges(
     )
     kernels.match_half_edges(t, n_point, blocks, halves, until, ring, link)
     runs = run_before, run_after
-    return Edges(Origin(kept, after, halves), blocks, runs, ring, link)
+    return Edges(kept, after, halves, blocks, runs, ring, link)
 
 
 def carry_patches(
@@ -85,19 +88,18 @@ def carry_patches(
     link: np.ndarray,
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Patch of each element, and the last half-edges of the edges between patches.
+) -> tuple[np.ndarray, np.ndarray, Origin]:
+    """Patch of each element, the last half-edges of the edges between patches, and the origin.
 
     `link` is complete.
     """
-    origin = came.origin
-    kept, old = origin.before, origin.before.pieces
-    found: tuple[np.ndarray, np.ndarray] = kernels.carry_patches(
-        came.blocks, origin.after, *came.runs, int(old.patch.max(initial=-1)) + 1, old.patch,
-        old.ring, kept.rim, surface, key, came.ring, link, origin.halves,
+    old = came.before.pieces
+    patch, rim, patch_after = kernels.carry_patches(
+        came.blocks, came.after, *came.runs, int(old.patch.max(initial=-1)) + 1, old.patch,
+        old.ring, came.before.rim, surface, key, came.ring, link, came.halves,
         *runs_of_all(strips, first_run), first_run,
     )  # fmt: skip
-    return found
+    return patch, rim, Origin(came.before, came.after, came.halves, patch_after)
 
 
 def runs_of_all(

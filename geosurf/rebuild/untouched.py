@@ -48,7 +48,8 @@ def untouched(contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, 
     nodes, ids = nodes[met[ids]], ids[met[ids]]
 
     taken = np.zeros(source.n_triangle, dtype=bool)
-    mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
+    low, high = np.searchsorted(contacts.surface_of_face, [i, i + 1])
+    mine = low + np.flatnonzero(touched[low:high])
     taken[source.rows_of_keys(contacts.key_of_face[mine])] = True
 
     # Vertices that contacts use have ids; the others get new ones, from `n` on.

@@ -73,6 +73,15 @@ def on_boundaries(rows):
     return out
 
 
+@entry("l2 l -> b1")
+def mark_touched(rows, n):
+    """Which of n faces meet another one."""
+    touched = np.zeros(n, dtype=np.bool_)
+    for k in range(rows.shape[0]):
+        touched[rows[k, TRIANGLE_A]] = touched[rows[k, TRIANGLE_B]] = True
+    return touched
+
+
 @entry("l2 l1 l1 l -> b1")
 def mark_met(rows, surface, number, n):
     """Which of n faces meet another surface; `number` has the number of each face, or -1."""

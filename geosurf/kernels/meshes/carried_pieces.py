@@ -20,7 +20,7 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import FIRST, LAST
 from geosurf.kernels.meshes.merged_pieces import number_in_order
-from geosurf.kernels.meshes.mesh import join, match_in_buckets
+from geosurf.kernels.meshes.mesh import find, join, match_in_buckets
 
 _FREE, _PAIRED = -1, -2  # of `link`
 FIRST0, FIRST_NOW, COUNT = 0, 1, 2  # of `blocks`
@@ -265,13 +265,29 @@ def _join_across(surface, ring, link, node, parent, h):
     return False
 
 
-@entry("l2 l1 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1")
+@scalar
+def _alone(parent, touched, numbers):
+    """Number of each earlier patch that has lost nothing, and is a set of its own; or -1."""
+    n_patch = touched.shape[0]
+    size = np.zeros(n_patch, dtype=np.int64)
+    for k in range(parent.shape[0]):
+        root = find(parent, k)
+        if root < n_patch:  # the lowest of its set
+            size[root] += 1
+    out = np.full(n_patch, -1, dtype=np.int64)
+    for p in range(n_patch):
+        if not touched[p] and size[p] == 1:
+            out[p] = numbers[p]
+    return out
+
+
+@entry("l2 l1 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1 l1")
 def carry_patches(
     blocks, after, run_before, run_after, n_patch0, patch0, ring0, rim0, surface, key, ring, link,
     halves, joined, lowest, first_run,
 ):  # fmt: skip
-    """Patch of each element, as `number_patches` gives them, and the last half-edges of the edges
-    between patches.
+    """Patch of each element, as `number_patches` gives them, the last half-edges of the edges
+    between patches, and the patch that each earlier one is, or -1 if it lost or gained something.
 
     No two triangles coincide. Elements of a patch that has lost nothing are not joined again:
     what is new beside them has its edges among `halves`.
@@ -304,5 +320,5 @@ def carry_patches(
             n_rim += 1
     for k in range(joined.shape[0]):
         join(parent, node[n + joined[k, 0]], node[n + joined[k, 1]])
-    number_in_order(parent, node, surface, key, lowest, first_run)
-    return node, rim[:n_rim].copy()
+    numbers = number_in_order(parent, node, surface, key, lowest, first_run)
+    return node, rim[:n_rim].copy(), _alone(parent, touched, numbers)

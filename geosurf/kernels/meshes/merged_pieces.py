@@ -97,7 +97,8 @@ def number_used(t, n):
 def number_in_order(parent, node, surface, key, lowest, first_run):
     """Number of the set of each triangle, then of each run; by the first one of each in order.
 
-    `parent` are sets of nodes. Elements are given as their nodes, and get the numbers.
+    `parent` are sets of nodes. Elements are given as their nodes, and get the numbers. Returns the
+    number of the set of each root.
     """
     n = surface.shape[0]
     numbers = np.full(parent.shape[0], -1, dtype=np.int64)
@@ -124,6 +125,7 @@ def number_in_order(parent, node, surface, key, lowest, first_run):
                 if not own:
                     break
                 i += 1
+    return numbers
 
 
 @entry("l1 l l1 l1 l1 l2 l1 l1 -> l1")

@@ -172,12 +172,28 @@ def first_elements(patch, n_patch):
     return first
 
 
+@scalar
+def _turns(t, surface, ring, h):
+    """Whether a half-edge is the last of an edge inside a surface that both run along alike."""
+    j = ring[h]
+    if j >= h or ring[j] != h or surface[j // 3] != surface[h // 3]:
+        return False
+    return t[h // 3, h % 3] == t[j // 3, j % 3]
+
+
 @entry("l2 l1 l1 l l -> l")
 def count_turns(t, surface, ring, low, high):
     """Edges inside a surface, of triangles `low` to `high` - 1, that both run along alike."""
     n = 0
     for h in range(3 * low, 3 * high):
-        j = ring[h]
-        if j < h and ring[j] == h and surface[j // 3] == surface[h // 3]:
-            n += 1 if t[h // 3, h % 3] == t[j // 3, j % 3] else 0
+        n += 1 if _turns(t, surface, ring, h) else 0
+    return n
+
+
+@entry("l2 l1 l1 l1 -> l")
+def count_turns_among(t, surface, ring, halves):
+    """The same of the edges of some half-edges."""
+    n = 0
+    for k in range(halves.shape[0]):
+        n += 1 if _turns(t, surface, ring, halves[k]) else 0
     return n
