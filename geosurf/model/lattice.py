@@ -20,7 +20,7 @@ from geosurf.model.holes import Holes, holes_in
 from geosurf.model.survey import Survey
 
 # what does not ask how cells are split and turned
-_OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
+OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
              "present", "vertex_of_node", "holes")  # fmt: skip
 
 
@@ -119,7 +119,7 @@ class Lattice(Noun):
         # diagonal and are made anew
         twin = object.__new__(type(self))
         mine = self.__dict__
-        twin.__dict__.update({key: mine[key] for key in _OF_NODES if key in mine})
+        twin.__dict__.update({key: mine[key] for key in OF_NODES if key in mine})
         twin.__dict__.update(rising=rising, reverse=reverse)
         return twin
 

@@ -19,6 +19,7 @@ from geosurf.model.sectors import Sector
 from geosurf.model.sheet_report import FaultCut, SheetReport, ThrowReport
 from geosurf.model.surfaces import TriSurface
 from geosurf.model.tear_plan import TearPlan
+from geosurf.model.torn_lattice import TornLattice
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,8 @@ class Sheet(Shown):
         # keys count cells and their halves, `divided` counts nodes: one more in each row
         row, col = np.divmod(self.divided // 2, n_col)
         whole = np.ones(2 * (lattice.shape[0] - 1) * (n_col - 1), dtype=bool)
-        whole[2 * (row * (n_col - 1) + col) + self.divided % 2] = False
+        gone = 2 * (row * (n_col - 1) + col) + self.divided % 2
+        whole[gone] = False
         keys = np.flatnonzero(whole) if lattice.whole else lattice.keys[whole[lattice.keys]]
 
         # triangles that faults divide are replaced by copies on both sides, which end in ghosts
@@ -131,6 +133,7 @@ class Sheet(Shown):
             )
         made = TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
         made.crs, made.sectors = self.crs, self.sectors
+        made.torn = TornLattice.of(lattice, np.sort(gone), self.copies, self.ghosts)
         return made
 
     def surface_among(self, others: Callable[[str], TriSurface | None] | None) -> TriSurface:

@@ -16,6 +16,7 @@ from geosurf.model.base import Shown, frozen, polydata
 from geosurf.model.expected import expect, listed, name_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.sectors import Sector
+from geosurf.model.torn_lattice import TornLattice
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -81,6 +82,7 @@ class TriSurface(Shown):
         self.lattice = lattice
         self.checked = False  # whether all triangles are known to have an area
         self.sectors: tuple[Sector, ...] = ()
+        self.torn: TornLattice | None = None  # of a torn sheet: the lattice that most of it is
 
         # lattice without arrays: vertices and triangles follow by rule, when somebody reads them
         if vertices is None or triangles is None:

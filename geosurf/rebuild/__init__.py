@@ -4,6 +4,7 @@
 patches.py         `rebuild_surfaces`: contacts of triangles -> patches
 assemble.py        pieces and patches from cut and uncut triangles
 untouched.py       triangles of lists that nothing meets
+torn_lattices.py   torn sheets as lattices with gaps
 carried.py         edges and patches that an earlier arrangement has
 soundness.py       which triangles could cross after rounding: those are tested exactly
 repair.py          vertices moved where rounding would make triangles cross

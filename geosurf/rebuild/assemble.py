@@ -22,9 +22,10 @@ from geosurf.kernels.meshes.mesh import (
     weld,
 )
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
+from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.carried import carry_edges, carry_patches, runs_of_all
 from geosurf.rebuild.equal_vertices import has_strips
-from geosurf.rebuild.untouched import NO_OTHERS, untouched
+from geosurf.rebuild.untouched import NO_OTHERS, Others, beside_gaps, untouched
 
 _NO_KEYS = np.empty(0, dtype=np.int64)
 
@@ -33,7 +34,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     """The pieces of all surfaces, and the edges (n, 2) of their curves."""
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
     touched = mark_touched(contacts.rows, len(contacts.t))
-    x, t, surface, key, face, point_of_id = _triangles(contacts, children, touched)
+    (x, t, surface, key, face, point_of_id), others = _triangles(contacts, children, touched)
 
     # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
     new, n_used = number_used(t, len(x))
@@ -47,7 +48,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     cut = np.searchsorted(contacts.surface_of_face, np.arange(len(contacts.surfaces) + 1))
     cut = np.searchsorted(rows, cut)
     strips = [
-        _strips(contacts, i, rows[cut[i] : cut[i + 1]], number)
+        _strips(contacts, i, rows[cut[i] : cut[i + 1]], number, others[i])
         for i in range(len(contacts.surfaces))
     ]
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
@@ -87,9 +88,9 @@ def _in_order(edges: np.ndarray, n: int) -> np.ndarray:
 
 def _triangles(
     contacts: Contacts, children: Children, touched: np.ndarray
-) -> tuple[np.ndarray, ...]:
+) -> tuple[tuple[np.ndarray, ...], list[Others]]:
     """Points; corners, surface, key and face (-1: in no contact) of the triangles, in order;
-    and the point of each id of the children.
+    and the point of each id, first those of the children. And what nothing meets of each surface.
     """
     # Faces that a curve touches but does not cut stay as one triangle each.
     uncut = touched.copy()
@@ -103,7 +104,11 @@ def _triangles(
     # Lattices wait in strips; lists bring all their other triangles.
     places, others = [children.x], []
     for i, source in enumerate(contacts.surfaces):
-        other = NO_OTHERS if has_strips(source) else untouched(contacts, i, touched, met, n)
+        other = NO_OTHERS
+        if isinstance(source.lattice, TornLattice):
+            other = beside_gaps(contacts, i, touched, met, n)
+        elif not has_strips(source):
+            other = untouched(contacts, i, touched, met, n)
         n += len(other.places)
         places.append(other.places)
         others.append(other)
@@ -130,10 +135,12 @@ def _triangles(
         welded = np.empty((count, 3))
         welded[number[::-1]] = x[::-1]
         x, t = welded, number[t]
-    return x, t, surface, key, face, number[: len(children.x)]
+    return (x, t, surface, key, face, number), others
 
 
-def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray) -> Strips | None:
+def _strips(
+    contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray, other: Others
+) -> Strips | None:
     """What no curve touches of a lattice, given its touched faces."""
     source = contacts.surfaces[i]
     if not has_strips(source):
@@ -145,6 +152,11 @@ def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray)
     # Keys of the triangles that are listed one by one, and gaps where some do not exist.
     taken = contacts.key_of_face.take(touched)
     absent = lattice.gaps
+    nodes, ids = contacts.nodes[i]
+    if isinstance(lattice, TornLattice):  # triangles next to gaps are listed, too
+        taken = np.union1d(taken[taken < lattice.n_key], lattice.beside_gaps)
+        nodes = np.flatnonzero(other.number[: lattice.n_node] >= 0)
+        ids = other.number[nodes]
 
     # Each row of cells has one run and one more for each triangle taken out of it; a second call if
     # that is too little.
@@ -155,7 +167,6 @@ def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray)
         start, n = find_runs(a, taken, absent, runs)
     runs = runs[:n].copy()
 
-    nodes, ids = contacts.nodes[i]
     points = number.take(ids)
     used = np.flatnonzero(points >= 0)
     joined = join_runs(a, runs, start)

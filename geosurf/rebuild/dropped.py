@@ -11,6 +11,7 @@ import numpy as np
 
 from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.model import Patches, frozen
+from geosurf.model.pieces import Strips
 from geosurf.rebuild.listed import Listed
 
 
@@ -105,13 +106,17 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         twin=np.arange(len(triangles)),
         ring=ring,
         link=link,
-        strips=[
-            None if one is None else replace(one, points=number.take(one.points))
-            for one in pieces.strips
-        ],
+        strips=[None if one is None else _numbered(one, number) for one in pieces.strips],
         patch=np.concatenate([patch, of_run]),
     )
     return Patches.of_pieces(made, number[curve], _with_area(patches.report, mesh, stays))
+
+
+def _numbered(strips: Strips, number: np.ndarray) -> Strips:
+    """Strips with the new numbers of points; a node whose triangles are gone has none."""
+    points = number.take(strips.points)
+    stays = np.flatnonzero(points >= 0)
+    return replace(strips, nodes=strips.nodes.take(stays), points=points.take(stays))
 
 
 def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

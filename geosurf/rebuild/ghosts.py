@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.kernels.sheets.sheet_trim import classify_parts
 from geosurf.model import Patches
 from geosurf.model.expected import expect
+from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.dropped import drop_patches, drop_triangles
 from geosurf.rebuild.listed import Listed
 from geosurf.rebuild.wall_sides import on_wrong_side
@@ -51,14 +52,19 @@ def trim_sheets(patches: Patches) -> Patches:
     if not sheets:
         return patches
 
-    # a sheet that comes as a grid may have runs: then all triangles are looked at
-    if any(sheet.lattice is not None for sheet in sheets):
+    # of other grids all triangles are looked at
+    lattices = [sheet.lattice for sheet in sheets]
+    if not all(one is None or isinstance(one, TornLattice) for one in lattices):
         return drop_triangles(patches, kept_parts(patches)[0])
     mesh = Listed.without_runs(patches)
+    has_runs = np.zeros(mesh.n_patch, dtype=bool)
+    has_runs[patches.pieces.patch[len(mesh.triangles) :]] = True
     keep = np.ones(mesh.n_patch, dtype=bool)
-    for i, joined, stays in _parts_of_sheets(mesh, None):
+    for i, joined, stays in _parts_of_sheets(mesh, None, has_runs):
         mine = mesh.patch_of_triangle[mesh.rows(i)]
         keep[mine] = stays[joined[mine]]
+    if not keep[has_runs].all():  # such as a part that lies in another wedge
+        return drop_triangles(patches, kept_parts(patches)[0])
     return drop_patches(patches, mesh, keep)
 
 
@@ -80,11 +86,12 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _parts_of_sheets(
-    mesh: Listed, corner: np.ndarray | None
+    mesh: Listed, corner: np.ndarray | None, has_runs: np.ndarray | None = None
 ) -> list[tuple[int, np.ndarray, np.ndarray]]:
     """Of each torn sheet its row, the part of each patch, and which parts stay.
 
     Writes `corner` (n_triangle, 3), if it is given: the vertex of the sheet at each corner.
+    Patches that have runs, if these are given, hold data: no ghost is in a run.
     """
     found = []
     for i, source in enumerate(mesh.sources):
@@ -100,6 +107,8 @@ def _parts_of_sheets(
             source.vertices, mesh.origin, mesh.on_fault, ghost, source.vertex_data["outer"],
             mesh.patch_of_triangle[rows], joined, len(joined), named,
         )  # fmt: skip
+        if has_runs is not None:
+            held[joined[has_runs]] = True
         wrong = on_wrong_side(mesh, i, joined)
         found.append((i, joined, held & ~beyond & ~wrong))
     return found

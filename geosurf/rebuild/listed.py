@@ -10,6 +10,7 @@ import numpy as np
 
 from geosurf.kernels.sheets.sheet_trim import sides_of_edges
 from geosurf.model import Patches, TriSurface
+from geosurf.model.torn_lattice import TornLattice
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +49,20 @@ class Listed:
 
     @classmethod
     def without_runs(cls, patches: Patches) -> Listed:
-        """The triangles that are listed already; parents in a grid are keys, not rows."""
+        """The triangles that are listed already; parents in a grid are keys, not rows.
+
+        Of torn sheets they are rows.
+        """
         pieces = patches.pieces
+        parent = pieces.key.copy()
+        cut = np.searchsorted(pieces.surface, np.arange(len(patches.sources) + 1))
+        for i, source in enumerate(patches.sources):
+            if isinstance(source.lattice, TornLattice):
+                mine = slice(cut[i], cut[i + 1])
+                parent[mine] = source.rows_of_keys(parent[mine])
         return cls(
             patches.sources, patches.origin, pieces.x, pieces.triangles, pieces.surface,
-            pieces.key, pieces.patch[: len(pieces.triangles)], patches.curve_edges, patches.n_patch,
+            parent, pieces.patch[: len(pieces.triangles)], patches.curve_edges, patches.n_patch,
         )  # fmt: skip
 
     @cached_property

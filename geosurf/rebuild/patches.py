@@ -12,6 +12,7 @@ from geosurf.model import Patches, TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.assemble import assemble
 from geosurf.rebuild.repair import cut_soundly
+from geosurf.rebuild.torn_lattices import with_torn_lattices
 
 
 def rebuild_surfaces(
@@ -84,7 +85,7 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     if stored:
         give_back_memory()
     contacts, children, moves = cut_soundly(contacts, known)
-    kept, rim = assemble(contacts, children)
+    kept, rim = assemble(with_torn_lattices(contacts), children)
     if known is not None and not moves["moved_vertices"] and not stored:
         one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])

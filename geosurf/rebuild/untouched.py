@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.arrangement.search import Contacts
 from geosurf.kernels.meshes.used import number_untouched
+from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
 
 _NO_KEYS = np.empty(0, dtype=np.int64)
@@ -39,6 +40,27 @@ NO_OTHERS = Others(
     np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=bool), _NO_KEYS, _NO_KEYS,
     np.empty((0, 3)), 0,
 )  # fmt: skip
+
+
+def beside_gaps(contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, n: int) -> Others:
+    """The triangles of a torn lattice that are listed although nothing meets them.
+
+    Those at faults, which are in no run, and those next to gaps, so that all of these share edges.
+    """
+    source, lattice = contacts.surfaces[i], contacts.surfaces[i].lattice
+    assert isinstance(lattice, TornLattice)
+    copies = lattice.n_key + np.arange(len(lattice.copies))
+    keys = np.concatenate([lattice.beside_gaps, copies])
+    triangles = lattice.corners_of_keys(keys)
+
+    mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
+    taken = np.isin(keys, contacts.key_of_face[mine], assume_unique=True)
+    nodes, ids = contacts.nodes[i]
+    id_of_node = np.full(len(lattice.vertex_of_node), -1, dtype=np.int64)
+    id_of_node[nodes[met[ids]]] = ids[met[ids]]
+    new, count = number_untouched(triangles, taken, id_of_node, n)
+    places = source.places_of_nodes(new) - contacts.origin
+    return Others(triangles, taken, id_of_node, keys, places, count)
 
 
 def untouched(contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, n: int) -> Others:

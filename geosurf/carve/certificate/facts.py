@@ -30,6 +30,7 @@ from geosurf.kernels.meshes.shells import number_triangles, sums_of_triangles
 from geosurf.model import Patches, Units
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
+from geosurf.model.torn_lattice import TornLattice
 
 _AT_ONCE = 1 << 19  # triangles that are compared with their input triangles, of several surfaces
 _MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
@@ -225,6 +226,9 @@ class Facts:
             else:
                 runs = 0.5 * math.fsum(one.sums[:, 2:4].ravel().tolist())
                 area, before = area + runs, one.missing[0] + runs
+                if isinstance(one.lattice, TornLattice):  # what is missing has copies in its place
+                    x = source.vertices - self.patches.origin
+                    before = sums_of_triangles(x, source.triangles)[1]
                 rim += float(one.sums[:, 5].sum())
             found.append((area, before, rim))
         return found

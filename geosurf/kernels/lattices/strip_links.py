@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import key_across, run_of_key
+from geosurf.kernels.search.tree import N_COL, N_ROW
 
 NONE = -1  # of `link`: the rim of the lattice
 
@@ -35,7 +36,13 @@ def link_runs(
         for c in range(3):
             if ring[3 * i + c] != 3 * i + c or link[3 * i + c] >= 0:
                 continue
-            edge = _whole_edge(corners, number, face[i], t[i, c], t[i, (c + 1) % 3])
+            # at the rim of a torn sheet, past a fault: keys of its copies follow the lattice's
+            if key[i] >= 2 * (a[N_ROW] - 1) * (a[N_COL] - 1):
+                continue
+            # a triangle in no contact, next to a gap, is whole
+            edge = c
+            if face[i] >= 0:
+                edge = _whole_edge(corners, number, face[i], t[i, c], t[i, (c + 1) % 3])
             if edge < 0:
                 # a part of an edge: of the rim, or its neighbour would be cut, too
                 behind = 0

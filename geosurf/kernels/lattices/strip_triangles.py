@@ -110,6 +110,10 @@ def write_triangles(a, runs, start, cut, corners, id_of_node, t):
                     u, v, w = low + 1, low + n_col + 1, low + n_col
                 t[n, 0], t[n, two], t[n, three] = id_of_node[u], id_of_node[v], id_of_node[w]
                 n += 1
+    # those of a torn sheet at its faults, whose keys follow
+    for k in range(m, cut.shape[0]):
+        t[n, 0], t[n, 1], t[n, 2] = corners[k, 0], corners[k, 1], corners[k, 2]
+        n += 1
 
 
 @entry("l1 l2 l1 l1 l1 l l1 l1 -> .")
@@ -132,3 +136,6 @@ def write_labels(a, runs, start, cut, elements, first_run, keys, out):
             if run >= 0:
                 keys[n], out[n] = key, first_run + run
                 n += 1
+    for k in range(m, cut.shape[0]):
+        keys[n], out[n] = cut[k], elements[k]
+        n += 1

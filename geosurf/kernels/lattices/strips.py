@@ -258,6 +258,8 @@ def join_runs(a, runs, start):
 def run_of_key(a, runs, start, key):
     """The run that holds a triangle; -1 if none does."""
     row = (key >> 1) // (a[N_COL] - 1)
+    if row >= start.shape[0] - 1:  # a triangle of a torn sheet at a fault
+        return -1
     place = _place_of(a, key)
 
     # Bisection among the runs of the row.

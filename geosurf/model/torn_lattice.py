@@ -1,0 +1,185 @@
+"""A lattice some triangles of which are gone, with others in their place: that of a torn sheet.
+
+Triangles of the lattice have the keys of a `Lattice`. Those at faults follow them, with keys from
+`TornLattice.n_key` on, and ghosts follow the nodes. So what no fault touches stays in runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.model.base import frozen
+from geosurf.model.holes import FIRST, LAST, ROW, holes_in
+from geosurf.model.lattice import OF_NODES, Lattice
+
+
+class TornLattice(Lattice):
+    """
+    The nodes of a torn sheet, its ghosts, and the triangles at its faults. Made by `of`.
+
+    Attributes
+    ----------
+    gone : ndarray of int64, shape (n_gone,)
+        Keys of the triangles that faults divide, rising; all of them have their nodes.
+    copies : ndarray of int64, shape (n_copy, 3)
+        Triangles that stand for them: nodes, row by row, then ghosts.
+    ghosts : ndarray of float64, shape (n_ghost, 3)
+        World coordinates [m].
+
+    Examples
+    --------
+    >>> flat = Lattice(np.arange(3.0), np.arange(2.0), np.zeros((2, 3)))
+    >>> torn = TornLattice.of(flat, np.array([0]), np.array([[0, 1, 6]]), np.array([[1.0, 1, 5]]))
+    >>> torn.n_triangle, torn.keys.tolist(), torn.rows_of_keys(np.array([3, 4])).tolist()
+    (4, [1, 2, 3, 4], [2, 3])
+    >>> torn.corners_of_keys(np.array([1, 4])).tolist()
+    [[0, 4, 3], [0, 1, 6]]
+    """
+
+    gone: np.ndarray
+    copies: np.ndarray
+    ghosts: np.ndarray
+
+    @classmethod
+    def of(
+        cls, lattice: Lattice, gone: np.ndarray, copies: np.ndarray, ghosts: np.ndarray
+    ) -> TornLattice:
+        """Return the same nodes, torn; what is known of the nodes is shared."""
+        # what does not depend on whether all nodes have triangles
+        shared = {*OF_NODES, *(one.name for one in fields(lattice))}
+        shared -= {"whole", "extent", "vertex_of_node"}
+        made = object.__new__(cls)
+        made.__dict__.update({key: lattice.__dict__[key] for key in shared & {*lattice.__dict__}})
+        made.__dict__.update(gone=gone, copies=copies, ghosts=ghosts)
+        return made
+
+    @cached_property
+    def n_key(self) -> int:
+        """Number above all keys of the lattice itself: the key of the first copy."""
+        n_row, n_col = self.shape
+        return 2 * max(n_row - 1, 0) * max(n_col - 1, 0)
+
+    @property
+    def whole(self) -> bool:
+        """Return False: keys do not follow each other."""
+        return False
+
+    @property
+    def map_height(self) -> float:
+        """0: copies lie over each other in the map."""
+        return 0.0
+
+    @property
+    def has_rising_axes(self) -> bool:
+        """False: ghosts are in no column."""
+        return False
+
+    @property
+    def n_triangle(self) -> int:
+        """Number of triangles."""
+        return self.survey.n_triangles[self.rising] - len(self.gone) + len(self.copies)
+
+    @property
+    def n_present(self) -> int:
+        """Number of nodes that exist, and of ghosts."""
+        return int(self.present.sum()) + len(self.ghosts)
+
+    def corners_in_use(self) -> None:
+        """None: ghosts may reach beyond the nodes."""
+        return
+
+    @cached_property
+    def extent(self) -> np.ndarray:
+        """South-west and north-east corner around all nodes and ghosts [m], float64 (2, 2)."""
+        corners = np.concatenate([self.survey.box.reshape(2, 3)[:, :2], self.ghosts[:, :2]])
+        return frozen([corners.min(axis=0), corners.max(axis=0)], np.float64)
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """Keys of all triangles, rising, int64 (n_triangle,)."""
+        there = np.ones(self.n_key, dtype=bool)
+        if not all(self.survey.numbers):  # some nodes are absent
+            corners = super().corners_of_keys(np.arange(self.n_key))
+            there = self.present.ravel()[corners].all(axis=1)
+        there[self.gone] = False
+        copies = self.n_key + np.arange(len(self.copies))
+        return frozen(np.concatenate([np.flatnonzero(there), copies]), np.int64)
+
+    def corners_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Nodes and ghosts of triangles by key, int64 (n, 3)."""
+        is_copy = keys >= self.n_key
+        if not is_copy.any():
+            return super().corners_of_keys(keys)
+        found = np.empty((len(keys), 3), dtype=np.int64)
+        found[~is_copy] = super().corners_of_keys(keys[~is_copy])
+        found[is_copy] = self.copies[keys[is_copy] - self.n_key]
+        return found
+
+    def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """World coordinates (n, 3) of nodes, row by row, and of ghosts behind them."""
+        is_ghost = nodes >= self.n_node
+        if not is_ghost.any():
+            return super().places_of_nodes(nodes)
+        found = np.empty((*nodes.shape, 3))
+        found[~is_ghost] = super().places_of_nodes(nodes[~is_ghost])
+        found[is_ghost] = self.ghosts[nodes[is_ghost] - self.n_node]
+        return found
+
+    @cached_property
+    def node_of_vertex(self) -> np.ndarray:
+        """Node or ghost that each vertex is, rising, int64 (n_present,)."""
+        ghosts = self.n_node + np.arange(len(self.ghosts))
+        return frozen(np.concatenate([np.flatnonzero(self.present), ghosts]), np.int64)
+
+    @cached_property
+    def vertex_of_node(self) -> np.ndarray:
+        """Vertex of each node, row by row, then of each ghost; -1 where absent."""
+        found = np.full(self.n_node + len(self.ghosts), -1, dtype=np.int64)
+        found[self.node_of_vertex] = np.arange(len(self.node_of_vertex))
+        return frozen(found, np.int64)
+
+    def build_vertices(self) -> np.ndarray:
+        """World coordinates (n_vertex, 3) of the nodes that exist, then of the ghosts."""
+        return self.places_of_nodes(self.node_of_vertex)
+
+    def build_triangles(self) -> np.ndarray:
+        """Triangles (n_triangle, 3): rows of vertices, in the order of keys."""
+        found: np.ndarray = self.vertex_of_node[self.corners_of_keys(self.keys)]
+        return found
+
+    @cached_property
+    def gaps(self) -> np.ndarray:
+        """Places of the lattice without a triangle, in the form of ``kernels.lattices.strips``."""
+        n_row = self.shape[0]
+        absent = np.ones(self.n_key, dtype=bool)
+        absent[self.keys[: len(self.keys) - len(self.copies)]] = False
+
+        # along a strip, the halves of a cell come in the other order where diagonals rise
+        of_halves = absent.reshape(-1, 2)
+        places = (of_halves[:, ::-1] if self.rising else of_halves).reshape(n_row - 1, -1)
+        found = holes_in(np.ascontiguousarray(places))
+        start = n_row + 2 * np.searchsorted(found[:, ROW], np.arange(n_row))
+        return frozen(np.concatenate([start, found[:, [FIRST, LAST]].ravel()]), np.int64)
+
+    @cached_property
+    def beside_gaps(self) -> np.ndarray:
+        """Keys of the triangles that share an edge with one that is gone, rising, int64 (n,)."""
+        from geosurf.kernels.lattices.strips import keys_across
+
+        # edge by edge: a turned lattice has the same three in another order
+        none, edge = np.empty(0, dtype=np.int64), np.tile(np.arange(3), len(self.gone))
+        over = keys_across(self.places, none, False, np.repeat(self.gone, 3), edge)
+        there = np.zeros(self.n_key + 1, dtype=bool)  # the last one for what is outside
+        there[over] = True
+        there[self.gone] = there[-1] = False
+        found = np.flatnonzero(there)
+        if not all(self.survey.numbers):
+            corners = super().corners_of_keys(found)
+            found = found[self.present.ravel()[corners].all(axis=1)]
+        return frozen(found, np.int64)
+
+
+__all__ = ["TornLattice"]
