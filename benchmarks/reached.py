@@ -60,9 +60,12 @@ def _measure(run: Measuring, target: Target, scale: float) -> Row:
         met = row["ratio"] >= target.asked if at_least else row["ratio"] <= target.asked
         row["met"] = bool(met)
     if target.within is not None and scale == 1.0 and row.get("measured"):
-        row["asked"] = f"{seconds_text(target.within)} at most"
+        of = f" for {target.part}" if target.part else ""
+        row["asked"] = f"{seconds_text(target.within)} at most{of}"
         ours = row["measured"][0]
-        row["met"] = None if ours["error"] else bool(ours["seconds"] <= target.within)
+        if not ours["error"]:
+            took = ours["answer"]["cpu_seconds_of_parts"][target.part] if of else ours["seconds"]
+            row["met"] = bool(took <= target.within)
     return row
 
 

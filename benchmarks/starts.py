@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
 import tempfile
 import weakref
 from pathlib import Path
+from statistics import median
+from typing import Any
 
 from benchmarks.installed import Start, prepare_start
 from benchmarks.scenes import Setting
 
-_COMMAND = "import sys; from geosurf.cli import main; raise SystemExit(main(sys.argv[1:]))"
+_COMMAND = "from geosurf.cli import main; raise SystemExit(main())"
+IMPORTS = "imports and kernels"
+# the same, with the processor time of all imports (the outermost ones, wherever they are) at last
+_SPLIT = """
+import builtins, json, sys, time
+began, real, inside, imports = time.process_time(), builtins.__import__, False, 0.0
+def imported(*names, **words):
+    global inside, imports
+    if inside:
+        return real(*names, **words)
+    inside, start = True, time.process_time()
+    try:
+        return real(*names, **words)
+    finally:
+        inside, imports = False, imports + time.process_time() - start
+builtins.__import__ = imported
+from geosurf.cli import main
+assert main() == 0
+sys.stderr.write(json.dumps([began + imports, time.process_time()]))
+"""
 _SCENARIO = """positive = "up"
 length_unit = "m"
 [[horizons]]
@@ -76,10 +98,33 @@ def small_scenario(setting: Setting, options: dict) -> tuple[Start, Path]:
     return start, folder
 
 
-def start_of_run(made: tuple[Start, Path], options: dict) -> int:
-    """All results of the scenario but pictures, by the command that users have; the page's size."""
+def start_of_run(made: tuple[Start, Path], options: dict) -> tuple[Start, Path]:
+    """All results of the scenario but pictures, by the command that users have."""
     start, folder = made
-    out = folder / "out"
-    words = ("run", str(folder / "scenario.toml"), "-o", str(out), "--no-pictures", "--quiet")
-    start_process(_COMMAND, start.environment, *words)
-    return (out / "report" / "index.html").stat().st_size
+    start_process(_COMMAND, start.environment, *_words_of_run(folder))
+    return made
+
+
+def parts_of_run(made: tuple[Start, Path]) -> dict[str, Any]:
+    """Size of the page, and processor time of imports and of the rest: medians of three runs."""
+    start, folder = made
+    found = []
+    for _ in range(3):
+        said = subprocess.run(
+            [sys.executable, "-P", "-c", _SPLIT, *_words_of_run(folder)],
+            env=start.environment, check=True, capture_output=True, text=True,
+        ).stderr  # fmt: skip
+        imports, whole = json.loads(said.splitlines()[-1])
+        found.append((imports, whole - imports))
+    imports, work = (median(column) for column in zip(*found, strict=True))
+    page = folder / "out" / "report" / "index.html"
+    return {
+        "bytes": page.stat().st_size,
+        "cpu_seconds_of_parts": {IMPORTS: imports, "work": work},
+    }
+
+
+def _words_of_run(folder: Path) -> tuple[str, ...]:
+    """The command that runs the scenario."""
+    scenario, out = str(folder / "scenario.toml"), str(folder / "out")
+    return "run", scenario, "-o", out, "--no-pictures", "--quiet"

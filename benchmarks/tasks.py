@@ -21,6 +21,7 @@ from benchmarks.distance import hausdorff
 from benchmarks.installed import prepare_start
 from benchmarks.scenes import Setting
 from benchmarks.starts import (
+    parts_of_run,
     small_scenario,
     start_from_files,
     start_of_run,
@@ -263,6 +264,6 @@ TASKS = {
         lambda s, o: prepare_start(o), lambda s, o: start_process(_START, s.environment), _nothing
     ),
     "start from files": Task(two_files, start_from_files, lambda s, n: {"bytes": n}),
-    "start of a run": Task(small_scenario, start_of_run, lambda s, n: {"bytes": n}),
+    "start of a run": Task(small_scenario, start_of_run, lambda s, made: parts_of_run(made)),
     "truth": Task(_itself, _truth, _truth_answer),
 }

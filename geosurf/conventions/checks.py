@@ -11,6 +11,12 @@ from typing import Any
 import numpy as np
 
 
+def are_points(data: Any) -> bool:
+    """Whether data are a table or an array of points."""
+    table = hasattr(data, "data_vars") or hasattr(data, "columns")
+    return table or isinstance(data, np.ndarray | list | tuple)
+
+
 def first_given(*words: Any) -> Any:
     """Return the first value that is given: neither None nor an empty text.
 

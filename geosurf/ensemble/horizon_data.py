@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.checks import are_points
 from geosurf.errors import InputError
 from geosurf.model import Lattice, Sheet, TriSurface
-from geosurf.sheets.lattice.data import are_points, points_of
+from geosurf.sheets.lattice.data import points_of
 from geosurf.triangulate import triangulate_horizon
 
 

@@ -7,6 +7,7 @@ import os
 from dataclasses import replace
 from typing import Any
 
+from geosurf.conventions.checks import are_points
 from geosurf.ensemble.change import Change, Uncertainty
 from geosurf.ensemble.contact_levels import ContactLevel
 from geosurf.ensemble.depths import TOPS, DepthError, DepthShift
@@ -25,7 +26,6 @@ from geosurf.scene import Scene
 from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.footprint import footprint
 from geosurf.scene.given import given_settings
-from geosurf.sheets.lattice.data import are_points
 
 
 class ScenarioModel(SceneModel):

@@ -17,19 +17,15 @@ import numpy as np
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.intersect.sides import has_cubics
 from geosurf.intersect.strand import Line
-from geosurf.kernels.contacts.packed_contact import n_corners
-from geosurf.kernels.smooth.error_estimate import errors_along
-from geosurf.kernels.smooth.lift import ASTRAY, HOLE, LIFTED, lift_points
+from geosurf.kernels.smooth.exact_error import error_of_exact, judge_lattices
 from geosurf.model import Curves, Lattice, TriSurface
 
-DENSE = 150_000  # nodes of a lattice from which on the exact curve costs less than a smooth one
+DENSE = 40_000  # nodes of a lattice from which on the exact curve costs less than a smooth one
 SEGMENTS = 100  # of the exact curve at which its error is measured, about
-SAMPLES = 10  # nodes along either axis by which a lattice is judged
+SAMPLES = 7  # nodes along either axis by which a lattice is judged
+LOUD = 0.5  # part of the tolerance from which on noise keeps curves exact (`lift.doubt_along`)
 AUDIBLE = 0.1  # part of the tolerance from which on noise matters
-WIGGLES = 1.0  # fourth over second differences: 3.4 for noise alone, small where cells are small
-SPARE = (
-    0.25  # part of the tolerance that sampled triangles may take for the exact curve to be tried
-)
+SPARE = 0.33  # part of the tolerance that triangles may take, by samples, to be kept
 _NONE = np.zeros((1, 1))
 
 
@@ -65,13 +61,16 @@ def exact_lines(
     smooth = [s.lattice for s in (one, two) if s.lattice is not None and has_cubics(s)]
     if not all(lattice.whole for lattice in smooth):
         return None  # near holes the error is unknown
-    bends, wiggles = np.transpose([_differences(lattice) for lattice in smooth])
+    bends, loud = judge_lattices(*_nodes(smooth[0]), *_nodes(smooth[-1], len(smooth) > 1), SAMPLES)
 
-    # triangles leave a surface by an eighth of its second differences
-    size = max(lattice.elevation.size for lattice in smooth)
-    dense = size >= DENSE and 0.125 * float(bends.sum()) <= SPARE * tolerance
-    rough = (wiggles > np.maximum(WIGGLES * bends, AUDIBLE * tolerance)).any()
-    if not (walked or dense or rough):
+    # triangles leave a surface by an eighth of its second differences; curves on a mesh are made
+    # from the exact ones, so those cost less whatever the size
+    foreseen = 0.125 * bends
+    on_mesh = len(smooth) == 1
+    large = on_mesh or max(lattice.n_node for lattice in smooth) >= DENSE
+    dense = large and foreseen <= SPARE * tolerance
+    last = (foreseen <= tolerance and not on_mesh) or loud > 0.5 * LOUD * tolerance
+    if not (dense or loud > LOUD * tolerance or (walked and last)):
         return None
     contacts = find_contacts((one, two), origin=origin, **options)
     plain = linker(contacts)
@@ -84,7 +83,7 @@ def exact_lines(
 
     # smooth curves are nearer, or find loops that no triangle shows
     near = error <= tolerance and (dense or noise > AUDIBLE * tolerance)
-    if not (near or noise > 0.5 * tolerance):  # as in `lift.doubt_along`
+    if not (near or noise > LOUD * tolerance):
         return None
     lines = []
     for curve, closed in zip(plain.curves, plain.closed.tolist(), strict=True):
@@ -94,23 +93,14 @@ def exact_lines(
     return lines, replace(plain, cost=plain.cost | {"exact_pairs": 1})
 
 
-def _differences(lattice: Lattice) -> tuple[float, float]:
-    """Root mean squares of second and fourth differences of sampled nodes, over both axes [m]."""
-    n_row, n_col = lattice.elevation.shape
-    row, column = (np.linspace(2, n - 3, SAMPLES).astype(np.int64) for n in (n_row, n_col))
-    node = (row[:, None] * n_col + column).ravel()
-    steps = np.arange(-2, 3)[:, None]
-    at = np.divmod(np.stack([node + steps * n_col, node + steps]), n_col)
-    bends, wiggles = 0.0, 0.0
-    for q in (lattice.easting, lattice.northing, lattice.elevation):
-        if q.ndim == 1:
-            continue  # axes are even, or nearly so
-        line = q[at]
-        two = line[:, :-2] - 2.0 * line[:, 1:-1] + line[:, 2:]
-        four = two[:, 0] - 2.0 * two[:, 1] + two[:, 2]
-        bends += float(np.sqrt(np.square(two[:, 1]).mean(axis=1)).sum())
-        wiggles += float(np.sqrt(np.square(four).mean(axis=1)).sum())
-    return bends, wiggles
+def _nodes(lattice: Lattice, there: bool = True) -> tuple[np.ndarray, ...]:
+    """Coordinates of nodes as tables; of none: single zeros."""
+    if not there:
+        return _NONE, _NONE, _NONE
+    x, y = lattice.easting, lattice.northing
+    if x.ndim == 1:
+        x, y = x[None, :], y[:, None]
+    return x, y, lattice.elevation
 
 
 def _error_of(contacts: Contacts) -> tuple[float, float] | None:
@@ -118,63 +108,15 @@ def _error_of(contacts: Contacts) -> tuple[float, float] | None:
 
     None where the error of a part is not known.
     """
-    lines = np.flatnonzero(n_corners(contacts.rows) == 2)
-    lines = lines[:: max(1, len(lines) // SEGMENTS)]
-    ends = contacts.ids[lines, :2]
-    middle = 0.5 * (contacts.x[ends[:, 0]] + contacts.x[ends[:, 1]]) + contacts.origin
-    faces = contacts.rows[lines, :2]
-    swap = contacts.surface_of_face[faces[:, 0]] > 0
-    faces[swap] = faces[swap][:, ::-1]
-    keys = contacts.key_of_face[faces]
-
-    # world coordinates: nothing is copied, and 1e-9 m do not matter to an error
-    n = len(lines)
-    w = np.zeros((n, 4))
-    arrays: list[np.ndarray] = []
-    corners = np.zeros((1, 3, 3))
-    for k, surface in enumerate(contacts.surfaces):
-        lattice = surface.lattice
-        if lattice is None:
-            places = surface.vertices[surface.triangles[keys[:, k]]]
-        else:
-            nodes = lattice.corners_of_keys(keys[:, k])
-            places = lattice.places_of_nodes(nodes.ravel()).reshape(n, 3, 3)
-        weights = _weights(places, middle)
-        if lattice is None or not has_cubics(surface):
-            corners, w[:, 2:] = places, weights[:, 1:]
-            arrays += [_NONE, _NONE, _NONE]
-            continue
-        row, column = np.divmod(nodes, lattice.shape[1])
-        w[:, 2 * k] = (weights * column).sum(axis=1)
-        w[:, 2 * k + 1] = (weights * row).sum(axis=1)
-        x, y = lattice.easting, lattice.northing
-        if x.ndim == 1:
-            x, y = x[None, :], y[:, None]
-        arrays += [x, y, lattice.elevation]
-    lifted, tangents, doubts = np.zeros((n, 3)), np.zeros((n, 4)), np.zeros((n, 6))
-    hold, tri = np.zeros(n, dtype=np.int64), np.arange(n)
-    status = lift_points(*arrays, corners, tri, hold, middle, w, lifted, tangents, doubts)
-    good = status == LIFTED
-    if (status == HOLE).any() or 2 * np.count_nonzero(good) < n:
-        return None
-    total, noise = errors_along(np.column_stack([doubts[good], tangents[good, 3]]))
-    typical = float(np.median(noise))
-    if not typical and (status == ASTRAY).any():
-        return None
-    moved = np.linalg.norm(lifted[good] - middle[good], axis=1)
-
-    # halfway along a segment is not always where it is farthest, and others are not looked at
-    return float(2.0 * moved.max() + total.max()), typical
-
-
-def _weights(corners: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates (n, 3) of points in the planes of triangles (n, 3, 3)."""
-    u, v, d = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
-    uu, uv, vv = ((p * q).sum(axis=1) for p, q in ((u, u), (u, v), (v, v)))
-    du, dv = (d * u).sum(axis=1), (d * v).sum(axis=1)
-    size = uu * vv - uv * uv
-    s, t = (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
-    return np.stack([1.0 - s - t, s, t], axis=1)
+    one, two = (s.lattice if has_cubics(s) else None for s in contacts.surfaces)
+    assert one is not None
+    error, typical, good, astray = error_of_exact(
+        *_nodes(one), *_nodes(two or one, two is not None),
+        one.rising, two is not None and two.rising,
+        contacts.rows, contacts.ids, contacts.x, contacts.t,
+        contacts.surface_of_face, contacts.key_of_face, contacts.origin, SEGMENTS,
+    )  # fmt: skip
+    return (error, typical) if good and (typical or not astray) else None
 
 
 __all__ = ["exact_lines"]

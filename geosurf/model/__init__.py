@@ -7,27 +7,88 @@ metres; results keep local coordinates (`local`, exact to the frame) and an
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
 from geosurf.model.base import frozen
-from geosurf.model.certificate import Certificate, Check
-from geosurf.model.column import RULES, Clipped, FluidContact, Remnant, check_column
-from geosurf.model.curves import CurveIssue, Curves, Touch, TriangleContact, VoxelSearch
-from geosurf.model.faults import (
-    ExtendedFault,
-    Extension,
-    TruncatedFaults,
-    Truncation,
-)
-from geosurf.model.grids import CornerPointGrid
-from geosurf.model.lattice import Lattice
-from geosurf.model.network import FaultNetwork
-from geosurf.model.network_rows import NetworkDecision, NetworkRow, NetworkTrial
-from geosurf.model.patches import Patches
-from geosurf.model.sheet_report import FaultCut, LostThrow, SheetReport, ThrowReport, TrimProposal
-from geosurf.model.sheets import Sheet
-from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
-from geosurf.model.tet_mesh import TetMesh
-from geosurf.model.unit import Unit
-from geosurf.model.units import Units
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.model.certificate import Certificate as Certificate
+    from geosurf.model.certificate import Check as Check
+    from geosurf.model.column import RULES as RULES
+    from geosurf.model.column import Clipped as Clipped
+    from geosurf.model.column import FluidContact as FluidContact
+    from geosurf.model.column import Remnant as Remnant
+    from geosurf.model.column import check_column as check_column
+    from geosurf.model.curves import CurveIssue as CurveIssue
+    from geosurf.model.curves import Curves as Curves
+    from geosurf.model.curves import Touch as Touch
+    from geosurf.model.curves import TriangleContact as TriangleContact
+    from geosurf.model.curves import VoxelSearch as VoxelSearch
+    from geosurf.model.faults import ExtendedFault as ExtendedFault
+    from geosurf.model.faults import Extension as Extension
+    from geosurf.model.faults import TruncatedFaults as TruncatedFaults
+    from geosurf.model.faults import Truncation as Truncation
+    from geosurf.model.grids import CornerPointGrid as CornerPointGrid
+    from geosurf.model.lattice import Lattice as Lattice
+    from geosurf.model.network import FaultNetwork as FaultNetwork
+    from geosurf.model.network_rows import NetworkDecision as NetworkDecision
+    from geosurf.model.network_rows import NetworkRow as NetworkRow
+    from geosurf.model.network_rows import NetworkTrial as NetworkTrial
+    from geosurf.model.patches import Patches as Patches
+    from geosurf.model.sheet_report import FaultCut as FaultCut
+    from geosurf.model.sheet_report import LostThrow as LostThrow
+    from geosurf.model.sheet_report import SheetReport as SheetReport
+    from geosurf.model.sheet_report import ThrowReport as ThrowReport
+    from geosurf.model.sheet_report import TrimProposal as TrimProposal
+    from geosurf.model.sheets import Sheet as Sheet
+    from geosurf.model.surfaces import ROLES as ROLES
+    from geosurf.model.surfaces import FaultSticks as FaultSticks
+    from geosurf.model.surfaces import TriSurface as TriSurface
+    from geosurf.model.tet_mesh import TetMesh as TetMesh
+    from geosurf.model.unit import Unit as Unit
+    from geosurf.model.units import Units as Units
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "Certificate": "certificate",
+            "Check": "certificate",
+            "RULES": "column",
+            "Clipped": "column",
+            "FluidContact": "column",
+            "Remnant": "column",
+            "check_column": "column",
+            "CurveIssue": "curves",
+            "Curves": "curves",
+            "Touch": "curves",
+            "TriangleContact": "curves",
+            "VoxelSearch": "curves",
+            "ExtendedFault": "faults",
+            "Extension": "faults",
+            "TruncatedFaults": "faults",
+            "Truncation": "faults",
+            "CornerPointGrid": "grids",
+            "Lattice": "lattice",
+            "FaultNetwork": "network",
+            "NetworkDecision": "network_rows",
+            "NetworkRow": "network_rows",
+            "NetworkTrial": "network_rows",
+            "Patches": "patches",
+            "FaultCut": "sheet_report",
+            "LostThrow": "sheet_report",
+            "SheetReport": "sheet_report",
+            "ThrowReport": "sheet_report",
+            "TrimProposal": "sheet_report",
+            "Sheet": "sheets",
+            "ROLES": "surfaces",
+            "FaultSticks": "surfaces",
+            "TriSurface": "surfaces",
+            "TetMesh": "tet_mesh",
+            "Unit": "unit",
+            "Units": "units",
+        },
+    )
 
 __all__ = [
     "ROLES",

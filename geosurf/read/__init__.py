@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import is_word
 from geosurf.errors import FormatError, InputError
+from geosurf.lazy import lazily
 from geosurf.model.expected import name_of
 from geosurf.read._common import otherwise
 from geosurf.read.registry import (
@@ -25,14 +26,16 @@ from geosurf.read.registry import (
     POLYGON_FORMATS,
     reader_of,
 )
-from geosurf.read.tops import read_tops
-from geosurf.read.wells import read_wells
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
     import xarray as xr
 
     from geosurf.model import FaultSticks, TriSurface
+    from geosurf.read.tops import read_tops as read_tops
+    from geosurf.read.wells import read_wells as read_wells
+else:
+    __getattr__ = lazily(__name__, {"read_tops": "tops", "read_wells": "wells"})
 
 __all__ = [
     "FAULT_FORMATS",

@@ -17,9 +17,8 @@ from geosurf.render import palette
 from geosurf.render.layers import LABEL_ROOM, Bar, Entry
 from geosurf.render.map_frame import colours_of, contour_levels
 from geosurf.render.palette import RGB
-from geosurf.render.picture_style import PictureStyle
+from geosurf.render.picture_style import COLOUR_BY, PictureStyle
 
-COLOUR_BY = ("unit", "zone", "block", "contact", "z")
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 N_LEVEL = 8  # intervals of a colour bar
 _HOW = (

@@ -17,6 +17,7 @@ from geosurf.render.palette import RGB
 
 FONT = "DejaVu Sans"  # matplotlib ships it, so pictures do not depend on the machine
 THEMES = ("light", "dark")
+COLOUR_BY = ("unit", "zone", "block", "contact", "z")  # of units in exploded views
 OWN_MAPS = {"elevation": palette.ELEVATION, "thickness": palette.THICKNESS}
 N_COLOUR = 32  # of a colour map of matplotlib, which is linear in between
 
@@ -198,4 +199,4 @@ def _check_map(name: Any) -> None:
 
 PLAIN = PictureStyle()  # at the end: it is checked by the functions above
 
-__all__ = ["FONT", "PLAIN", "THEMES", "PictureStyle", "colour_of", "style_of"]
+__all__ = ["COLOUR_BY", "FONT", "PLAIN", "THEMES", "PictureStyle", "colour_of", "style_of"]

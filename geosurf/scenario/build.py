@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import counted
+from geosurf.conventions.checks import are_points
 from geosurf.errors import ScenarioError
 from geosurf.model import FluidContact
-from geosurf.model.network_rows import fault_words, proposal_words
-from geosurf.read import otherwise, read_horizon, read_nodes, read_points, read_tops
+from geosurf.read import otherwise, read_horizon, read_nodes, read_points
 from geosurf.scenario.fault_inputs import fault_of
 from geosurf.scenario.keys import HorizonInput, Scenario
-from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
 from geosurf.scenario.truncations import truncations_of
@@ -21,7 +20,6 @@ from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.surfaces import opened_outline
-from geosurf.sheets.lattice.data import are_points
 from geosurf.triangulate import triangulate_horizon
 
 
@@ -59,6 +57,8 @@ def build_scene(
     """
     # A sealed model brings horizons, faults and box along; nothing is torn or extended.
     if scenario.model is not None:
+        from geosurf.scenario.sealed import scene_of_sealed  # loaded by those who have one
+
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene
@@ -124,6 +124,8 @@ def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
     """The scene with the proposals for its faults, where these are to be applied."""
     if not scenario.network.apply:
         return scene
+    from geosurf.model.network_rows import fault_words, proposal_words  # loaded by those who apply
+
     trial = scene.propose_fault_network(reach=scenario.network.reach_m).trial(scene)
     for one in trial.decisions:
         at = f" at {one.row.other}" if one.row.other else ""
@@ -218,6 +220,8 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
     entry = scenario.tops
     if entry is None:
         return {}
+    from geosurf.read import read_tops  # loaded by those who have tops
+
     tops = read_tops(entry.file, **_words(scenario, entry))
     # Without `tie` the tops are only compared.
     return {"tops": tops, "tie": entry.settings}

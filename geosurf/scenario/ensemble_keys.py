@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.model.distributions import Normal, Triangular, Uniform
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.model.distributions import Normal, Triangular, Uniform
 
 # What kind of names each uncertainty takes, for the check and for its message.
 KINDS = {  # what `of` names
@@ -116,6 +118,8 @@ def distribution_of(entry: UncertainInput) -> Normal | Uniform | Triangular | No
     >>> distribution_of(UncertainInput(kind="fault dip", uniform=(-2.0, 2.0)))
     Uniform(low=-2.0, high=2.0)
     """
+    from geosurf.model.distributions import Normal, Triangular, Uniform  # loaded by ensembles
+
     if entry.normal is not None:
         return Normal(*entry.normal)
     if entry.uniform is not None:

@@ -14,17 +14,14 @@ from geosurf.errors import DependencyError, GeosurfWarning, ScenarioError
 from geosurf.model import Certificate
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.column import CONFORMABLE
-from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
 from geosurf.scenario.failure import pictured
-from geosurf.scenario.grid import draw_grid, in_words, write_grid
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.pictures import choice_of_pictures, will_draw
 from geosurf.scenario.plan import input_files
-from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
 from geosurf.scenario.wells import wells_of_scenario, write_wells
@@ -197,6 +194,8 @@ def run(
         grid, stepped = None, list[str]()
         if scenario.grid is not None:
             log.begin("grid")
+            from geosurf.scenario.grid import in_words, write_grid  # loaded by those who want one
+
             grid, stepped = write_grid(scene, scenario.grid, folder)
             log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
 
@@ -204,6 +203,8 @@ def run(
         log.begin("draw")
         drawn = _draw(scene, choice, folder, log, cache, asked=pictures)
         if grid is not None and choice is not None:
+            from geosurf.scenario.grid import draw_grid
+
             drawn |= draw_grid(grid, folder / "pictures")
         _write_certificate(scene, scenario, certificate, folder)
         notes = [*model_notes(scene), *stepped]
@@ -307,6 +308,9 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     """Volumes of the regions of a sealed model that came from a file, and the units there."""
     if scenario.model is None:
         return {}
+    from geosurf.read.model3d import read_region_faces, volume_inside
+    from geosurf.scenario.region_units import unit_of_body  # loaded by those who have a model
+
     model = scenario.model
 
     # regions are bodies of the other program; a point inside finds the unit that holds each

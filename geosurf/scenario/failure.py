@@ -7,10 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import GeometryError
-from geosurf.render import render_place
-from geosurf.render.backend import views_obstacle
 from geosurf.scene import Scene
-from geosurf.scene.attempt import Attempt
 
 FILE = "failure.png"
 
@@ -38,18 +35,30 @@ def pictured(
     try:
         yield
     except GeometryError as error:
-        # some errors have no place, and without a driver or pyvista nothing can be drawn: then the
-        # error alone is raised
-        if folder is not None and error.place is not None and not views_obstacle():
-            about = " and ".join(error.surfaces) or "the walls"
-            path, title = folder / FILE, f"What failed: {about}"
-
-            # a picture that fails must not hide the error that it was to explain
-            with Attempt() as tried:
-                if names is None:
-                    names = (*scene.horizon_names, *scene.fault_names)
-                drawn = map(scene.whole_surface, names)
-                render_place(list(drawn), error.place, path, title=title)
-            found = f": {path}" if not tried.reason else f" could not be drawn: {tried.reason}."
-            error.add_note(f"A picture of the place{found}")
+        if folder is not None:
+            _draw(scene, folder, names, error)
         raise
+
+
+def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: GeometryError) -> None:
+    """Draw the place of an error, if it has one, and add a note on the picture to it."""
+    if error.place is None:
+        return
+    from geosurf.render import render_place
+    from geosurf.render.backend import views_obstacle
+    from geosurf.scene.attempt import Attempt  # loaded by those who draw
+
+    # without a driver or pyvista nothing can be drawn
+    if views_obstacle():
+        return
+    about = " and ".join(error.surfaces) or "the walls"
+    path, title = folder / FILE, f"What failed: {about}"
+
+    # a picture that fails must not hide the error that it was to explain
+    with Attempt() as tried:
+        if names is None:
+            names = (*scene.horizon_names, *scene.fault_names)
+        drawn = map(scene.whole_surface, names)
+        render_place(list(drawn), error.place, path, title=title)
+    found = f": {path}" if not tried.reason else f" could not be drawn: {tried.reason}."
+    error.add_note(f"A picture of the place{found}")

@@ -9,10 +9,9 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.errors import ScenarioError
-from geosurf.faults import split_fault
 from geosurf.read import read_fault, read_polygons
 from geosurf.scenario.fault_keys import FaultInput, PolygonInput
-from geosurf.triangulate import fault_from_polygons, triangulate_fault
+from geosurf.triangulate import triangulate_fault
 
 
 def fault_of(entry: FaultInput, words: dict[str, Any]) -> Any:
@@ -38,6 +37,8 @@ def fault_of(entry: FaultInput, words: dict[str, Any]) -> Any:
     if entry.columns is not None or entry.decimal != ".":
         table = {"columns": entry.columns, "decimal": entry.decimal}
     if entry.polygons:
+        from geosurf.triangulate import fault_from_polygons  # loaded by those who have polygons
+
         rings = {one.horizon: _polygon(one, entry.name, words | table) for one in entry.polygons}
         return fault_from_polygons(rings, name=entry.name)
     assert entry.file is not None
@@ -47,6 +48,8 @@ def fault_of(entry: FaultInput, words: dict[str, Any]) -> Any:
 
 def _piece(fault: Any, entry: FaultInput, number: int, path: Path) -> Any:
     """One piece of a mesh, under the name of the fault."""
+    from geosurf.faults import split_fault  # loaded by those who take a piece
+
     parts = list(split_fault(triangulate_fault(fault, name=entry.name)).values())
     if number > len(parts):
         raise ScenarioError(

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import DependencyError, InputError
-from geosurf.render.colouring import COLOUR_BY
-from geosurf.render.picture_style import THEMES, PictureStyle
+from geosurf.render.picture_style import COLOUR_BY, THEMES, PictureStyle
 from geosurf.render.views import check_zoom
 from geosurf.scenario import values
 from geosurf.scenario.declare import key

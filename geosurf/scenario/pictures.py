@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions.packages import DRAWING, is_installed, missing_sentence, need_plots
 from geosurf.errors import DependencyError
 from geosurf.model.expected import flag_of
 from geosurf.read import read_points, read_polygons
-from geosurf.render.overlay import PictureOverlay
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.wells import drawn_wells
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.render.overlay import PictureOverlay
 
 
 def will_draw(scenario: Scenario, pictures: bool | None) -> bool:
@@ -85,6 +87,8 @@ def overlay_of_files(scenario: Scenario) -> PictureOverlay:
     InputError
         If a file cannot be read, or it does not state whether z is depth and the scenario neither.
     """
+    from geosurf.render.overlay import PictureOverlay  # loaded by those who draw
+
     known: dict[str, Any] = {"positive": scenario.positive, "length_unit": scenario.length_unit}
     pictures = scenario.pictures
     return PictureOverlay(

@@ -15,7 +15,6 @@ from typing import Any, NoReturn, Protocol
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError, ScenarioError
-from geosurf.measure.section import check_line
 from geosurf.model.empty_blocks import WAYS
 from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, check_size
@@ -207,6 +206,8 @@ def lines(_: KeyPath, value: Any) -> tuple[tuple[tuple[float, float], ...], ...]
         fits = [isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in one]
         if not all(fits):
             return None
+        from geosurf.measure.section import check_line  # loaded by those who cut sections
+
         try:
             found.append(tuple(map(tuple, check_line(one).tolist())))
         except InputError:

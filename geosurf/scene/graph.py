@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,32 +41,36 @@ from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.outside import lies_beside, warning_of_fault
 from geosurf.faults.short_of_side import warnings_of_rims
-from geosurf.faults.virtual.walls import Wall
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.compartments import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, Truncation
-from geosurf.model.tie import TieReport
-from geosurf.model.tops import Tops
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
-from geosurf.scene.compartment_ends import end_virtual_walls
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
-from geosurf.scene.horizon_ends import end_at_horizons
 from geosurf.scene.input_warnings import warn_of_inputs
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, fluids_of, opened_outline
-from geosurf.scene.virtual_walls import Ended, describe_patches, find_virtual_walls
 from geosurf.scene.wells import opened_tops, remembered_tie
 from geosurf.triangulate import build_walls
-from geosurf.triangulate.shared_area import SharedArea
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.faults.virtual.walls import Wall
+    from geosurf.model.tie import TieReport
+    from geosurf.model.tops import Tops
+    from geosurf.triangulate.shared_area import SharedArea
+
+    # patches, what faults lost by ending at horizons, warnings of that, and virtual walls
+    Ended = tuple[
+        Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]
+    ]
 
 
 class Graph:
@@ -317,6 +322,8 @@ class Graph:
         """Virtual walls of compartments, before they are cut at their targets."""
         if not self.inputs.compartments:
             return []
+        from geosurf.scene.virtual_walls import find_virtual_walls  # loaded by those who have some
+
         faults = [self.whole(name) for name in self.inputs.faults]
         return find_virtual_walls(self.inputs, self.memory, faults, self.box, self.aoi)
 
@@ -341,7 +348,7 @@ class Graph:
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}", self._patches_key,
-            lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)), describe_patches,
+            lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)), _describe,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
@@ -359,10 +366,20 @@ class Graph:
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts, known))
-        branches = (self.prepared_by or self.faults).rules
-        ended = end_at_horizons(patches, self.column, self.inputs.horizon_rules, branches)
-        found = end_virtual_walls(ended[0], self._virtual, self.inputs.compartments)
-        return found[0], ended[1], (*ended[2], *found[2]), found[1]
+        lost: tuple[Truncation, ...] = ()
+        warnings: tuple[GeosurfWarning, ...] = ()
+        walls: tuple[VirtualWall, ...] = ()
+        if rules := self.inputs.horizon_rules:
+            from geosurf.scene.horizon_ends import end_at_horizons  # loaded by those who have some
+
+            branches = (self.prepared_by or self.faults).rules
+            patches, lost, warnings = end_at_horizons(patches, self.column, rules, branches)
+        if compartments := self.inputs.compartments:
+            from geosurf.scene.compartment_ends import end_virtual_walls  # and these, too
+
+            patches, walls, more = end_virtual_walls(patches, self._virtual, compartments)
+            warnings = (*warnings, *more)
+        return patches, lost, warnings, walls
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
@@ -469,6 +486,11 @@ class Graph:
         rank = {name: i for i, name in enumerate(self.inputs.names)}
         found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
+
+
+def _describe(found: Ended) -> str:
+    """How many patches, and what faults lost by ending at horizons, in words."""
+    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 
 
 __all__ = ["Graph"]

@@ -119,13 +119,13 @@ def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
 
 def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> list[GeosurfWarning]:
     """Return how much longer faults became, and the warnings of the sheets."""
-    from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
-    from geosurf.sheets.report.remedies import WAYS
-
     found = []
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
+            from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
+            from geosurf.sheets.report.remedies import WAYS  # loaded by those who tear
+
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
             how = how_to_lengthen(name, far) if far else f"lengthen={{{name!r}: ...}}"

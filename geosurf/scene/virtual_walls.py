@@ -8,20 +8,14 @@ import numpy as np
 
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
-from geosurf.errors import GeosurfWarning
 from geosurf.faults.virtual.edges import edges_of
 from geosurf.faults.virtual.tips import model_of
 from geosurf.faults.virtual.walls import Wall, build_virtual_walls
 from geosurf.measure.lines import chains_of
 from geosurf.model import Patches, TriSurface
-from geosurf.model.compartments import VirtualWall
-from geosurf.model.faults import Truncation
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-
-# patches, what faults lost by ending at horizons, warnings of that, and virtual walls
-Ended = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]]
 
 
 def find_virtual_walls(
@@ -59,11 +53,6 @@ def find_virtual_walls(
     )  # fmt: skip
 
 
-def describe_patches(found: Ended) -> str:
-    """Return how many patches, and what faults lost by ending at horizons, in words."""
-    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
-
-
 def lines_on(patches: Patches, horizon: str) -> dict[str, list[np.ndarray]]:
     """
     Return where virtual walls meet a horizon.
@@ -87,4 +76,4 @@ def lines_on(patches: Patches, horizon: str) -> dict[str, list[np.ndarray]]:
     return found
 
 
-__all__ = ["Ended", "describe_patches", "find_virtual_walls", "lines_on"]
+__all__ = ["find_virtual_walls", "lines_on"]

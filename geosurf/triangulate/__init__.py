@@ -25,14 +25,33 @@ degenerate.py   triangles without area, found exactly
 ==============  ==================================================
 """
 
-from geosurf.triangulate.contacts import build_contacts
-from geosurf.triangulate.fault import triangulate_fault
-from geosurf.triangulate.fault_polygons import fault_from_polygons
-from geosurf.triangulate.horizon import triangulate_horizon
-from geosurf.triangulate.orient import orient_fault
-from geosurf.triangulate.reproject import reproject
-from geosurf.triangulate.sticks import triangulate_sticks
-from geosurf.triangulate.walls import build_walls
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.triangulate.contacts import build_contacts as build_contacts
+    from geosurf.triangulate.fault import triangulate_fault as triangulate_fault
+    from geosurf.triangulate.fault_polygons import fault_from_polygons as fault_from_polygons
+    from geosurf.triangulate.horizon import triangulate_horizon as triangulate_horizon
+    from geosurf.triangulate.orient import orient_fault as orient_fault
+    from geosurf.triangulate.reproject import reproject as reproject
+    from geosurf.triangulate.sticks import triangulate_sticks as triangulate_sticks
+    from geosurf.triangulate.walls import build_walls as build_walls
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "build_contacts": "contacts",
+            "triangulate_fault": "fault",
+            "fault_from_polygons": "fault_polygons",
+            "triangulate_horizon": "horizon",
+            "orient_fault": "orient",
+            "reproject": "reproject",
+            "triangulate_sticks": "sticks",
+            "build_walls": "walls",
+        },
+    )
 
 __all__ = [
     "build_contacts",

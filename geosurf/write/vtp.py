@@ -11,10 +11,10 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from geosurf.conventions.text import escape
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
 from geosurf.write._files import FileSet
 from geosurf.write.written import Loss
@@ -199,4 +199,5 @@ def comment_xml(text: str) -> str:
 
 def attribute_xml(text: str) -> str:
     """Quote text for an XML attribute; control characters cannot be held."""
-    return quoteattr("".join(c if c.isprintable() else " " for c in text))
+    plain = "".join(c if c.isprintable() else " " for c in text)
+    return f'"{escape(plain)}"'

@@ -15,14 +15,15 @@ from __future__ import annotations
 import base64
 import hashlib
 from functools import cache
-from html import escape
-from importlib.resources import files
+from pathlib import Path
+
+from geosurf.conventions.text import escape
 
 
 @cache
 def asset(name: str) -> str:
     """Return one of the files of this folder as text."""
-    return (files(__package__) / name).read_text(encoding="utf-8")
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def viewer_script() -> str:

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from geosurf.conventions.checks import are_points
 from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfError
 from geosurf.model.compartments import ENDS, VirtualWall
@@ -13,7 +14,6 @@ from geosurf.scenario.new.judge import Ready
 from geosurf.scenario.new.network import End, box_around, joined_rules, surface_of
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint
-from geosurf.sheets.lattice.data import are_points
 
 MOST = 12  # faults that are tried one by one where all of them together are refused
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit
+from geosurf.conventions.checks import are_points
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import name_of
@@ -54,12 +55,6 @@ def _from_lattice(surface: TriSurface) -> Picks:
         return Picks(surface.name, frame, None, z.ravel())
     node = np.flatnonzero(there)
     return Picks(surface.name, frame, node, z.ravel()[node])
-
-
-def are_points(data: Any) -> bool:
-    """Whether data are a table or an array of points."""
-    table = hasattr(data, "data_vars") or hasattr(data, "columns")
-    return table or isinstance(data, np.ndarray | list | tuple)
 
 
 def points_on_lattice(title: str, points: np.ndarray) -> Picks:

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.model import TriSurface, frozen
-from geosurf.sheets.lattice.data import are_points, points_of
+from geosurf.sheets.lattice.data import points_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.spikes import check_spikes
 
