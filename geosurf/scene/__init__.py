@@ -8,6 +8,7 @@ graph.py             `Graph`: what depends on what, from surfaces to units, on o
 surfaces.py          files, grids and meshes -> the surfaces of the graph
 area.py              the box, the area of interest, and the origin of the local frame
 faults.py            faults, extended and truncated
+ended.py             what ends at horizons, and at the targets of virtual walls
 horizon_ends.py      faults that end at horizons, cut after the rebuild
 input_warnings.py    warnings about inputs that look wrong
 curves.py            the curves of one pair, and those of all pairs

@@ -52,6 +52,7 @@ from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
+from geosurf.scene.ended import Ended, describe, end_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
 from geosurf.scene.input_warnings import warn_of_inputs
@@ -66,11 +67,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.model.tie import TieReport
     from geosurf.model.tops import Tops
     from geosurf.triangulate.shared_area import SharedArea
-
-    # patches, what faults lost by ending at horizons, warnings of that, and virtual walls
-    Ended = tuple[
-        Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]
-    ]
 
 
 class Graph:
@@ -315,7 +311,7 @@ class Graph:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
         return name in self.ending_at_horizons or is_torn(self.whole(name))
 
-    # ---- virtual walls -------------------------------------------------------------------
+    # ---- surfaces -> patches -------------------------------------------------------------
 
     @cached_property
     def _virtual(self) -> list[Wall]:
@@ -324,15 +320,13 @@ class Graph:
             return []
         from geosurf.scene.virtual_walls import find_virtual_walls  # loaded by those who have some
 
-        faults = [self.whole(name) for name in self.inputs.faults]
+        faults = list(map(self.whole, self.inputs.faults))
         return find_virtual_walls(self.inputs, self.memory, faults, self.box, self.aoi)
 
     @property
     def virtual_walls(self) -> tuple[VirtualWall, ...]:
         """Virtual walls as they end in the model."""
         return self._patches_and_ends[3]
-
-    # ---- surfaces -> patches -------------------------------------------------------------
 
     @property
     def patches(self) -> Patches:
@@ -348,7 +342,7 @@ class Graph:
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}", self._patches_key,
-            lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)), _describe,
+            lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)), describe,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
@@ -366,20 +360,8 @@ class Graph:
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts, known))
-        lost: tuple[Truncation, ...] = ()
-        warnings: tuple[GeosurfWarning, ...] = ()
-        walls: tuple[VirtualWall, ...] = ()
-        if rules := self.inputs.horizon_rules:
-            from geosurf.scene.horizon_ends import end_at_horizons  # loaded by those who have some
-
-            branches = (self.prepared_by or self.faults).rules
-            patches, lost, warnings = end_at_horizons(patches, self.column, rules, branches)
-        if compartments := self.inputs.compartments:
-            from geosurf.scene.compartment_ends import end_virtual_walls  # and these, too
-
-            patches, walls, more = end_virtual_walls(patches, self._virtual, compartments)
-            warnings = (*warnings, *more)
-        return patches, lost, warnings, walls
+        branches = (self.prepared_by or self.faults).rules
+        return end_inside(patches, self.column, self.inputs, branches, self._virtual)
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
@@ -486,11 +468,6 @@ class Graph:
         rank = {name: i for i, name in enumerate(self.inputs.names)}
         found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
-
-
-def _describe(found: Ended) -> str:
-    """How many patches, and what faults lost by ending at horizons, in words."""
-    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
 
 
 __all__ = ["Graph"]
