@@ -204,7 +204,7 @@ def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch
 
 
 def test_a_failure_is_reported_even_if_its_picture_fails_too(scenario, tmp_path, monkeypatch):
-    monkeypatch.setattr("geosurf.scenario.failure.render_place", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr("geosurf.render.render_place", lambda *_, **__: 1 / 0)
     with pytest.raises(OpenUnitError) as caught:
         run_scenario(scenario(("[0, 4000]", "[-500, 4000]")), tmp_path)
     assert "could not be drawn: ZeroDivisionError" in caught.value.__notes__[0]
