@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from geosurf.carve.clipped import Clips
 from geosurf.conventions import volume_text
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Units
@@ -29,7 +30,13 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     >>> found.kind, found.subject, found.effect[:37]
     ('order', 'Top', "Horizon 'Top' lies above the younger ")
     """
-    for clip in units.report.get("clipped", ()):
+    clips = units.report.get("clipped", ())
+    # areas of faces decide whether it is worth to measure what is clipped, with room for rounding
+    if isinstance(clips, Clips):
+        least = 0.99 * _MOST * units.footprint
+        if max(clips.areas(CONFORMABLE), default=0.0) < least:
+            return
+    for clip in clips:
         share = min(clip.area / units.footprint, 1.0)
         if clip.rule != CONFORMABLE or share < _MOST:
             continue

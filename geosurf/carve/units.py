@@ -91,7 +91,8 @@ def carve_units(
         Units ordered by zone (youngest first), block, and contact interval (from the top down).
 
         - Where horizons cross, the column clips one of them; of two conformable horizons the
-          older one ends at the younger one. ``report["clipped"]`` lists area, volume and place.
+          older one ends at the younger one. ``report["clipped"]`` lists area, volume and place,
+          measured when it is first read.
         - A fault separates blocks only if there is no way around it. A fault that ends inside a
           unit is a slit; ``report["slits"]`` has its area.
         - A contact of some blocks applies on these sides of faults (``Unit.fault_sides``);

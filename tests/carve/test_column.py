@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import pickle
 from fractions import Fraction
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
+from geosurf.carve import clipped
 from geosurf.carve.certificate import certify
 from geosurf.carve.clipped import heights_at
 from geosurf.conventions import volume_text
@@ -151,6 +153,27 @@ def test_coinciding_horizons_under_each_rule():
         units = carve([top, base], {"Top": first, "Base": second})
         assert units["Top/Base"].volume == pytest.approx(16.0)
         assert units.report["clipped"] == ()
+
+
+def test_what_is_clipped_is_measured_when_somebody_looks(monkeypatch):
+    def refused(*_):
+        raise AssertionError("nobody has looked yet")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(clipped, "_measured", refused)
+        scene = Scene({"A": A, "B": B, "C": C}, box=BOX, column={"B": "base"})
+        assert scene.volumes.sum() == pytest.approx(192.0)
+        assert scene.warnings == ()
+        lost = scene.units.report["clipped"]
+        # areas of faces are those that triangles have
+        areas = {rule: lost.areas(rule) for rule in RULES}
+    assert any(areas.values())
+    for rule, found in areas.items():
+        listed = [clip.area for clip in lost if clip.rule == rule]
+        assert [area for area in found if area > 0] == pytest.approx(listed, rel=1e-12)
+    assert lost == tuple(lost)
+    assert hash(lost) == hash(tuple(lost))
+    assert pickle.loads(pickle.dumps(lost)) == lost
 
 
 # ---------------------------------------------------------------------- eroded dome
