@@ -103,7 +103,7 @@ def find_candidates(
     else:
         trees = [tree.tree_of(s) for s in surfaces]
         asked = [pair for pair in wanted if pair not in known]
-        near = {*known, *_near_pairs(surfaces, trees, asked)}
+        near = {*known, *near_surfaces(surfaces, asked)}
         cost["nodes"] += len(wanted) - len(near)
         wanted = [pair for pair in wanted if pair in near]
 
@@ -176,14 +176,15 @@ def _pairs_of_two(
     return tree.candidate_pairs(*trees)
 
 
-def _near_pairs(
-    surfaces: Sequence[TriSurface], trees: list[tree.Tree], pairs: Sequence[tuple[int, int]]
+def near_surfaces(
+    surfaces: Sequence[TriSurface], pairs: Sequence[tuple[int, int]]
 ) -> list[tuple[int, int]]:
     """Those of some pairs of surfaces whose trees meet, by their boxes and their tops.
 
-    Crowns are not asked where two grids share a map: what is nearly at one height is kept there.
+    Tops are not asked where two grids share a map: what is nearly at one height is kept there.
     """
     # Boxes around whole surfaces first, since they cost least.
+    trees = [tree.tree_of(s) for s in surfaces]
     apart = tree.apart(trees).tolist()
     near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
     asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -48,27 +48,19 @@ def curves_of_pair(
 
 
 def curves_of_all(
-    names: tuple[str, ...],
-    itself: Collection[str],
-    between: Callable[[str, str], Curves | None],
+    pairs: Sequence[Pair], between: Callable[[int, int], Curves | None]
 ) -> list[tuple[Pair, Curves]]:
-    """Return the curves of all pairs that have some, in the order of the names.
+    """Return the curves of all pairs that have some, in the order of the pairs.
 
     Parameters
     ----------
-    names : tuple of str
-    itself : collection of str
-        Surfaces that are compared with themselves, too.
+    pairs : sequence of (int, int)
+        Rows of two surfaces, or of one twice.
     between : callable
-        Curves of two surfaces; None where they do not meet.
+        Curves of two surfaces by their rows; None where they do not meet.
     """
-    parts = []
-    for i, first in enumerate(names):
-        for j in range(i if first in itself else i + 1, len(names)):
-            part = between(first, names[j])
-            if part is not None:
-                parts.append(((i, j), part))
-    return parts
+    found = [((i, j), between(i, j)) for i, j in pairs]
+    return [(pair, curves) for pair, curves in found if curves is not None]
 
 
 def merge_pairs(

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_changed_contacts
+from geosurf.arrangement import KnownPairs, find_changed_contacts, near_surfaces
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.order import warnings_of_order
@@ -274,15 +274,29 @@ class Graph:
     @cached_property
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
-        names, smooth = self.inputs.names, self.inputs.tolerance is not None
+        names, wholes, smooth = self.inputs.names, self.wholes, self.inputs.tolerance is not None
 
         # pairs in the order of the inputs: the same curves whatever was computed first
+        inside = [self._ends_inside(name) for name in names]
         alone = self.inputs.self_intersections and not smooth
-        itself = [name for name in names if alone and not self._ends_inside(name)]
-        parts = curves_of_all(names, itself, self.curves_between)
+        pairs = [
+            (i, j) for i in range(len(names)) for j in range(i, len(names))
+            if i < j or (alone and not inside[i])
+        ]  # fmt: skip
+
+        # all pairs are asked at once which are near: only these have a search of their own
+        searched = [(i, j) for i, j in pairs if not inside[i] and not inside[j]]
+        by_trees = not smooth and self.inputs.voxel_size is None
+        near = set(near_surfaces(wholes, searched) if by_trees else searched)
+
+        def between(i: int, j: int) -> Curves | None:
+            if inside[i] or inside[j]:
+                return shared_curves(self.patches, names[i], names[j])
+            both = (wholes[i],) if i == j else (wholes[i], wholes[j])
+            return self._searched(f"{names[i]} x {names[j]}", both, (i, j) in near)
 
         # one set of curves in the local frame, with the reference system of the surfaces
-        wholes = self.wholes
+        parts = curves_of_all(pairs, between)
         merged = merge_pairs(names, self.origin_for(wholes), parts, smooth=smooth)
         return in_crs_of(merged, wholes)
 
@@ -293,9 +307,15 @@ class Graph:
         pair = tuple(self.whole(name) for name in dict.fromkeys((first, second)))
         if self._ends_inside(first) or self._ends_inside(second):
             return shared_curves(self.patches, first, second)
-        subject = f"{first} x {second}"
+        return self._searched(f"{first} x {second}", pair, True)
+
+    def _searched(self, subject: str, pair: tuple[TriSurface, ...], near: bool) -> Curves | None:
+        """Curves of one or two surfaces; None where they, or all of their parts, are apart."""
         if not area.boxes_meet(pair[0].bounds, pair[-1].bounds):
             self.memory.note("curves", subject, "skipped", "boxes do not meet")
+            return None
+        if not near:
+            self.memory.note("curves", subject, "skipped", "boxes of their parts do not meet")
             return None
 
         # the key: both surfaces, their frame, and the options of the search

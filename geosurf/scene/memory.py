@@ -77,6 +77,7 @@ class Memory:
         # a copy brings warnings along that have been issued before
         self.store.issued.update(self.warnings)
         self._own: dict[Hashable, Stored] = {}
+        self._noted: set[tuple[str, str]] = set()  # stages and subjects of all steps
         self._used = self.store.enter(self)
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
@@ -209,7 +210,7 @@ class Memory:
             self.warn(*warnings)
 
             # a line in the log when a result was asked for, not each time that a stage looks it up
-            if again or not any(s.stage == stage and s.subject == subject for s in self.steps):
+            if again or (stage, subject) not in self._noted:
                 self.note(stage, subject, "from memory", describe(result))
         else:
             if reports:
@@ -282,6 +283,7 @@ class Memory:
         if outcome == "from memory" and len(self.steps) >= MANY:
             return
         self.steps.append(Step(stage, subject, outcome, detail, seconds))
+        self._noted.add((stage, subject))
 
 
 def in_bytes(n: int) -> str:

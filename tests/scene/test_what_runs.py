@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf import (
-    Scene,
-)
+from geosurf import Scene, intersect_surfaces
 from geosurf.errors import InputError
 from geosurf.scene import graph, memory
+from geosurf.synthetic.world import make_fault
 from tests.scene.small import level, ran, upright
 from tests.strategies import BOX
 
@@ -53,6 +52,24 @@ def test_skipped_pairs_are_listed(scene):
     assert scene.curves.n_curve == 4
     assert ran(scene, "curves", "skipped") == ["Top x F2", "Top x Base", "Top x F2"]
     assert "Top x F2" in scene.explain()
+
+
+def test_faults_that_lean_side_by_side_are_not_searched_pair_by_pair():
+    """All pairs are asked at once which are near; the curves are those of all pairs searched."""
+    y, z = np.meshgrid(np.linspace(-1.0, 11.0, 21), np.linspace(-1.0, 6.0, 21))
+    faults = {
+        f"F{k}": make_fault(f"F{k}", 0.5 * (k + z) - 1.0, y, z, (0.0, 0.0, 0.0)) for k in range(6)
+    }
+    scene = Scene({"Top": level(3)}, faults, BOX)
+    curves = scene.curves
+    assert ran(scene, "curves") == [f"Top x F{k}" for k in range(6)]
+    apart = [s for s in scene.steps if s.detail == "boxes of their parts do not meet"]
+    assert len(apart) == len(ran(scene, "curves", "skipped")) == 15
+
+    whole = intersect_surfaces([scene.surface(name) for name in ("Top", *faults)])
+    assert (curves.points == whole.points).all()
+    assert (curves.segments == whole.segments).all()
+    assert (curves.surfaces_of_curve == whole.surfaces_of_curve).all()
 
 
 def test_replace_recomputes_the_pairs_of_what_changed(scene):
