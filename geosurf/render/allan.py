@@ -212,12 +212,12 @@ def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> Non
         outline = outline_of(parts)
         # the edge closes the seam between neighbours
         look: AreaStyle = {"facecolor": colours[minus], "edgecolor": colours[minus]}
-        axes.add_patch(PathPatch(outline, linewidth=0.4, **look))
+        axes.add_artist(PathPatch(outline, linewidth=0.4, **look))
         if plus != minus:
             look = {"facecolor": "none", "edgecolor": colours[plus], "hatch": furniture.STRIPES}
             stripes = PathPatch(outline, linewidth=0.0, **look)
             stripes.set_hatch_linewidth(furniture.STRIPE_WIDTH)
-            axes.add_patch(stripes)
+            axes.add_artist(stripes)
 
 
 def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None:

@@ -190,7 +190,7 @@ def arrow_head(
     base = tip - 11.0 * unit * along
     sheet.line([start, base], width, colour)
     head = [tip, base + 4.5 * unit * side, base - 4.5 * unit * side]
-    sheet.axes.add_patch(Polygon(head, closed=True, facecolor=colour, edgecolor="none"))
+    sheet.axes.add_artist(Polygon(head, closed=True, facecolor=colour, edgecolor="none"))
 
 
 def draw_scale_bar(

@@ -238,7 +238,9 @@ def _cut_by_faults(
     for found in polygons.values():
         mine: dict[str, list[np.ndarray]] = {}
         for fault, ring in _rings_of(found):
-            cut |= Outline(ring).contains_points(nodes)
+            low, high = ring.min(axis=0) - cell, ring.max(axis=0) + cell
+            near = np.flatnonzero(((nodes >= low) & (nodes <= high)).all(axis=1))
+            cut[near] |= Outline(ring).contains_points(nodes[near])
             mine.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
         for fault, parts in mine.items():
             rings.setdefault(fault, []).append(np.concatenate(parts))
@@ -247,9 +249,12 @@ def _cut_by_faults(
     # about the distance between them there
     for lines in rings.values():
         trees = [cKDTree(line) for line in (lines[0], lines[-1])]
-        far, nearest = trees[0].query(nodes)
-        across = trees[1].query(lines[0])[0][nearest]  # from polygon to polygon, there
-        cut |= far + trees[1].query(nodes)[0] <= across + 2.0 * cell
+        across = trees[1].query(lines[0])[0]  # from polygon to polygon
+        most = across.max() + 2.0 * cell
+        far, nearest = trees[0].query(nodes, distance_upper_bound=2.0 * most)
+        near = np.flatnonzero(far <= most)  # no others can be between
+        both = far[near] + trees[1].query(nodes[near])[0]
+        cut[near] |= both <= across[nearest[near]] + 2.0 * cell
     return cut.reshape(x.shape)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import logging
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Unpack
@@ -28,11 +28,13 @@ from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Circle, Rectangle
+    from matplotlib.text import Text
 
 DPI = 100
 DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
@@ -130,7 +132,7 @@ class Sheet:
         edge = 0.5 * self.layout.unit
         style: AreaStyle = {"edgecolor": palette.INK, "linewidth": edge, **look}
         patch = Rectangle(corner, width, height, **style)
-        self.axes.add_patch(patch)
+        self.axes.add_artist(patch)  # `add_patch` would look for the extent of the axes
         return patch
 
     def circle(self, centre: Spot, radius: float) -> Circle:
@@ -140,7 +142,7 @@ class Sheet:
         x, y = centre
         width = 1.6 * self.layout.unit * 72.0 / DPI
         circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=width)
-        self.axes.add_patch(circle)
+        self.axes.add_artist(circle)
         return circle
 
     def text_size(self, words: str, size: float, weight: str = "normal") -> tuple[float, float]:
@@ -313,14 +315,26 @@ def _letters(fonts: tuple[str, ...]) -> frozenset[int]:
     return frozenset().union(*(get_font(path).get_charmap() for path in found))
 
 
-def _replace_missing_letters(figure: Figure) -> None:
-    """Replace letters that the fonts lack by a sign, with one warning for all of them."""
+def _texts_of(artist: Artist) -> Iterator[Text]:
+    """All texts in an artist that are drawn; `findobj` would make the ticks of hidden axes."""
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.text import Text
 
+    hidden = isinstance(artist, Axes) and not artist.axison
+    for child in artist.get_children():
+        if not (hidden and isinstance(child, Axis)):
+            yield from _texts_of(child)
+    if isinstance(artist, Text):
+        yield artist
+
+
+def _replace_missing_letters(figure: Figure) -> None:
+    """Replace letters that the fonts lack by a sign, with one warning for all of them."""
     # all texts of the figure at once, so that there is one warning for a picture
     missing: dict[str, None] = {}
     joined = False
-    for text in figure.findobj(Text):
+    for text in _texts_of(figure):
         words = text.get_text()
         joined = joined or any(unicodedata.bidirectional(letter) in RIGHT for letter in words)
         known = _letters(tuple(text.get_fontfamily()))
