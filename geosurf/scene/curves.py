@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_contacts
+from geosurf.arrangement import KnownPairs, find_contacts, near_surfaces
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.model import Curves, TriSurface
+from geosurf.model.base import in_crs_of
 from geosurf.model.chunked import ChunkedLattice
+from geosurf.scene.inputs import SceneInputs
 
 Pair = tuple[int, int]
 
@@ -48,30 +50,51 @@ def curves_of_pair(
 
 
 def curves_of_all(
-    pairs: Sequence[Pair], between: Callable[[int, int], Curves | None]
-) -> list[tuple[Pair, Curves]]:
-    """Return the curves of all pairs that have some, in the order of the pairs.
+    inputs: SceneInputs,
+    surfaces: Sequence[TriSurface],
+    origin: np.ndarray,
+    inside: Sequence[bool],
+    shared: Callable[[str, str], Curves | None],
+    searched: Callable[[tuple[TriSurface, ...], bool], Curves | None],
+) -> Curves:
+    """Return the curves of all pairs of surfaces as one, in the reference system of these.
 
     Parameters
     ----------
-    pairs : sequence of (int, int)
-        Rows of two surfaces, or of one twice.
-    between : callable
-        Curves of two surfaces by their rows; None where they do not meet.
+    inputs : SceneInputs
+        Whether each surface is compared with itself, too, and how pairs are searched: with trees
+        it is asked first which are near, of all pairs at once.
+    surfaces : sequence of TriSurface
+    origin : ndarray of float64, shape (3,)
+        Of the local frame.
+    inside : sequence of bool
+        Which surfaces end where the split mesh decides.
+    shared : callable
+        Names of two surfaces -> their curves in the split mesh.
+    searched : callable
+        One or two surfaces, and whether they are near -> their curves; None where they are apart.
     """
-    found = [((i, j), between(i, j)) for i, j in pairs]
-    return [(pair, curves) for pair, curves in found if curves is not None]
+    n, smooth = len(surfaces), inputs.tolerance is not None
+    alone = inputs.self_intersections and not smooth
+    pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or (alone and not inside[i])]
+    asked = [(i, j) for i, j in pairs if not inside[i] and not inside[j]]
+    by_trees = inputs.voxel_size is None and not smooth
+    near = set(near_surfaces(surfaces, asked) if by_trees else asked)
+
+    # the same curves whatever was computed first
+    parts = []
+    for i, j in pairs:
+        if inside[i] or inside[j]:
+            part = shared(surfaces[i].name, surfaces[j].name)
+        else:
+            both = tuple(surfaces[k] for k in dict.fromkeys((i, j)))
+            part = searched(both, (i, j) in near)
+        if part is not None:
+            parts.append(((i, j), part))
+
+    # smooth curves have no segments in common
+    merged = merge_curves(inputs.names, origin, parts, smooth=smooth)
+    return in_crs_of(merged, surfaces)
 
 
-def merge_pairs(
-    names: tuple[str, ...],
-    origin: np.ndarray,
-    parts: list[tuple[Pair, Curves]],
-    *,
-    smooth: bool,
-) -> Curves:
-    """Return the curves of all pairs as one; smooth ones have no segments in common."""
-    return merge_curves(names, origin, parts, smooth=smooth)
-
-
-__all__ = ["curves_of_all", "curves_of_pair", "merge_pairs"]
+__all__ = ["curves_of_all", "curves_of_pair"]

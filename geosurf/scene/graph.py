@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_changed_contacts, near_surfaces
+from geosurf.arrangement import KnownPairs, find_changed_contacts
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.order import warnings_of_order
@@ -43,7 +43,6 @@ from geosurf.faults.outside import lies_beside, warning_of_fault
 from geosurf.faults.short_of_side import warnings_of_rims
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
-from geosurf.model.base import in_crs_of
 from geosurf.model.compartments import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, Truncation
@@ -51,7 +50,7 @@ from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
-from geosurf.scene.curves import curves_of_all, curves_of_pair, merge_pairs
+from geosurf.scene.curves import curves_of_all, curves_of_pair
 from geosurf.scene.ended import Ended, describe, end_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
@@ -274,31 +273,9 @@ class Graph:
     @cached_property
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
-        names, wholes, smooth = self.inputs.names, self.wholes, self.inputs.tolerance is not None
-
-        # pairs in the order of the inputs: the same curves whatever was computed first
-        inside = [self._ends_inside(name) for name in names]
-        alone = self.inputs.self_intersections and not smooth
-        pairs = [
-            (i, j) for i in range(len(names)) for j in range(i, len(names))
-            if i < j or (alone and not inside[i])
-        ]  # fmt: skip
-
-        # all pairs are asked at once which are near: only these have a search of their own
-        searched = [(i, j) for i, j in pairs if not inside[i] and not inside[j]]
-        by_trees = not smooth and self.inputs.voxel_size is None
-        near = set(near_surfaces(wholes, searched) if by_trees else searched)
-
-        def between(i: int, j: int) -> Curves | None:
-            if inside[i] or inside[j]:
-                return shared_curves(self.patches, names[i], names[j])
-            both = (wholes[i],) if i == j else (wholes[i], wholes[j])
-            return self._searched(f"{names[i]} x {names[j]}", both, (i, j) in near)
-
-        # one set of curves in the local frame, with the reference system of the surfaces
-        parts = curves_of_all(pairs, between)
-        merged = merge_pairs(names, self.origin_for(wholes), parts, smooth=smooth)
-        return in_crs_of(merged, wholes)
+        wholes, inside = self.wholes, [self._ends_inside(name) for name in self.inputs.names]
+        origin = self.origin_for(wholes)
+        return curves_of_all(self.inputs, wholes, origin, inside, self._shared, self._searched)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet."""
@@ -306,16 +283,19 @@ class Graph:
 
         pair = tuple(self.whole(name) for name in dict.fromkeys((first, second)))
         if self._ends_inside(first) or self._ends_inside(second):
-            return shared_curves(self.patches, first, second)
-        return self._searched(f"{first} x {second}", pair, True)
+            return self._shared(first, second)
+        return self._searched(pair, True)
 
-    def _searched(self, subject: str, pair: tuple[TriSurface, ...], near: bool) -> Curves | None:
+    def _shared(self, first: str, second: str) -> Curves:
+        return shared_curves(self.patches, first, second)
+
+    def _searched(self, pair: tuple[TriSurface, ...], near: bool) -> Curves | None:
         """Curves of one or two surfaces; None where they, or all of their parts, are apart."""
-        if not area.boxes_meet(pair[0].bounds, pair[-1].bounds):
-            self.memory.note("curves", subject, "skipped", "boxes do not meet")
-            return None
-        if not near:
-            self.memory.note("curves", subject, "skipped", "boxes of their parts do not meet")
+        subject = f"{pair[0].name} x {pair[-1].name}"
+        far = not area.boxes_meet(pair[0].bounds, pair[-1].bounds)
+        if far or not near:
+            boxes = "boxes" if far else "boxes of their parts"
+            self.memory.note("curves", subject, "skipped", f"{boxes} do not meet")
             return None
 
         # the key: both surfaces, their frame, and the options of the search
