@@ -181,7 +181,7 @@ def near_surfaces(
 ) -> list[tuple[int, int]]:
     """Those of some pairs of surfaces whose trees meet, by their boxes and their tops.
 
-    Tops are not asked where two grids share a map: what is nearly at one height is kept there.
+    Tops are not asked where two grids share a map: those count as near.
     """
     # Boxes around whole surfaces first, since they cost least.
     trees = [tree.tree_of(s) for s in surfaces]
