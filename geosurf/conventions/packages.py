@@ -22,7 +22,7 @@ EXTRAS = {
     "tet": ("tetgen",),
 }
 REQUIRED = ("numpy", "numba", "xarray", "pandas", "scipy", "meshio")
-DRAWING = ("matplotlib", "pyvista", "vtkmodules")
+DRAWING = ("matplotlib", "vtkmodules")
 
 
 def is_installed(package: str) -> bool:

@@ -20,6 +20,7 @@ from geosurf.render import (
     views,
 )
 from geosurf.render._plot import draw_layers
+from geosurf.render.layers import Layer
 
 SMALL = (640, 400)
 
@@ -85,6 +86,23 @@ def test_utm_offsets_do_not_change_a_pixel(top, fault):
 
     far = draw(np.array([2.0**24, 2.0**26, 0.0]))
     np.testing.assert_array_equal(draw(np.zeros(3)), far)
+
+
+def test_parts_of_a_picture_fit_together_without_a_seam():
+    """The middle of a picture is where parts meet that are drawn one after the other."""
+    size, width = (301, 200), 5.0  # an odd number: the middle is between two pixels
+
+    def dark(x0):
+        ends = np.array([[x0, -500.0, 0.0], [x0, 500.0, 0.0], [-500.0, x0, 0.0], [500.0, x0, 0.0]])
+        lines = Layer(ends, lines=np.array([[0, 1], [2, 3]]), colour=(0.0, 0.0, 0.0), width=width)
+        camera = views.Camera(*np.eye(3), np.zeros(3), 1.0, size, 1.0)
+        return 255.0 - draw_layers((lines,), camera, (1.0, 1.0, 1.0)).mean(axis=2)
+
+    middle, beside = dark(1.0), dark(40.0)  # a part of each line is beyond the middle
+    for found in (middle, beside):
+        assert found.sum(axis=1).min() == pytest.approx(255.0 * width, rel=0.02)
+        assert found.sum(axis=0).min() == pytest.approx(255.0 * width, rel=0.02)
+    assert middle.sum() == pytest.approx(beside.sum(), rel=0.002)
 
 
 @pytest.mark.parametrize(
