@@ -13,7 +13,7 @@ from geosurf.sheets.faults.fault_profile import section_of
 from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.throw import displacement
-from geosurf.sheets.throw.displacement import sheet_heights
+from geosurf.sheets.throw.displacement import InWalls, sheet_heights
 from geosurf.sheets.throw.movement import Branches, movement_of
 
 BRANCHES = [
@@ -96,3 +96,24 @@ def test_beds_that_fold_are_refused_at_the_same_place(monkeypatch):
             sheet_heights(movement.before, slips, movement.xy, replace(parts, slips=slips), 100.0)
         found.append(str(error.value))
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("reach", [None, 700.0])
+@pytest.mark.parametrize("branches", BRANCHES)
+def test_the_drape_shows_where_particles_in_their_walls_come_from(branches, reach):
+    movement = moved(reach, (55.0, -30.0))
+    xy, cell = movement.xy, movement.frame.cell
+    known = InWalls.unknown(2, len(xy))
+    parts = movement.gradual_parts(0.3, branches)
+    one = sheet_heights(movement.before, movement.slips, xy, parts, cell, known)
+    other = sheet_heights(movement.before, movement.slips, xy, parts, cell)
+    assert [part.tobytes() for part in one] == [part.tobytes() for part in other]
+
+    # most are in one wall of each fault, of all four kinds; near the faults none is
+    rows = np.flatnonzero(~np.isnan(known.walls).any(axis=0))
+    assert 0.3 * len(xy) < len(rows) < len(xy)
+    assert len(np.unique(known.walls[:, rows], axis=1).T) >= 3
+    given = movement.parts(branches, known.walls[:, rows])
+    z, was = sheet_heights(movement.before, movement.slips, xy[rows], given, cell)
+    assert z.tobytes() == known.elevation[rows].tobytes()
+    assert was.tobytes() == known.was[rows].tobytes()

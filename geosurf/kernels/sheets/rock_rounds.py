@@ -34,10 +34,21 @@ def _gradual_parts(faults, tables, flat, acts, ends, lean, x, y, z, walls, part)
         part[i] = part[i] - 1.0 + faults[i, 12]
 
 
-@entry("d2 l2 d1 b1 d2 d b d2 l d2 b d2 d2 d l d1 d2 -> l")
+@scalar
+def _stay_in_walls(walls, first, n_round):
+    """Whether each fault has the wall of the first round, written then, and all of it."""
+    for i in range(walls.shape[0]):
+        if n_round == 0:
+            first[i] = walls[i]
+        if walls[i] != first[i] or (walls[i] != 0.0 and walls[i] != 1.0):
+            return False
+    return True
+
+
+@entry("d2 l2 d1 b1 d2 d b d2 l d2 b d2 d2 d l d1 d2 d2 d1 d2 -> l")
 def settle_rock(
     faults, tables, flat, acts, ends, lean, gradual, parts, steps,
-    grid, rising, to_columns, xy, close, rounds, z, was,
+    grid, rising, to_columns, xy, close, rounds, z, was, in_walls, z_there, was_there,
 ):  # fmt: skip
     """Write the elevation at each place, and where the particle was that has come there.
 
@@ -59,17 +70,23 @@ def settle_rock(
     gradual : bool
         Whether walls change gradually, `lean` on the fault itself: heights count then, too.
         Otherwise `parts` (n_fault, n) has the part of the throw at each place.
+    in_walls : float64 (n_fault, n), or (n_fault, 0) to write nothing
+        Walls of the particles that are in one wall of each fault in all rounds, until they come to
+        their places in the map. What they come to with these walls as given parts is written to
+        `z_there` and `was_there`; they stop there, and do not wait for their heights.
     """
     n_fault = faults.shape[0]
-    walls, part = np.empty(n_fault), np.empty(n_fault)
+    walls, part, first = np.empty(n_fault), np.empty(n_fault), np.empty(n_fault)
     for k in range(xy.shape[0]):
         x, y = xy[k, 0], xy[k, 1]
         from_x, from_y = x, y
         old = height_at(grid, rising, to_columns, x, y)
         found = False
-        for _ in range(rounds):
+        stays = gradual and in_walls.shape[1] > 0
+        for n_round in range(rounds):
             if gradual:
                 _gradual_parts(faults, tables, flat, acts, ends, lean, x, y, old, walls, part)
+                stays = stays and _stay_in_walls(walls, first, n_round)
             else:
                 for i in range(n_fault):
                     part[i] = parts[i, k]
@@ -89,6 +106,12 @@ def settle_rock(
                     )  # fmt: skip
             off_x, off_y = x - now_x, y - now_y
             missed = abs(off_x) > close or abs(off_y) > close
+            if stays and not missed:
+                for i in range(n_fault):
+                    in_walls[i, k] = first[i]
+                z_there[k] = height
+                was_there[k, 0], was_there[k, 1] = from_x, from_y
+                stays = False
             if gradual and abs(height - old) > close:
                 missed = True
             if not missed:

@@ -18,7 +18,7 @@ from geosurf.sheets.faults.traces import Trace, mesh_in_frame
 from geosurf.sheets.heights.state import Heights, Tears
 from geosurf.sheets.mesh.ghosts import ghost_heights
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
-from geosurf.sheets.throw.displacement import refuse_folds, sheet_heights
+from geosurf.sheets.throw.displacement import InWalls, refuse_folds, sheet_heights
 from geosurf.sheets.throw.movement import Branches, Movement
 from geosurf.sheets.throw.tear_ends import refuse_steps, refuse_throw_at_tips, torn_by_throw
 
@@ -111,14 +111,14 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
     refuse_folds(movement.before, movement.slips, movement.xy, movement.parts(branches, unmoved))
 
     # traces on the drape, torn where there is throw
-    drape, network, branches = _traced(movement, lean, branches)
+    drape, network, branches, in_walls = _traced(movement, lean, branches)
     refuse_throw_at_tips(movement, network)
     network, notes = torn_by_throw(movement, network)
 
     # each node belongs to a wall of each fault, and moves with it
     near = near_traces(frame, network.traces, movement.reach)
     walls = _walls(movement, drape, network, near)
-    values, was = movement.heights(branches, np.arange(picks.n_node), walls)
+    values, was = _moved(movement, branches, walls, in_walls)
     every = network.cuts
     drawn = every.take(np.flatnonzero(within(every, *network.mesh.T)))
     refuse_steps(movement, branches, drawn, walls, drape)
@@ -130,10 +130,24 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
     return Attempt(movement, branches, walls, was, state, notes)
 
 
+def _moved(
+    movement: Movement, branches: Branches, walls: np.ndarray, known: InWalls
+) -> tuple[np.ndarray, np.ndarray]:
+    """Heights of all nodes in their walls (n_slip, n_node), and where their rock was.
+
+    Nodes that the drape has found in the same walls are not moved again.
+    """
+    others = np.flatnonzero((known.walls != walls).any(axis=0))
+    values, was = known.elevation, known.was
+    values[others], was[others] = movement.heights(branches, others, walls[:, others])
+    values[movement.before.lost(was)] = np.nan
+    return values, was
+
+
 def _traced(
     movement: Movement, lean: float, branches: Branches
-) -> tuple[np.ndarray, Network, Branches]:
-    """Drape (n_node,) [m], the traces on it, and the branches that these show.
+) -> tuple[np.ndarray, Network, Branches, InWalls]:
+    """Drape (n_node,) [m], the traces on it, the branches that these show, and nodes in walls.
 
     The drape is the horizon as it is moved, blended over each fault. Where the traces show other
     branches than those that it was moved by, it is moved and traced once more.
@@ -147,7 +161,8 @@ def _traced(
         known = branches
 
         parts = movement.gradual_parts(lean, known)
-        drape, was = sheet_heights(movement.before, slips, movement.xy, parts, frame.cell)
+        found = InWalls.unknown(len(slips), len(movement.xy))
+        drape, was = sheet_heights(movement.before, slips, movement.xy, parts, frame.cell, found)
 
         # nodes whose rock came from a hole of the horizon have no height
         grid = np.where(movement.before.lost(was), np.nan, drape).reshape(frame.shape)
@@ -155,7 +170,9 @@ def _traced(
         branches = _branches_of(movement, network)
         if branches == known:
             break
-    return drape, network, branches
+    if branches != known:  # other parts of the throw belong to the walls
+        found = InWalls.unknown(len(slips), len(movement.xy))
+    return drape, network, branches, found
 
 
 def _branches_of(movement: Movement, network: Network) -> Branches:

@@ -78,6 +78,28 @@ def parts_in(
     return out
 
 
+@dataclass(frozen=True, eq=False)
+class InWalls:
+    """What particles in one wall of each fault come to, found on the way to the drape.
+
+    Attributes
+    ----------
+    walls : ndarray (n_slip, n)
+        1 hanging wall, 0 footwall; NaN of particles that are in none on their way.
+    elevation, was : ndarray (n,), (n, 2)
+        What `sheet_heights` finds with the parts in these walls, to the last bit.
+    """
+
+    walls: np.ndarray
+    elevation: np.ndarray
+    was: np.ndarray
+
+    @classmethod
+    def unknown(cls, n_slip: int, n: int) -> InWalls:
+        """Of no particle yet."""
+        return cls(np.full((n_slip, n), np.nan), np.empty(n), np.empty((n, 2)))
+
+
 class Before:
     """The horizon before it was faulted, linear on its triangles, and on past its rim."""
 
@@ -147,7 +169,12 @@ def _filled(values: np.ndarray) -> np.ndarray:
 
 
 def sheet_heights(
-    before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray | Parts, cell: float
+    before: Before,
+    slips: Sequence[Slip],
+    xy: np.ndarray,
+    parts: np.ndarray | Parts,
+    cell: float,
+    in_walls: InWalls | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Elevations of the moved horizon at places, and where its particles were.
@@ -163,6 +190,8 @@ def sheet_heights(
         See `Slip.move`; or a function of places and elevations.
     cell : float
         [m]
+    in_walls : InWalls, optional
+        Of gradual parts: is written where it is known.
 
     Returns
     -------
@@ -179,7 +208,7 @@ def sheet_heights(
     close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
     even = all(isinstance(slip.amount, EvenThrow) for slip in slips)
     if even and isinstance(parts, GradualParts | np.ndarray):
-        return _one_by_one(before, slips, xy, parts, close)
+        return _one_by_one(before, slips, xy, parts, close, in_walls)
 
     # z, was: of every particle; where, at, old: of those that have not arrived, at `todo`
     z, was = before.at(xy), xy.copy()
@@ -210,6 +239,7 @@ def _one_by_one(
     xy: np.ndarray,
     parts: np.ndarray | GradualParts,
     close: float,
+    in_walls: InWalls | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same for faults with one throw each, all rounds of a particle at once: the same bits."""
     # What gradual parts need, and what given ones do.
@@ -239,10 +269,12 @@ def _one_by_one(
                 start += table.size
     z, was = np.empty(len(xy)), np.empty((len(xy), 2))
     gradual = isinstance(parts, GradualParts)
+    if in_walls is None:
+        in_walls = InWalls.unknown(len(slips), 0)
     lost = settle_rock(
         faults, tables, np.concatenate(flat), np.array(acts, dtype=bool), ends, lean, gradual,
         fixed, STEPS, before.filled, before.rising, before.to_columns, np.ascontiguousarray(xy),
-        close, ROUNDS, z, was,
+        close, ROUNDS, z, was, in_walls.walls, in_walls.elevation, in_walls.was,
     )  # fmt: skip
     if lost >= 0:
         raise _folded(before, np.append(xy[lost] + before.frame.corner, z[lost]))
