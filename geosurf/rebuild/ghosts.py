@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.meshes.sheet_parts import join_past_others
 from geosurf.kernels.sheets.sheet_trim import classify_parts
 from geosurf.model import Patches
 from geosurf.model.expected import expect
@@ -100,7 +101,11 @@ def _parts_of_sheets(
             continue
 
         # Parts between faults; a part is dropped if it lies beyond one or has no data.
-        rows, joined = mesh.rows(i), _joined(mesh, i)
+        rows = mesh.rows(i)
+        joined = join_past_others(
+            *mesh.at_curves, mesh.surface_of_triangle, mesh.patch_of_triangle,
+            mesh.parent_of_triangle, i, mesh.n_patch,
+        )  # fmt: skip
         named = np.empty((0, 3), dtype=np.int64) if corner is None else corner[rows]
         held, beyond = classify_parts(
             mesh.local, mesh.triangles[rows], mesh.parent_of_triangle[rows], source.triangles,
@@ -112,34 +117,3 @@ def _parts_of_sheets(
         wrong = on_wrong_side(mesh, i, joined)
         found.append((i, joined, held & ~beyond & ~wrong))
     return found
-
-
-def _joined(mesh: Listed, surface: int) -> np.ndarray:
-    """A label for each patch: the same where only walls and horizons part patches of a surface."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    # Half-edges of this surface on curves of walls and horizons, sorted by edge.
-    edge, triangle, fault = mesh.at_curves
-    mine = (mesh.surface_of_triangle[triangle] == surface) & ~fault[edge]
-    edge, triangle = edge[mine], triangle[mine]
-    order = np.argsort(edge, kind="stable")
-    edge, triangle = edge[order], triangle[order]
-
-    # Edges with two sides join the two patches.
-    _, first, times = np.unique(edge, return_index=True, return_counts=True)
-    pairs = first[times == 2]
-
-    # where a sheet crosses itself past a fault, each of the two goes on through the other
-    crossed = np.repeat(times > 2, times)
-    parent = mesh.parent_of_triangle[triangle[crossed]]
-    rank = np.lexsort((parent, edge[crossed]))
-    same = (np.diff(edge[crossed][rank]) == 0) & (np.diff(parent[rank]) == 0)
-    through = np.flatnonzero(crossed)[rank]
-
-    # Connected patches of this graph have one label.
-    one = np.concatenate([triangle[pairs], triangle[through[:-1][same]]])
-    two = np.concatenate([triangle[pairs + 1], triangle[through[1:][same]]])
-    a, b = mesh.patch_of_triangle[one], mesh.patch_of_triangle[two]
-    links = coo_array((np.ones(len(a)), (a, b)), shape=(mesh.n_patch, mesh.n_patch))
-    return connected_components(links, directed=False)[1].astype(np.int64)

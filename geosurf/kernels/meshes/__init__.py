@@ -7,6 +7,7 @@ file              question                                                source
 `radial_order`    In which order are triangles around an edge?            Weiler 1985
 `parts`           Which parts do surfaces have, and at which edges do they end?
 `seams`           Which parts face each other around their edges? Cells.
+`sheet_parts`     What of a torn sheet do faults part, and on which side of them is it?
 `carried_pieces`  Which edges and patches are those of earlier pieces?
 `volumes`         What are the volume below faces, area and bounds?       Knuth's two-sum
 `level_volumes`   What volume of faces is above and below a level?        Knuth's two-sum
