@@ -232,7 +232,7 @@ def _as_whole(surface: TriSurface, part: TriSurface, keys: np.ndarray, at: Windo
         nodes = np.unique(lattice.corners_of_keys(np.unique(keys)))
         row, col = np.divmod(nodes, lattice.shape[1])
         known = (row + first) * whole.shape[1] + col + left
-        whole.remember(known, lattice.elevation[row, col])
+        whole.remember(known, whole.values_at(lattice, nodes))
     row, col = np.divmod(keys >> 1, lattice.shape[1] - 1)
     cells = (row + first) * (whole.shape[1] - 1) + col + left
     moved: np.ndarray = 2 * cells + (keys & 1)

@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.model import Units
 from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.chunked_map import ChunkedMap
 from geosurf.model.pieces import Pieces
 
 AT_ONCE = 1 << 17  # places whose part of the model is in memory
@@ -28,8 +29,14 @@ def groups_by_tile(pieces: Pieces, feet: np.ndarray) -> Iterator[np.ndarray]:
     lattice = _first_chunked(pieces)
     assert lattice is not None
     starts = lattice.store.row_starts[:-1], lattice.store.col_starts[:-1]
-    i = np.searchsorted(lattice.northing[starts[0]], feet[:, 1], side="right")
-    j = np.searchsorted(lattice.easting[starts[1]], feet[:, 0], side="right")
+    if isinstance(lattice, ChunkedMap):
+        at = lattice.cells_at(feet)
+        i, j = (
+            np.searchsorted(of, part, side="right") for of, part in zip(starts, at, strict=True)
+        )
+    else:
+        i = np.searchsorted(lattice.northing[starts[0]], feet[:, 1], side="right")
+        j = np.searchsorted(lattice.easting[starts[1]], feet[:, 0], side="right")
     tile = i * (len(starts[1]) + 1) + j
     order = np.argsort(tile, kind="stable")
     for first in range(0, len(order), AT_ONCE):

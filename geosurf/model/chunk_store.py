@@ -34,6 +34,8 @@ class Store:
         Whether rows and columns of `data` run the other way.
     scale : float
         From values to metres above the datum.
+    as_is : bool
+        Whether -0.0 stays: of coordinates, as for grids in memory.
     """
 
     name: str
@@ -42,6 +44,13 @@ class Store:
     col_starts: np.ndarray
     turned: tuple[bool, bool]
     scale: float
+    as_is: bool = False
+
+    def holds_values_of(self, other: Store) -> bool:
+        """Whether two are known to have the same values: those of one Dask array."""
+        mine, theirs = (getattr(of.data, "name", None) for of in (self, other))
+        same = self.data is other.data or (mine is not None and mine == theirs)
+        return same and (self.turned, self.scale) == (other.turned, other.scale)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -66,7 +75,10 @@ class Store:
             # as for grids in memory: scaled as float64, and no -0.0
             if self.scale != 1.0:
                 values = np.multiply(values, self.scale, dtype=np.float64)
-            np.add(values, 0.0, out=part, dtype=np.float64)
+            if self.as_is:
+                part[...] = values
+            else:
+                np.add(values, 0.0, out=part, dtype=np.float64)
         return out
 
     def _values(self, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
@@ -115,7 +127,11 @@ class ChunkBounds:
     last_rows : ndarray of float64, shape (n_tile_row, n_col)
         Elevations of the last row of each row of chunks [m]: the tiles after it begin there.
     last_cols : ndarray of float64, shape (n_tile_col, n_row)
-        The same for columns.
+        The same for columns. Both have a first axis of three for grids with 2-D coordinates.
+    of_map : ndarray of float64, shape (10,)
+        Of a grid with 2-D coordinates: the least height of a triangle in the map [m], whether the
+        map is right-handed and diagonals rise, how far nodes are from even steps at most [cells],
+        the first node, and the mean steps along columns and rows [m]; else empty.
     """
 
     boxes: np.ndarray
@@ -126,6 +142,7 @@ class ChunkBounds:
     holes: np.ndarray
     last_rows: np.ndarray
     last_cols: np.ndarray
+    of_map: np.ndarray
 
 
 __all__ = ["STAYS", "ChunkBounds", "Store"]

@@ -3,16 +3,20 @@
 It is a `Lattice` with the node numbers of the whole grid, so that points, curves and patches have
 the same names as those of a grid in memory. Whoever needs all elevations at once gets an error that
 names the size; what streams asks for `bands` or `window`.
+
+Values of some nodes are elevations, over rows and columns; of a grid with 2-D coordinates they have
+a first axis of three: easting, northing and elevation (`geosurf.model.chunked_map`).
 """
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -31,7 +35,7 @@ CACHE = 64 << 20  # bytes of chunks that one grid holds: the last ones that were
 KNOWN = 8_000_000  # nodes next to curves that are held one by one
 _FEW = 1 << 14  # nodes that were looked up, and are held
 AHEAD = 1 << 25  # nodes of a band that is read ahead: 256 MB
-_NOTHING = np.empty(0, dtype=np.int64), np.empty(0)
+_NONE = np.empty(0, dtype=np.int64)
 
 
 @dataclass(eq=False)
@@ -40,7 +44,7 @@ class _Held:
 
     chunks: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict)
     size: int = 0
-    nodes: tuple[np.ndarray, np.ndarray] = _NOTHING
+    nodes: tuple[np.ndarray, np.ndarray] = (_NONE, np.empty(0))
     every: dict[bytes, np.ndarray] = field(default_factory=dict)
     lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -64,28 +68,31 @@ class ChunkedLattice(Lattice):
         fingerprint: str,
     ) -> ChunkedLattice:
         """Make a lattice of rising axes (easting, northing), a store and its bounds."""
-        made: ChunkedLattice = object.__new__(cls)
         easting, northing = (frozen(axis, np.float64) for axis in axes)
-        made.__dict__.update(
+        return cls._made(
             easting=easting, northing=northing, rising=True, reverse=None, store=store,
             bounds=bounds, fingerprint=fingerprint, _held=_Held(),
         )  # fmt: skip
+
+    @classmethod
+    def _made(cls, **parts: Any) -> Self:
+        made = object.__new__(cls)
+        made.__dict__.update(parts)
         return made
 
-    def turned_as(self, rising: bool, reverse: bool | None) -> ChunkedLattice:
+    _shared: ClassVar = ("easting", "northing", "store", "bounds", "fingerprint", "_held")
+
+    def turned_as(self, rising: bool, reverse: bool | None) -> Self:
         """Return the lattice with another diagonal; what is known of nodes is shared."""
         if rising == self.rising and reverse is self.reverse:
             return self
-        keys = ("easting", "northing", "store", "bounds", "fingerprint", "_held")
-        twin: ChunkedLattice = object.__new__(type(self))
-        twin.__dict__.update({key: self.__dict__[key] for key in keys})
-        twin.__dict__.update(rising=rising, reverse=reverse)
-        return twin
+        same = {key: self.__dict__[key] for key in self._shared}
+        return self._made(**same, rising=rising, reverse=reverse)
 
     @property
     def elevation(self) -> np.ndarray:
         """All elevations: an error, since they may exceed the memory."""
-        raise self._too_large()
+        raise self.too_large()
 
     def corners_in_use(self) -> np.ndarray:
         """Corners around the nodes that triangles use, float64 (2, 3)."""
@@ -130,7 +137,7 @@ class ChunkedLattice(Lattice):
 
     def check_in_memory(self) -> None:
         """Raise the error of whoever lists all triangles."""
-        raise self._too_large()
+        raise self.too_large()
 
     def presence(self, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
         """Mask of the nodes that exist in some rows and columns (first, last + 1)."""
@@ -150,29 +157,34 @@ class ChunkedLattice(Lattice):
     @property
     def present(self) -> np.ndarray:
         """Mask of the nodes that exist: an error, as for elevations; `holes` has the same."""
-        raise self._too_large()
+        raise self.too_large()
 
     @property
     def keys(self) -> np.ndarray:
         """Keys of all triangles: an error, as for elevations."""
-        raise self._too_large()
+        raise self.too_large()
 
     def build_vertices(self) -> np.ndarray:
         """All nodes that exist: an error, as for elevations."""
-        raise self._too_large()
+        raise self.too_large()
 
     def build_triangles(self) -> np.ndarray:
         """All triangles: an error, as for elevations."""
-        raise self._too_large()
+        raise self.too_large()
 
-    def _too_large(self) -> HorizonError:
+    _bytes_of_node: ClassVar = 8
+    _streamed: ClassVar = (
+        "Curves, units, volumes, certificates, thickness maps, sections and samples"
+    )
+
+    def too_large(self) -> HorizonError:
         """The error of whoever needs all nodes at once."""
         n_row, n_col = self.shape
         return HorizonError(
             f"horizon {self.store.name!r} stays in its store ({n_row} x {n_col} nodes, "
-            f"{8e-9 * self.n_node:.2g} GB), and this result needs all nodes in memory. Curves, "
-            "units, volumes, certificates, thickness maps, sections and samples do not. Load it "
-            "with da.load(), or select a part with da.isel(...).",
+            f"{self._bytes_of_node * 1e-9 * self.n_node:.2g} GB), and this result needs all nodes "
+            f"in memory. {self._streamed} do not. Load it with da.load(), or select a part with "
+            "da.isel(...).",
             surfaces=[self.store.name],
         )
 
@@ -213,29 +225,35 @@ class ChunkedLattice(Lattice):
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of nodes, row by row."""
         row, col = np.divmod(np.asarray(nodes, dtype=np.int64).reshape(-1), self.shape[1])
-        z = self._elevations(row * self.shape[1] + col)
+        z = self._values_of(row * self.shape[1] + col)
         return np.stack([self.easting[col], self.northing[row], z], axis=1)
 
-    def remember(self, nodes: np.ndarray, elevations: np.ndarray) -> None:
-        """Keep elevations of some nodes, which `places_of_nodes` then does not read again."""
+    def values_at(self, part: Lattice, nodes: np.ndarray) -> np.ndarray:
+        """Values of some nodes of a part in memory, as `remember` keeps them."""
+        found: np.ndarray = part.elevation.ravel()[nodes]
+        return found
+
+    def remember(self, nodes: np.ndarray, values: np.ndarray) -> None:
+        """Keep values of some nodes, one row each, which are then not read again."""
         held: _Held = self.__dict__["_held"]
         with held.lock:
             known, z = held.nodes
-            if len(known) + len(nodes) > KNOWN:
-                known, z = _NOTHING
+            most = KNOWN // math.prod(self._lead)
+            if len(known) + len(nodes) > most or not len(known):
+                known, z = _NONE, values[:0]
             both, first = np.unique(np.concatenate([known, nodes]), return_index=True)
-            held.nodes = both, np.concatenate([z, elevations])[first]
+            held.nodes = both, np.concatenate([z, values])[first]
 
-    def _elevations(self, nodes: np.ndarray) -> np.ndarray:
-        """Elevations of nodes: known ones, then chunk by chunk."""
+    def _values_of(self, nodes: np.ndarray) -> np.ndarray:
+        """Values of nodes, one row each: known ones, then chunk by chunk."""
         held: _Held = self.__dict__["_held"]
         known, values = held.nodes
-        found = np.empty(len(nodes))
         wanted, inverse = np.unique(nodes, return_inverse=True)
-        z = np.empty(len(wanted))
+        z = np.empty((len(wanted), *self._lead))
         at = np.minimum(np.searchsorted(known, wanted), max(len(known) - 1, 0))
         there = known[at] == wanted if len(known) else np.zeros(len(wanted), dtype=bool)
-        z[there] = values[at[there]]
+        if len(known):
+            z[there] = values[at[there]]
 
         missing = np.flatnonzero(~there)
         if len(missing):
@@ -248,14 +266,30 @@ class ChunkedLattice(Lattice):
                 a, b = int(i[some[0]]), int(j[some[0]])
                 chunk = self._chunk(a, b)
                 r, c = self.store.row_starts[a], self.store.col_starts[b]
-                z[missing[some]] = chunk[row[some] - r, col[some] - c]
+                picked = chunk[..., row[some] - r, col[some] - c]
+                z[missing[some]] = np.moveaxis(picked, -1, 0)
             if len(missing) <= _FEW:  # many are a part of the model that is asked for once
                 self.remember(wanted[missing], z[missing])
-        found[:] = z[inverse.reshape(-1)]
+        found: np.ndarray = z[inverse.reshape(-1)]
         return found
 
+    @property
+    def _lead(self) -> tuple[int, ...]:
+        """The axes of values before rows and columns."""
+        return ()
+
+    def _elevation_of(self, values: np.ndarray) -> np.ndarray:
+        """Elevations among values."""
+        return values
+
+    def _read(
+        self, rows: tuple[int, int], cols: tuple[int, int], out: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Values of some rows and columns (first, last + 1)."""
+        return self.store.read(rows, cols, out)
+
     def _chunk(self, i: int, j: int) -> np.ndarray:
-        """Elevations of a chunk, from those that were used last if it is among them."""
+        """Values of a chunk, from those that were used last if it is among them."""
         held: _Held = self.__dict__["_held"]
         with held.lock:
             if (i, j) in held.chunks:
@@ -265,7 +299,7 @@ class ChunkedLattice(Lattice):
             (int(of[k]), int(of[k + 1]))
             for of, k in ((self.store.row_starts, i), (self.store.col_starts, j))
         )
-        chunk = self._same(self.store.read(rows, cols), rows, cols)
+        chunk = self._same(self._read(rows, cols), rows, cols)
         with held.lock:
             if (i, j) not in held.chunks:
                 held.chunks[i, j] = chunk
@@ -281,9 +315,10 @@ class ChunkedLattice(Lattice):
             held.chunks.clear()
             held.size = 0
 
-    def _same(self, z: np.ndarray, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
-        """Elevations that were read, or an error if nodes have gone since the store was opened."""
+    def _same(self, values: np.ndarray, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
+        """Values that were read, or an error if nodes have gone since the store was opened."""
         # a chunk whose file is gone reads as NaN
+        z = self._elevation_of(values)
         n_absent = self.holes.count(rows, cols)
         if (n_absent or np.isnan(z.sum())) and np.count_nonzero(np.isnan(z)) != n_absent:
             raise HorizonError(
@@ -292,11 +327,11 @@ class ChunkedLattice(Lattice):
                 "open it again.",
                 surfaces=[self.store.name],
             )
-        return z
+        return values
 
     def window(self, rows: tuple[int, int], cols: tuple[int, int]) -> Lattice:
         """Return some rows and columns (first, last + 1) as a lattice in memory."""
-        z = np.empty((rows[1] - rows[0], cols[1] - cols[0]))
+        z = np.empty((*self._lead, rows[1] - rows[0], cols[1] - cols[0]))
         starts = self.store.row_starts, self.store.col_starts
 
         # the chunks that the window meets, each copied to its place
@@ -315,12 +350,12 @@ class ChunkedLattice(Lattice):
 
                 # of chunks before a tile only the last row or column, which is known
                 if r1 - r0 == 1 and r1 == r_end:
-                    part = self.bounds.last_rows[i, None, c0:c1]
+                    part = self.bounds.last_rows[..., i : i + 1, c0:c1]
                 elif c1 - c0 == 1 and c1 == c_end:
-                    part = self.bounds.last_cols[j, r0:r1, None]
+                    part = self.bounds.last_cols[..., j, r0:r1, None]
                 else:
-                    part = self._chunk(i, j)[r0 - r : r1 - r, c0 - c : c1 - c]
-                z[r0 - rows[0] : r1 - rows[0], c0 - cols[0] : c1 - cols[0]] = part
+                    part = self._chunk(i, j)[..., r0 - r : r1 - r, c0 - c : c1 - c]
+                z[..., r0 - rows[0] : r1 - rows[0], c0 - cols[0] : c1 - cols[0]] = part
         return self._part(rows, cols, z)
 
     def _part(self, rows: tuple[int, int], cols: tuple[int, int], z: np.ndarray) -> Lattice:
@@ -348,8 +383,8 @@ class ChunkedLattice(Lattice):
                 tiles.append(i)
 
         # the next band is read while this one is used, if there is room for both
-        size = (1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
-        ahead = 1 if size[0] * size[1] <= AHEAD and len(tiles) > 1 else 0
+        size = (*self._lead, 1 + int(np.diff(self.store.row_starts).max()), self.shape[1])
+        ahead = 1 if math.prod(size) <= AHEAD and len(tiles) > 1 else 0
         self.forget_chunks()  # the bands take their memory
         give_back_memory()
         rooms = [np.empty(size) for _ in range(1 + ahead)]
@@ -368,11 +403,11 @@ class ChunkedLattice(Lattice):
         """A row of tiles, read into `room`."""
         (first, last), _ = self.store.tile(i, 0)
         cols = 0, self.shape[1]
-        z = room[: last - first]
+        z = room[..., : last - first, :]
         if i:
-            z[0] = self.bounds.last_rows[i - 1]
+            z[..., 0, :] = self.bounds.last_rows[..., i - 1, :]
         start = int(self.store.row_starts[i])
-        self.store.read((start, last), cols, z[start - first :])
+        self._read((start, last), cols, z[..., start - first :, :])
         self._same(z, (first, last), cols)
         return self._part((first, last), cols, z)
 

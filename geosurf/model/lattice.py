@@ -175,6 +175,8 @@ class Lattice(Noun):
         """Whether two graphs have the same nodes in the map, one by one."""
         if self.shape != other.shape:
             return False
+        if other.reads_map:
+            return other.shares_map(self)
         both = (self.easting, other.easting), (self.northing, other.northing)
 
         # the first numbers differ for nearly all pairs of grids; comparing all takes a pass over
@@ -184,6 +186,11 @@ class Lattice(Noun):
         if not (self.is_graph and other.is_graph):
             return False
         return all(a is b or np.array_equal(a, b) for a, b in both)
+
+    @property
+    def reads_map(self) -> bool:
+        """Whether easting and northing are 2-D and stay in a store."""
+        return False
 
     @property
     def has_rising_axes(self) -> bool:
@@ -262,6 +269,12 @@ class Lattice(Noun):
         found: np.ndarray = self.elevation[np.ix_(rows, cols)]
         return found
 
+    def map_at(self, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Easting and northing [m] of some rows and columns, which rise, each (n_row, n_col)."""
+        easting, northing = self.horizontal()
+        some = np.ix_(rows, cols)
+        return easting[some], northing[some]
+
     def check_in_memory(self) -> None:
         """Raise an error if elevations stay in a store: what follows lists all triangles."""
 
@@ -300,6 +313,12 @@ class Lattice(Noun):
             return self.easting, self.northing
         easting, northing = np.broadcast_arrays(self.easting[None, :], self.northing[:, None])
         return easting, northing
+
+    def map_places(self, nodes: np.ndarray) -> np.ndarray:
+        """Easting and northing (n, 2) of nodes, row by row."""
+        row, col = np.divmod(nodes, self.shape[1])
+        easting, northing = self.horizontal()
+        return np.stack([easting[row, col], northing[row, col]], axis=-1)
 
     def build_vertices(self) -> np.ndarray:
         """World coordinates (n_vertex, 3) of the nodes that exist, row by row."""

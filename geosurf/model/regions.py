@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
+from geosurf.model.chunked_map import ChunkedMap
 from geosurf.model.lattice import Lattice
 
 _SLACK = 1e-9  # of the size of coordinates: far more than rounding
@@ -35,6 +36,8 @@ class Feet:
 
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that a line goes through, their rims included."""
+        if isinstance(lattice, ChunkedMap):
+            return lattice.cells_around(self.places)
         if lattice.easting.ndim == 2:
             return _all_cells(lattice)
         n_col = lattice.shape[1]
@@ -83,7 +86,7 @@ class Line:
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that the line meets, and some next to it."""
         if lattice.easting.ndim == 2:
-            return _all_cells(lattice)
+            return _cells_of_map(self, lattice)
         x, y = lattice.easting, lattice.northing
         rows = np.stack([np.minimum(y[:-1], y[1:]), np.maximum(y[:-1], y[1:])])
         west, east = self._span(*rows)
@@ -133,7 +136,7 @@ class Boxes:
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that meet a box."""
         if lattice.easting.ndim == 2:
-            return _all_cells(lattice)
+            return _cells_of_map(self, lattice)
         found = [np.empty(0, dtype=np.int64)]
         for low, high in zip(self.low, self.high, strict=True):
             (cols, rows) = (
@@ -155,6 +158,13 @@ def _between(axis: np.ndarray, low: float, high: float) -> np.ndarray:
     """Cells along an axis that meet an interval."""
     ends = np.minimum(axis[:-1], axis[1:]), np.maximum(axis[:-1], axis[1:])
     return np.flatnonzero((ends[0] <= high) & (ends[1] >= low))
+
+
+def _cells_of_map(region: Line | Boxes, lattice: Lattice) -> np.ndarray:
+    """Cells of a grid with 2-D coordinates: in a store those of blocks that meet the region."""
+    if isinstance(lattice, ChunkedMap):
+        return lattice.cells_where(region.meets)
+    return _all_cells(lattice)
 
 
 def _all_cells(lattice: Lattice) -> np.ndarray:

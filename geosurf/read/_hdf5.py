@@ -72,6 +72,7 @@ def refuse_bombs(path: Path, file: h5py.File, size: int, stays: float = math.inf
                     continue
                 if (found.size or 0) > stays:
                     refuse_other_files(path, found)
+                    refuse_empty(path, str(name), found.shape, *_stored_parts(found))
                     continue
                 # Bytes of all variables together, since xarray may load each of them.
                 total += _bytes_of(path, found, size)
@@ -89,6 +90,32 @@ def _bytes_of(path: Path, data: Any, size: int) -> int:
     if data.chunks:
         _refuse_packed(path, data, chunk * data.dtype.itemsize, size)
     return max(values, chunk) * max(8, int(data.dtype.itemsize))
+
+
+def _stored_parts(data: h5py.Dataset) -> tuple[int, int]:
+    """How many chunks a file stores of a large array, and how many the array has."""
+    if not data.chunks:
+        return int(data.id.get_storage_size() > 0), 1
+    parts = (-(-n // step) for n, step in zip(data.shape, data.chunks, strict=True))
+    return int(data.id.get_num_chunks()), math.prod(parts)
+
+
+def refuse_empty(path: Path, name: str, shape: tuple[int, ...], stored: int, parts: int) -> None:
+    """
+    Refuse a large array of which nearly nothing is stored: reading its fill value takes hours.
+
+    Raises
+    ------
+    FormatError
+        If fewer than a thousandth of its parts are there.
+    """
+    if stored * 1000 < parts:
+        size = " x ".join(map(str, shape))
+        raise FormatError(
+            f"{path}: variable {name!r} announces {size} values, but only {stored} of its {parts} "
+            "chunks are stored. Check that the file is complete, or export only the part that has "
+            "data."
+        )
 
 
 def refuse_other_files(path: Path, data: Any) -> None:

@@ -367,7 +367,7 @@ def _dims(
 
 
 def _horizon(
-    path: Path, values: Any, easting: np.ndarray, northing: np.ndarray, attrs: dict[str, Any]
+    path: Path, values: Any, easting: Any, northing: Any, attrs: dict[str, Any]
 ) -> xr.DataArray:
     """Assemble the DataArray; 1-D coordinates are sorted to increase."""
     import xarray as xr
@@ -406,9 +406,13 @@ def _horizon(
     )
 
 
-def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
-    """Coordinate values in metres, float64, finite."""
+def _metres(path: Path, coordinate: xr.DataArray) -> Any:
+    """Coordinate values in metres, float64, finite; rotated grids in a store stay there."""
     what = f"{path}: coordinate {coordinate.name!r}"
+    data: Any = coordinate.data
+    if coordinate.ndim == 2 and hasattr(data, "dask"):  # what is not finite is found in the pass
+        scale = agreed_scale(_attribute(coordinate, "units"), None, "m", what)
+        return data.astype(np.float64) if scale == 1.0 else data.astype(np.float64) * scale
     values = coordinate.values.astype(np.float64)
     if not np.isfinite(values).all():
         raise FormatError(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from geosurf.errors import DependencyError, FormatError
 from geosurf.model.chunk_store import STAYS
 from geosurf.read._guard import refuse_beyond_memory
+from geosurf.read._hdf5 import refuse_empty
 from geosurf.read._in_parts import chunks_of
 from geosurf.read.netcdf import DAMAGE, horizon_of
 
@@ -83,14 +84,27 @@ def _opened(path: Path) -> xr.Dataset:
                     "with: pip install 'geosurf[ensemble]'"
                 )
             if large:
+                _refuse_empty_arrays(path, dataset)
                 chunks = {dim: n for one in large for dim, n in chunks_of(one).items()}
                 return xr.open_zarr(path, **{**how, "chunks": chunks})
             refuse_beyond_memory(path, 8 * sum(one.size for one in dataset.variables.values()))
             numbers = [key for key, one in dataset.variables.items() if one.dtype.kind in "fiub"]
             found: xr.Dataset = dataset[numbers].load()
         except DAMAGE as error:
+            if isinstance(error, FormatError):
+                raise
             raise _damaged(path, error) from error
     return found
+
+
+def _refuse_empty_arrays(path: Path, dataset: xr.Dataset) -> None:
+    """Refuse large arrays of which nearly no chunk is there."""
+    import zarr
+
+    for name, one in dataset.variables.items():
+        if one.size > STAYS:
+            array: Any = zarr.open_array(path, path=str(name), mode="r")
+            refuse_empty(path, str(name), one.shape, array.nchunks_initialized, array.nchunks)
 
 
 def _damaged(path: Path, error: BaseException) -> FormatError:

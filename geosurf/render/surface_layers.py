@@ -59,8 +59,7 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
     if lattice.easting.ndim == 1:
         easting, northing = lattice.easting[columns], lattice.northing[rows]
     else:
-        nodes = np.ix_(rows, columns)
-        easting, northing = lattice.easting[nodes], lattice.northing[nodes]
+        easting, northing = lattice.map_at(rows, columns)
     elevation = lattice.elevations_at(rows, columns)
     coarse = Lattice(easting, northing, elevation, lattice.rising, lattice.reverse)
     return TriSurface(surface.name, surface.role, lattice=coarse)

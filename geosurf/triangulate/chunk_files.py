@@ -20,23 +20,28 @@ from geosurf.kernels.compile.cache_folder import cache_root
 from geosurf.model.chunk_store import ChunkBounds, Store
 
 _FORM = f"geosurf bounds of chunks 1 {list(ChunkBounds.__dataclass_fields__)}"
-_ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols", "holes")
+_ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols", "holes", "of_map")
 _LARGEST = 1 << 32
 _SUFFIX = ".geosurf-bounds"
 
 
 def key_of_store(
-    store: Store, axes: tuple[np.ndarray, np.ndarray]
+    store: Store, axes: tuple[np.ndarray | Store, np.ndarray | Store]
 ) -> tuple[str | None, Path | None]:
     """Return what identifies the values of a store, and where to keep bounds; None if unknown."""
     try:
-        sources = _sources(store.data)
-        if not sources:
+        both = [axis.data for axis in axes if isinstance(axis, Store)]
+        parts = [_sources(data) for data in (store.data, *both)]
+        if not all(parts):
             return None, None
+        sources = list(dict.fromkeys(path for part in parts for path in part))
         digest = hashlib.sha256(_FORM.encode())
         digest.update(f"{store.data.name} {store.shape} {store.turned} {store.scale!r}".encode())
         for array in (store.row_starts, store.col_starts, *axes):
-            digest.update(np.ascontiguousarray(array).tobytes())
+            if isinstance(array, Store):
+                digest.update(f"{array.data.name} {array.scale!r}".encode())
+            else:
+                digest.update(np.ascontiguousarray(array).tobytes())
         for source in sources:
             _add_files(digest, source)
     except OSError:
@@ -87,7 +92,9 @@ def _places(place: Path, key: str) -> list[Path]:
 
 def _sources(data: Any) -> list[Path]:
     """Folders and files that a Dask array reads; empty if some are not known."""
-    found = []
+    found: list[Path] = []
+    if not hasattr(data, "dask"):
+        return found
     for name, layer in data.dask.layers.items():
         if not str(name).startswith("original-"):  # xarray calls what it has opened so
             continue

@@ -41,15 +41,14 @@ def _best_in_histogram(heights: np.ndarray, row: int) -> tuple[int, int, int, in
 def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Whether places lie in a cell with four nodes, for lattices with even steps."""
     # Two steps span the lattice: along rows and along columns [m].
-    easting, northing = lattice.horizontal()
     n_row, n_col = lattice.shape
-    first = np.array([easting[0, 0], northing[0, 0]])
-    along = (np.array([easting[0, -1], northing[0, -1]]) - first) / (n_col - 1)
-    up = (np.array([easting[-1, 0], northing[-1, 0]]) - first) / (n_row - 1)
+    corners = np.array([0, n_col - 1, (n_row - 1) * n_col, n_row * n_col - 1])
+    first, east, north, opposite = lattice.map_places(corners)
+    along, up = (east - first) / (n_col - 1), (north - first) / (n_row - 1)
     # Four corners of a parallelogram; otherwise steps cannot be even.
     far = first + along * (n_col - 1) + up * (n_row - 1)
     size = np.hypot(*along) + np.hypot(*up)
-    if np.hypot(*(far - (easting[-1, -1], northing[-1, -1]))) > 1e-3 * size:
+    if np.hypot(*(far - opposite)) > 1e-3 * size:
         raise InputError(
             "a horizon is a curvilinear grid, for which geosurf cannot propose a box. Give "
             "box=(west, east, south, north, bottom, top)."

@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.chunked_map import ChunkedMap
 
 _SAMPLE = 4000  # nodes that a lattice is fitted to
 _AT_ONCE = 1 << 22  # nodes whose links are looked at together
@@ -101,9 +102,28 @@ def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
     easting, northing = lattice.easting, lattice.northing
     if easting.ndim == 1:
         return easting, northing
+    if lattice.reads_map:
+        return _lines_in_store(lattice)
     if (easting == easting[:1]).all() and (northing == northing[:, :1]).all():
         return easting[0], northing[:, 0]
     return None
+
+
+def _lines_in_store(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
+    """The same of 2-D coordinates that stay in a store: corners tell nearly all grids."""
+    (n_row, n_col), first = lattice.shape, None
+    west, east, north = lattice.map_places(np.array([0, n_col - 1, (n_row - 1) * n_col]))
+    if west[1] != east[1] or west[0] != north[0]:
+        return None
+    assert isinstance(lattice, ChunkedMap)
+    northings = []
+    for _, x, y in lattice.map_bands():
+        first = x[0].copy() if first is None else first
+        if (x != first).any() or (y != y[:, :1]).any():
+            return None
+        northings.append(y[:, 0].copy())
+    assert first is not None
+    return first, np.concatenate(northings)
 
 
 def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
@@ -129,17 +149,13 @@ def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
 
 def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
-    n_col = lattice.shape[1]
     windows = [_links_in(lattice, *window) for window in lattice.rim_windows(_AT_ONCE)]
     kinds = [np.concatenate(parts) for parts in zip(*windows, strict=True)]
     if isinstance(lattice, ChunkedLattice):  # windows of the same rows: row by row, as in memory
         kinds = [part[np.argsort(part[:, 0], kind="stable")] for part in kinds]
     links = np.concatenate(kinds)
     links = links if lattice.right_handed else links[:, ::-1]
-    row, col = np.divmod(links, n_col)
-    if lattice.easting.ndim == 1:
-        return np.stack([lattice.easting[col], lattice.northing[row]], axis=-1)
-    return np.stack([lattice.easting[row, col], lattice.northing[row, col]], axis=-1)
+    return lattice.map_places(links)
 
 
 def _links_in(lattice: Lattice, rows: tuple[int, int], cols: tuple[int, int]) -> list[np.ndarray]:
@@ -190,8 +206,7 @@ def _axes_of(lattice: Lattice) -> Axes | None:
     n = lattice.n_present
     known = lattice.holes.present_nodes(np.linspace(0, n - 1, min(n, _SAMPLE)).astype(np.int64))
     row, col = np.divmod(known, n_col)
-    easting, northing = lattice.horizontal()
-    xy = np.stack([easting[row, col], northing[row, col]], axis=1)
+    xy = lattice.map_places(known)
 
     # fitted from the mean: millions of metres would cost digits of steps of a few
     middle = xy.mean(axis=0)

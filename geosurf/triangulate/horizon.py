@@ -19,8 +19,9 @@ from geosurf.conventions import (
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import flag_of, name_of
-from geosurf.triangulate.chunked import chunked_lattice, stays_in_store
+from geosurf.triangulate.chunked import chunked_lattice, chunked_map, stays_in_store
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.degenerate import map_turns
 from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
@@ -75,8 +76,8 @@ def triangulate_horizon(
     lazy : bool, optional
         Whether elevations stay in the store of a Dask array and are read chunk by chunk, for
         curves, units and volumes of grids that exceed the memory. Default: Dask arrays of more
-        than 2**26 nodes. Needs 1-D coordinates. Bounds of chunks are kept in a file next to the
-        store.
+        than 2**26 nodes. 2-D coordinates have to be those of a rotated grid with even steps.
+        Bounds of chunks are kept in a file next to the store.
 
     Returns
     -------
@@ -141,9 +142,9 @@ def triangulate_horizon(
     except InputError as error:
         raise HorizonError(str(error)) from error
 
-    easting, northing = _coordinates(da, what)
     if chunked:
-        return _in_store(da, (easting, northing), scale, title, tolerance)
+        return _in_store(da, scale, title, tolerance)
+    easting, northing = _coordinates(da, what)
     lattice = _lattice_of(easting, northing, np.asarray(da.values, dtype=np.float64), scale)
     # Only 1-D axes have an order to check; the check costs a pass, so floats decide first.
     if easting.ndim == 1 and not lattice.has_rising_axes:
@@ -197,30 +198,33 @@ def _from_mesh(
     return surface
 
 
-def _in_store(
-    da: Any, axes: tuple[np.ndarray, np.ndarray], scale: float, title: str, tolerance: float
-) -> TriSurface:
-    """A horizon whose elevations are read chunk by chunk."""
+def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface:
+    """A horizon whose nodes are read chunk by chunk."""
     what = f"horizon {title!r}"
     if not hasattr(da.data, "dask"):
         raise HorizonError(
             f"{what}: lazy=True, but its values are in memory. Open it with "
             "xr.open_zarr(path), or leave lazy out."
         )
-    if axes[0].ndim == 2:
-        raise HorizonError(
-            f"{what}: the grid has 2-D coordinates, which geosurf cannot read chunk by chunk. "
-            "Load it with da.load(), or select a part with da.isel(...)."
-        )
     if tolerance > 0:
         raise HorizonError(
             f"{what}: tolerance is {tolerance:g}, but a grid that stays in its store cannot be "
             "simplified. Take every tenth node instead: da[::10, ::10]."
         )
-    for key, axis in zip(("easting", "northing"), axes, strict=True):
-        _check_axis(key, axis, what)
-    lattice = chunked_lattice(da, axes, scale, title)
-    lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
+    easting, northing = _labels(da, what)
+    lattice: ChunkedLattice
+    if easting.ndim == 2:  # read with the elevations
+        both = [
+            (one.data, _factor_of(one, f"{key} of {what}"))
+            for key, one in (("easting", easting), ("northing", northing))
+        ]
+        lattice = chunked_map(da, (both[0], both[1]), scale, title)
+    else:
+        axes = _coordinates(da, what)
+        for key, axis in zip(("easting", "northing"), axes, strict=True):
+            _check_axis(key, axis, what)
+        lattice = chunked_lattice(da, axes, scale, title)
+        lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
     if lattice.n_triangle == 0:
         raise HorizonError(
             f"{what}: no triangle has its three nodes. Check the no-data value of the store."
@@ -278,6 +282,12 @@ def _check_array(da: Any, what: str) -> None:
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
     """Easting and northing [m], both 1-D or both 2-D."""
+    easting, northing = _labels(da, what)
+    return _metres(easting, f"easting of {what}"), _metres(northing, f"northing of {what}")
+
+
+def _labels(da: Any, what: str) -> tuple[Any, Any]:
+    """Coordinates of a grid, both 1-D or both over its dimensions; they are not read."""
     # of xarray the arrays alone: labels cost more than what they label
     coords = getattr(da.coords, "variables", da.coords)
     missing = [key for key in ("easting", "northing") if key not in coords]
@@ -298,8 +308,7 @@ def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
         )
 
     easting, northing = (
-        _metres(coords[key].transpose(*da.dims) if flat else coords[key], f"{key} of {what}")
-        for key in ("easting", "northing")
+        coords[key].transpose(*da.dims) if flat else coords[key] for key in ("easting", "northing")
     )
     return easting, northing
 
@@ -326,20 +335,25 @@ def _lattice_of(
 
 def _metres(coord: Any, what: str) -> np.ndarray:
     """Values of one coordinate in metres."""
+    factor = _factor_of(coord, what)
+    values = np.asarray(coord.values, dtype=np.float64)
+    return values if factor == 1.0 else values * factor
+
+
+def _factor_of(coord: Any, what: str) -> float:
+    """What turns values of a coordinate into metres."""
     if coord.dtype.kind not in "fiu":
         raise HorizonError(
             f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
         )
 
-    values = np.asarray(coord.values, dtype=np.float64)
     length_unit = coord.attrs.get("units")
     if length_unit is None:
-        return values
+        return 1.0
     try:
-        factor = metres_per_unit(length_unit, what)
+        return metres_per_unit(length_unit, what)
     except InputError as error:
         raise HorizonError(str(error)) from error
-    return values if factor == 1.0 else values * factor
 
 
 def _check_axis(key: str, axis: np.ndarray, what: str) -> None:

@@ -187,9 +187,7 @@ def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
                 inner &= there[i : i + high - low, j : j + right - left]
         row, col = np.nonzero(there[1:-1, 1:-1] & ~inner)
         found.append((row + low) * n_col + col + left)
-    row, col = np.divmod(np.sort(np.concatenate(found)), n_col)
-    easting, northing = lattice.horizontal()
-    return np.column_stack([easting[row, col], northing[row, col]])
+    return lattice.map_places(np.sort(np.concatenate(found)))
 
 
 def _lines(outline: np.ndarray) -> np.ndarray:

@@ -114,3 +114,56 @@ def test_a_store_without_a_grid_and_a_folder_that_is_no_store(tmp_path):
     (tmp_path / "empty.zarr").mkdir()
     with pytest.raises(InputError, match=r"Zarr store, which has a zarr\.json or \.zgroup"):
         gs.read_horizon(tmp_path / "empty.zarr")
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("form", ["chunks", "whole"])
+def test_a_small_file_that_announces_many_nodes_is_refused_at_once(tmp_path, suffix, form):
+    """Reading the fill value of 200 000 x 200 000 nodes would take hours."""
+    import h5py
+    import zarr
+
+    n, path = 200_000, tmp_path / f"top{suffix}"
+    axis = np.arange(n) * 10.0
+    if suffix == ".zarr":
+        xr.Dataset(coords={"northing": axis, "easting": axis}).to_zarr(path, consolidated=False)
+        zarr.open_group(path).create_array(
+            "z", shape=(n, n), chunks=(1000, 1000 if form == "chunks" else n), dtype="f4",
+            fill_value=-1000.0, dimension_names=("northing", "easting"),
+            attributes={"units": "m", "positive": "up"},
+        )  # fmt: skip
+    else:
+        with h5py.File(path, "w") as file:
+            how = {"chunks": (1000, 1000)} if form == "chunks" else {}
+            z = file.create_dataset("z", shape=(n, n), dtype="f4", fillvalue=-1000.0, **how)
+            for k, key in enumerate(("northing", "easting")):
+                file.create_dataset(key, data=axis, compression="gzip").make_scale(key)
+                z.dims[k].attach_scale(file[key])
+            z.attrs["units"], z.attrs["positive"] = "m", "up"
+    with pytest.raises(FormatError, match=r"'z' announces 200000 x 200000 values, but only 0 of"):
+        gs.read_horizon(path)
+    assert "Check that the file is complete" in gs.info(path).doubts[0]
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_law_large_rotated_grids_stay_where_they_are(tmp_path, small, suffix, monkeypatch):
+    i, j = np.indices((14, 11)).astype(np.float64)
+    x, y = 460e3 + 20.0 * j - 7.0 * i, 5930e3 + 8.0 * j + 21.0 * i
+    places = {key: (("row", "column"), of, {"units": "m"}) for key, of in (("x", x), ("y", y))}
+    attrs = {"units": "m", "positive": "up"}
+    grid = xr.Dataset({"depth": (("row", "column"), np.sin(i * j), attrs)}, coords=places)
+    path = tmp_path / f"top{suffix}"
+    if suffix == ".zarr":
+        grid.chunk({"row": 4, "column": 6}).to_zarr(path, consolidated=False)
+    else:
+        grid.to_netcdf(path, engine="h5netcdf")
+    found = gs.read_horizon(path)
+    assert all(hasattr(of.data, "dask") for of in (found, found.easting, found.northing))
+    monkeypatch.undo()
+    loaded = gs.read_horizon(path)
+    assert found.compute().identical(loaded)
+    lazy = gs.triangulate_horizon(found, lazy=True).lattice
+    nodes = np.arange(14 * 11)
+    whole = gs.triangulate_horizon(loaded).lattice
+    assert lazy.places_of_nodes(nodes).tobytes() == whole.places_of_nodes(nodes).tobytes()
+    assert lazy.rising == whole.rising

@@ -184,7 +184,7 @@ def read_runs(
             listed.append(keys + low * width)
             if isinstance(lattice, ChunkedLattice):  # read now, and not again when they are listed
                 nodes = distinct(part.corners_of_keys(keys + (low - first) * width))
-                corners.append((nodes + first * part.shape[1], part.elevation.ravel()[nodes]))
+                corners.append((nodes + first * part.shape[1], lattice.values_at(part, nodes)))
             sums_of_runs(
                 *part.coordinates, a, label, pieces.origin, level,
                 sums[start : start + len(runs)], rest,

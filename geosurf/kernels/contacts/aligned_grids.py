@@ -21,6 +21,49 @@ _MOST_ASIDE = 0.2  # and how far a step may stray to the side
 _PLAIN_ANGLE = 1e-6  # sine between rows and columns below which no bound is given
 
 
+@scalar
+def _first_uneven(p, q, a, det, ux, uy, vx, vy):
+    """First node with a step far from the mean one, or -1; in the frame of the mean steps."""
+    n_row, n_col = a[N_ROW], a[N_COL]
+    rx, ry, cx, cy = vy / det, -vx / det, -uy / det, ux / det  # rows of the inverse of M
+    for i in range(n_row):
+        for j in range(n_col):
+            x, y = p[a[0] + i * a[1] + j * a[2]], q[a[3] + i * a[4] + j * a[5]]
+            if j < n_col - 1:
+                sx = p[a[0] + i * a[1] + (j + 1) * a[2]] - x
+                sy = q[a[3] + i * a[4] + (j + 1) * a[5]] - y
+                along, aside = rx * sx + ry * sy, cx * sx + cy * sy
+                # Written so that NaN fails too: a hole leaves the map without a bound.
+                if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
+                    return i * n_col + j
+            if i < n_row - 1:
+                sx = p[a[0] + (i + 1) * a[1] + j * a[2]] - x
+                sy = q[a[3] + (i + 1) * a[4] + j * a[5]] - y
+                along, aside = cx * sx + cy * sy, rx * sx + ry * sy
+                if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
+                    return i * n_col + j
+    return -1
+
+
+@scalar
+def _usable(det, ux, uy, vx, vy):
+    """Whether the frame of mean steps is finite, and not nearly a line."""
+    u, v = np.sqrt(ux * ux + uy * uy), np.sqrt(vx * vx + vy * vy)
+    return abs(det) > _PLAIN_ANGLE * u * v and u + v < 1e300
+
+
+@entry("d1 d1 l1 d1 -> l")
+def first_uneven_step(p, q, a, frame):
+    """First node of a part of a lattice with a step far from the mean one; -1: none.
+
+    `frame` (5,) has the determinant of the mean steps, and those along columns and rows.
+    """
+    det, ux, uy, vx, vy = frame[0], frame[1], frame[2], frame[3], frame[4]
+    if not _usable(det, ux, uy, vx, vy):
+        return 0
+    return _first_uneven(p, q, a, det, ux, uy, vx, vy)
+
+
 @entry("d1 d1 l1 -> d")
 def map_height(p, q, a):
     """Lower bound of the height [m] of triangles in the map if the map is one to one; else 0.
@@ -43,27 +86,10 @@ def map_height(p, q, a):
     u, v = np.sqrt(ux * ux + uy * uy), np.sqrt(vx * vx + vy * vy)
 
     # A frame that is nearly a line, or not finite, gives no bound.
-    if not (abs(det) > _PLAIN_ANGLE * u * v and u + v < 1e300):
+    if not _usable(det, ux, uy, vx, vy):
         return 0.0
-
-    # Each step, in the frame of the mean steps.
-    rx, ry, cx, cy = vy / det, -vx / det, -uy / det, ux / det  # rows of the inverse of M
-    for i in range(n_row):
-        for j in range(n_col):
-            x, y = p[a[0] + i * a[1] + j * a[2]], q[a[3] + i * a[4] + j * a[5]]
-            if j < last_col:
-                sx = p[a[0] + i * a[1] + (j + 1) * a[2]] - x
-                sy = q[a[3] + i * a[4] + (j + 1) * a[5]] - y
-                along, aside = rx * sx + ry * sy, cx * sx + cy * sy
-                # Written so that NaN fails too: a hole leaves the map without a bound.
-                if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
-                    return 0.0
-            if i < last_row:
-                sx = p[a[0] + (i + 1) * a[1] + j * a[2]] - x
-                sy = q[a[3] + (i + 1) * a[4] + j * a[5]] - y
-                along, aside = cx * sx + cy * sy, rx * sx + ry * sy
-                if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
-                    return 0.0
+    if _first_uneven(p, q, a, det, ux, uy, vx, vy) >= 0:
+        return 0.0
     # heights in the frame of M are above 0.3 (steps of 0.5, at most 0.2 sideways); M shrinks
     # lengths by its smaller singular value at most, which is above |det| / (u + v)
     return 0.3 * abs(det) / (u + v)
