@@ -18,7 +18,15 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.kernels.meshes.numbering import number_keys
-from geosurf.render.thin_units import UnitMesh
+from geosurf.model import Units
+from geosurf.model.chunked import ChunkedLattice
+from geosurf.render.thin_units import (
+    MAX_UNIT_TRIANGLE,
+    Shell,
+    UnitMesh,
+    mesh_to_draw,
+    shells_to_draw,
+)
 
 STEP, TRIES = 1.25, 16  # by how much cells grow at least in each attempt
 LARGEST = 1 << 62  # number of a cell
@@ -68,6 +76,23 @@ def clustered(mesh: UnitMesh, max_triangle: int, exaggeration: float = 1.0) -> U
         sides=mesh.sides[kept],
         surface=mesh.surface[kept],
     )
+
+
+def shells_in_picture(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[Shell]:
+    """Return the shell of each unit, as `shells_to_draw`.
+
+    Of horizons in their store, points along curves become few, too: millions of triangles next to
+    them are smaller than a pixel.
+
+    Parameters
+    ----------
+    units : Units
+    max_triangle : int
+    """
+    sources = units.piece_sides[0].sources if units.has_pieces else ()
+    if not any(isinstance(source.lattice, ChunkedLattice) for source in sources):
+        return shells_to_draw(units, max_triangle)
+    return clustered(mesh_to_draw(units, max_triangle), 2 * max_triangle).shells
 
 
 def surfaces_at(
@@ -139,4 +164,4 @@ def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
     return result
 
 
-__all__ = ["clustered"]
+__all__ = ["clustered", "shells_in_picture"]

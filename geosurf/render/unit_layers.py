@@ -11,10 +11,11 @@ from geosurf.conventions import counted, is_number, volume_text
 from geosurf.errors import InputError
 from geosurf.model import Units
 from geosurf.render import palette
+from geosurf.render.cluster import shells_in_picture
 from geosurf.render.colouring import Selection, colour_units
 from geosurf.render.layers import Content, Entry, Layer
 from geosurf.render.picture_style import PLAIN, PictureStyle
-from geosurf.render.thin_units import Shell, shells_to_draw
+from geosurf.render.thin_units import Shell
 
 EVERYTHING = Selection()
 CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger angle are drawn
@@ -45,7 +46,7 @@ def show_units(
     shown = [unit for unit, yes in zip(units.values(), parts, strict=True) if yes]
     colouring = colour_units(units, shown, colour_by, style)
     content = Content((), colouring.legend, bar=colouring.bar)
-    drawn = zip(units.values(), shells_to_draw(units), explosion(units, explode), strict=True)
+    drawn = zip(units.values(), shells_in_picture(units), explosion(units, explode), strict=True)
     for yes, (unit, shell_of_unit, shift) in zip(parts, drawn, strict=True):
         if not yes:
             continue

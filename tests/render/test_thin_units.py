@@ -8,6 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.model import Units
 from geosurf.render import thin_units, unit_layers
+from geosurf.render.cluster import shells_in_picture
 from geosurf.render.thin_units import Shell, shells_to_draw, thinned_mesh
 from geosurf.triangulate import chunked
 
@@ -102,3 +103,21 @@ def test_law_grids_in_their_store_have_the_shells_of_grids_in_memory(
         for a, b in zip(one, two, strict=True):
             assert a.points.tobytes() == b.points.tobytes()
             assert a.triangles.tobytes() == b.triangles.tobytes()
+
+
+def test_of_grids_in_their_store_triangles_along_curves_become_few(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("dask.array")
+    monkeypatch.setattr(chunked, "LEAST", 1)
+    world = gs.synthetic.tilted_planes(n=61)
+    lazy = {
+        name: gs.triangulate_horizon(h.chunk(20), name=name, lazy=True)
+        for name, h in world.horizons.items()
+    }
+    units = gs.Scene(lazy, world.faults, world.box).units
+    all_of_them = sum(len(shell.triangles) for shell in shells_to_draw(units, 200))
+    few = shells_in_picture(units, 200)
+    assert sum(len(shell.triangles) for shell in few) <= 400 < all_of_them
+    for shell, unit in zip(few, units.values(), strict=True):  # planes keep their volumes
+        assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=0.02)
