@@ -73,7 +73,8 @@ def report_scene(
         A date or a name to print below the title. By default the page has no date, so
         the same scene gives the same page.
     certificate : Certificate, optional
-        Result of an earlier ``scene.check()``. Default: the check is run.
+        Result of an earlier ``scene.check()``. Default: that of the scene, which is checked if it
+        was not before.
     regions : mapping of str to (float, str), optional
         Volumes [m3] of the same model from another program, by region, each with the name of
         the unit at that location, or ''.
@@ -130,7 +131,7 @@ def report_scene(
     sources = input_files(scene, inputs, relative_to)
 
     # last: the check of a large model is the most expensive step of the page
-    certificate = certificate or scene.check()
+    certificate = certificate or getattr(scene, "certificate", None) or scene.check()
     html = build_page(
         scene,
         files,

@@ -600,7 +600,15 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
             One line per promise, see ``geosurf.carve.certificate.certify``. The last line repeats
             the rebuild and compares all bytes.
         """
-        return certify_repeated(self.patches, self.units, self._graph.rebuild)
+        found = certify_repeated(self.patches, self.units, self._graph.rebuild)
+        self.__dict__["_checked"] = found
+        return found
+
+    @property
+    def certificate(self) -> Certificate:
+        """The certificate of the last `check`; without one, the check is run."""
+        found: Certificate | None = self.__dict__.get("_checked")
+        return self.check() if found is None else found
 
     def explain(self, *, seconds: bool = True) -> str:
         """Return what ran, what came from memory, and what was skipped and why.

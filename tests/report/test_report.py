@@ -17,6 +17,9 @@ from geosurf.model import (
 from geosurf.report import report_scene, run_tables, tables
 from geosurf.report.page import PAPER, groups_of_columns, html_table
 from geosurf.report.table import Table
+from geosurf.scene import Scene
+from geosurf.scene import scene as room
+from geosurf.synthetic import tilted_planes
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
 
@@ -43,6 +46,23 @@ class Reader(HTMLParser):
 
     def handle_data(self, data):
         self.words.append(data)
+
+
+def test_a_model_that_was_checked_is_not_checked_again(tmp_path, monkeypatch):
+    runs, certify = [], room.certify_repeated
+    monkeypatch.setattr(room, "certify_repeated", lambda *a: runs.append(0) or certify(*a))
+    world = tilted_planes(n=3)
+    fresh = Scene(world.horizons, world.faults, world.box)
+    for _ in range(2):
+        assert "two runs give the same bytes" in report_scene(fresh, tmp_path, {}).read_text(
+            encoding="utf-8"
+        )
+    assert len(runs) == 1
+    assert fresh.certificate is fresh.certificate
+    assert fresh.check() == fresh.certificate
+    assert len(runs) == 2  # `check` always checks
+    report_scene(fresh.replace(contacts={"OWC": -2200.0}), tmp_path, {})
+    assert len(runs) == 3  # another model
 
 
 def test_the_page_holds_everything_and_asks_for_nothing(scene, tmp_path):
