@@ -194,9 +194,12 @@ def _section(
 
 def _thinned(points: np.ndarray) -> np.ndarray:
     """A line without vertices that lie on the one before; its ends stay."""
+    # rounding decides nothing where a step is surely long
+    sure = (np.abs(np.diff(points, axis=0)).max(axis=1) > 2.0 * SAME).tolist()
     kept = [0]
     for i in range(1, len(points)):
-        if np.linalg.norm(points[i] - points[kept[-1]]) > SAME:
+        next_to = kept[-1] == i - 1 and sure[i - 1]
+        if next_to or np.linalg.norm(points[i] - points[kept[-1]]) > SAME:
             kept.append(i)
     if len(kept) > 1:
         kept[-1] = len(points) - 1

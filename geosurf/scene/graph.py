@@ -440,7 +440,7 @@ class Graph:
 
     def prepare(self) -> None:
         """Read all inputs, check them against each other, and warn of what looks wrong."""
-        self.read.hash_grids()
+        self.read.read_grids()
         _ = self.wholes, self.fluids
         for name in self.inputs.faults:
             if lies_beside(self.whole(name), self.box):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions.crs import refuse_other_crs
-from geosurf.errors import InputError
+from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.scene.footprint import footprint, opened_horizon
@@ -30,11 +30,13 @@ from geosurf.triangulate.chunked import stays_in_store
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
+from geosurf.warning import collected, warn
 
 _LARGE = 1 << 21  # bytes of a grid: smaller ones are hashed faster than a thread starts
 Options = Mapping[str, Any]
 Lookup = Callable[[str], TriSurface]
 Found = Callable[[str], TriSurface | None]
+Made = tuple[TriSurface, list[GeosurfWarning]]
 
 
 class InputSurfaces:
@@ -62,6 +64,7 @@ class InputSurfaces:
         self.crs: dict[str, str] = {}
         self._fingerprints: dict[str, str] = {}
         self._opened: dict[str, TriSurface] = {}
+        self._made: dict[str, Made] = {}  # by threads, until they are asked for
 
     def horizon(self, name: str, others: Lookup) -> TriSurface:
         """Return a horizon with all its nodes; one that is torn looks up its faults in `others`."""
@@ -74,16 +77,36 @@ class InputSurfaces:
         """Return a fault as given: neither extended nor truncated."""
         return self._surface(name, "fault", self.inputs.faults[name], None)
 
-    def hash_grids(self) -> None:
-        """Hash large horizons in threads: that is a tenth of the time of a large model."""
+    def read_grids(self) -> None:
+        """Hash and triangulate large horizons in threads: a seventh of a large model."""
         given = self.inputs.horizons
         large = [
             name for name, one in given.items()
             if name not in self._fingerprints
             and isinstance(getattr(one, "data", None), np.ndarray) and one.data.nbytes > _LARGE
         ]  # fmt: skip
-        found = map_threads(self.memory.hold, [(given[name],) for name in large])
-        self._fingerprints.update(zip(large, found, strict=True))
+        found = map_threads(self._read_grid, [(name,) for name in large])
+        for name, (content, made) in zip(large, found, strict=True):
+            self._fingerprints[name] = content
+            if made is not None:
+                self._made[name] = made
+
+    def _read_grid(self, name: str) -> tuple[str, Made | None]:
+        """The fingerprint of a grid; and its surface with warnings, unless it is in memory."""
+        given = self.inputs.horizons[name]
+        content = self.memory.hold(given)
+        if self.inputs.tear is not None or self.memory.knows(self._key(name, "horizon", content)):
+            return content, None
+        with collected() as warnings:
+            try:
+                return content, (as_surface(name, "horizon", given, self.inputs.options), warnings)
+            except GeosurfError:  # refused in its turn, when the scene asks for it
+                return content, None
+
+    def _key(self, name: str, role: str, content: str) -> Hashable:
+        """What the surface of an input depends on: what it held when read first, and options."""
+        kind = role if self.inputs.tear is None else f"{role} to tear"
+        return ("surface", name, kind, content, *self.inputs.options.values(), self.inputs.crs)
 
     def take_over(self, before: InputSurfaces, changes: Mapping[str, Any]) -> None:
         """Take over what another scene has read of the inputs that a change does not name.
@@ -117,19 +140,10 @@ class InputSurfaces:
                 value.surface_among(others)  # with other faults it must not come from memory
             self._fingerprints[name] = self.memory.hold(value)
 
-        # the key: what the input held when it was read first, and how it is to be taken
-        options = self.inputs.options
-        kind = role if self.inputs.tear is None else f"{role} to tear"
-        key = (
-            "surface", name, kind, self._fingerprints[name], *options.values(), self.inputs.crs,
-        )  # fmt: skip
+        key = self._key(name, role, self._fingerprints[name])
         surface = self.memory.get_or_compute(
             "triangulate", name, key,
-            lambda: self._in_crs(
-                self._footprint(name, value)
-                if role == "horizon" and self.inputs.tear is not None
-                else as_surface(name, role, value, options, others)
-            ),
+            lambda: self._in_crs(self._made_of(name, role, value, others)),
             lambda found: f"{found.n_triangle} triangles", again=False,
         )  # fmt: skip
 
@@ -140,6 +154,17 @@ class InputSurfaces:
         if surface.crs is not None:
             self.crs[name] = surface.crs
         return surface
+
+    def _made_of(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
+        """The surface of an input, which a thread may have made."""
+        if name in self._made:
+            surface, warnings = self._made.pop(name)
+            for warning in warnings:
+                warn(warning)
+            return surface
+        if role == "horizon" and self.inputs.tear is not None:
+            return self._footprint(name, value)
+        return as_surface(name, role, value, self.inputs.options, others)
 
     def _in_crs(self, surface: TriSurface) -> TriSurface:
         """A surface in the reference system of the scene, if it declares none itself."""

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import search
+from geosurf.arrangement import arrange, find_contacts, search
 from geosurf.arrangement.threads import in_turn, spare_threads
 from geosurf.errors import InputError
-from tests.strategies import grid, sheet
+from tests.strategies import grid, sheet, soup
 
 NAMES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
@@ -27,6 +27,31 @@ def test_same_bytes_for_any_number_of_threads(monkeypatch, rng):
     for other in found[1:]:
         for name in NAMES:
             assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes()
+
+
+@pytest.mark.parametrize("most", [0, arrange._MOST_CROSSINGS])  # little room: it has to grow
+@pytest.mark.parametrize("seed", range(4))
+def test_faces_cut_in_parts_have_the_points_of_one_call(monkeypatch, seed, most):
+    """Triangles with small whole coordinates: many points are made by several faces, or twice."""
+    monkeypatch.setattr(arrange, "_RECORDS_OF_A_THREAD", 1)
+    monkeypatch.setattr(arrange, "_MOST_CROSSINGS", most)
+    rng = np.random.default_rng(seed)
+    corners = rng.integers(0, 7, (3, 14, 3, 3)).astype(float)
+    flat = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+    surfaces = [
+        soup(name, some[area.any(axis=1)])
+        for name, some, area in zip("ABC", corners, flat, strict=True)
+    ]
+    contacts = find_contacts(surfaces)
+    found = []
+    for n in (1, 2, 3, 7):
+        monkeypatch.setenv("GEOSURF_THREADS", str(n))
+        found.append(arrange.cut_contacts(contacts))
+    assert len(found[0].d) > len(contacts.d) + 20  # points where segments cross
+    for other in found[1:]:
+        for name in ("x", "d", "triangles", "parent", "cut", "doubtful"):
+            assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes(), name
+        assert other.collisions == found[0].collisions
 
 
 @pytest.mark.parametrize("n", ["1", "2", "4"])

@@ -26,7 +26,7 @@ from geosurf.kernels.exact.exact_signs import COLLISIONS, N_NAME, N_TRIANGLE, UN
 
 
 @scalar
-def _index_points(frame, names, places):
+def index_points(frame, names, places):
     """Enter the points that existed before, all distinct, into the table of places, once.
 
     Most faces create no points and need no tables: both tables are cleared here on first use.
@@ -51,7 +51,7 @@ def _index_points(frame, names, places):
 def _crossing(frame, names, places, s, one, two):
     """Id of the point where constraints with two support planes cross in the face."""
     e, m = frame.e, frame.m
-    _index_points(frame, names, places)
+    index_points(frame, names, places)
 
     # Choose the definition with the lowest degree.
     # Edges through planes need shorter integers than three planes.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.cutting.constraints import constrain_edge, insert_segment
+from geosurf.kernels.cutting.constraints import constrain_edge, index_points, insert_segment
 from geosurf.kernels.cutting.delaunay import FaceMesh, insert_point, legalize_all
 from geosurf.kernels.cutting.face_circles import in_circle
 from geosurf.kernels.cutting.face_signs import (
@@ -29,7 +29,7 @@ from geosurf.kernels.cutting.face_signs import (
 )
 from geosurf.kernels.cutting.hilbert_order import N_EXTRA, rank_points
 from geosurf.kernels.cutting.symbolic import KNOWN_LINE, N_SEARCH, add_line
-from geosurf.kernels.exact.constructed_points import FULL
+from geosurf.kernels.exact.constructed_points import FULL, named_point
 from geosurf.kernels.exact.exact_signs import N_VERTEX, Frame
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, normal_axis
 
@@ -325,3 +325,22 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
             points, mesh, local, children, parents, out, suspect, n_suspect
         )
     return out, suspect[:n_suspect].copy()
+
+
+@entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 -> l1")
+def adopt_points(x, t, e, d, m, w, names, places, made):
+    """Ids of points that another call of `cut_faces` made, given as their definitions in order.
+
+    They are made here unless this call has them, by this name or another one: as if it had cut the
+    other faces, too, after its own. A single FULL if there is no room.
+    """
+    ids = np.empty(made.shape[0], dtype=np.int64)
+    frame = Frame(x, t, e, d, m, w)
+    for i in range(made.shape[0]):
+        index_points(frame, names, places)
+        kind, a, b, c = made[i, 0], made[i, 1], made[i, 2], made[i, 3]
+        ids[i] = named_point(frame, names, places, kind, a, b, c)
+        if ids[i] == FULL:
+            ids[0] = FULL
+            return ids[:1].copy()
+    return ids

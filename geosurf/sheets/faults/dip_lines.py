@@ -14,14 +14,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.model import Sheet, TriSurface
-from geosurf.sheets.faults.fault_profile import Section, bilinear, overlapping, section_of
+from geosurf.model import Sheet, TriSurface, frozen
+from geosurf.sheets.faults.fault_profile import KEPT, Section, bilinear, overlapping, section_of
 
 MOST_STRETCH = 0.5  # of rock along strike by its movement, between neighbouring lines
 STRAIGHT = 1e-12  # q below this is rounding: a fault that does not turn
@@ -99,8 +100,6 @@ def dip_lines(
     """
     n_s, n_z = section.table.shape
     spacing = section.length / (n_s - 1)
-    ends = np.stack(section.extent(np.linspace(section.z[0], section.z[1], n_z)), axis=1)
-
     # stretching counts between these levels of the table; others may be as uneven as they are
     rows = slice(None)
     if levels is not None:
@@ -111,7 +110,7 @@ def dip_lines(
     # wider means until neighbouring lines stretch rock by MOST_STRETCH at most
     reach = cell
     while True:
-        table = _slopes(section, ends, spacing, reach)
+        table = _slopes(section, reach)
         steps = np.diff(table[:, rows], axis=0)
         stretch = np.abs(steps).max() / spacing * throw
         if stretch <= MOST_STRETCH or reach >= section.length:
@@ -275,7 +274,8 @@ def _check_between(
     )
 
 
-def _slopes(section: Section, ends: np.ndarray, spacing: float, reach: float) -> np.ndarray:
+@lru_cache(maxsize=KEPT)  # all horizons ask the same of a fault
+def _slopes(section: Section, reach: float) -> np.ndarray:
     """Slopes q at the nodes of a section's table, of strike and dip as means over some reach.
 
     At each level only what lies between the ends of the fault counts, and it goes on beyond as it
@@ -283,6 +283,8 @@ def _slopes(section: Section, ends: np.ndarray, spacing: float, reach: float) ->
     """
     r = section.table
     n_s, n_z = r.shape
+    spacing = section.length / (n_s - 1)
+    ends = np.stack(section.extent(np.linspace(section.z[0], section.z[1], n_z)), axis=1)
     at = np.arange(n_s) * spacing
     steep = np.gradient(r, float(np.ptp(section.z)) / (n_z - 1), axis=1)
     found = np.zeros_like(r)
@@ -297,4 +299,4 @@ def _slopes(section: Section, ends: np.ndarray, spacing: float, reach: float) ->
         area = np.append(0.0, np.cumsum(0.5 * spacing * (steep[1:, j] + steep[:-1, j])))
         r_z = (np.interp(high, at, area) - np.interp(low, at, area)) / (high - low)
         found[:, j] = -r_s * r_z / (1.0 + r_s**2)
-    return found
+    return frozen(found, np.float64)
