@@ -17,6 +17,7 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.search import Contacts
 from geosurf.kernels.cutting.unchanged_faces import (
     changed_faces,
+    count_unchanged,
     mark_crossed,
     merge_children,
     places_among,
@@ -34,7 +35,7 @@ class Kept:
     face : ndarray of int64, shape (n_triangle,)
         Face of the contacts that each triangle is of, or -1.
     rim : ndarray of int64
-        Last half-edges of the edges between patches.
+        Last half-edges of the edges between patches, rising.
     came : Origin, or None
         Earlier pieces that these come from, until cells have been found.
     seams : (ndarray, ndarray), or None
@@ -247,9 +248,12 @@ def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
         As `cut_contacts`.
     """
     new = cut_contacts(contacts, contacts.records_of(same.changed))
-    triangles, parent, doubtful = merge_children(
+    # large arrays are made here: numpy asks for large pages, which kernels do not
+    n = len(new.parent) + count_unchanged(old.parent, same.face, same.changed)
+    triangles, parent = np.empty((n, 3), dtype=np.int64), np.empty(n, dtype=np.int64)
+    doubtful = merge_children(
         old.triangles, old.parent, old.doubtful, same.face, same.point, same.changed,
-        new.triangles, new.parent, new.doubtful,
+        new.triangles, new.parent, new.doubtful, triangles, parent,
     )  # fmt: skip
 
     cut = same.face[old.cut]

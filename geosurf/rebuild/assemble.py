@@ -120,7 +120,7 @@ def _triangles(
     counts = [other.n for other in others] + np.diff(first[0]) + np.diff(first[1])
     row = np.concatenate([[0], np.cumsum(counts)])
     t = np.empty((row[-1], 3), dtype=np.int64)
-    surface, key, face = (np.empty(row[-1], dtype=np.int64) for _ in range(3))
+    surface, key, face = np.empty((3, row[-1]), dtype=np.int64)  # at once: large pages
     for i, other in enumerate(others):
         merge_by_face(
             children.triangles, children.parent, uncut,

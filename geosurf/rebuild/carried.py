@@ -26,6 +26,8 @@ class Edges(NamedTuple):
         Earlier run that each run is, and run that each earlier one is now, or -1.
     ring, link : ndarray of int64, shape (3 * n_triangle,)
         As `Pieces` has them; links that are not known yet are FREE.
+    rim : ndarray of int64
+        Last half-edges of the edges between patches that stay, rising.
     """
 
     before: Kept
@@ -35,6 +37,7 @@ class Edges(NamedTuple):
     runs: tuple[np.ndarray, np.ndarray]
     ring: np.ndarray
     link: np.ndarray
+    rim: np.ndarray
 
 
 def carry_edges(
@@ -73,12 +76,14 @@ def carry_edges(
     stay = np.flatnonzero(run_after >= 0)
     run_before[run_after[stay]] = stay
 
-    ring, link, halves, until = kernels.carry_rings(
-        blocks, after, old.ring, old.link, run_after, len(t)
+    # large arrays are made here: numpy asks for large pages, which kernels do not
+    ring, link = np.empty(3 * len(t), dtype=np.int64), np.empty(3 * len(t), dtype=np.int64)
+    halves, until, rim = kernels.carry_rings(
+        blocks, after, old.ring, old.link, kept.rim, run_after, ring, link
     )
     kernels.match_half_edges(t, n_point, blocks, halves, until, ring, link)
     runs = run_before, run_after
-    return Edges(kept, after, halves, blocks, runs, ring, link)
+    return Edges(kept, after, halves, blocks, runs, ring, link, rim)
 
 
 def carry_patches(
@@ -95,9 +100,9 @@ def carry_patches(
     """
     old = came.before.pieces
     patch, rim, patch_after = kernels.carry_patches(
-        came.blocks, came.after, *came.runs, int(old.patch.max(initial=-1)) + 1, old.patch,
-        old.ring, came.before.rim, surface, key, came.ring, link, came.halves,
-        *runs_of_all(strips, first_run), first_run,
+        came.blocks, len(came.after), *came.runs, int(old.patch.max(initial=-1)) + 1, old.patch,
+        surface, key, came.ring, link, came.halves, came.rim, *runs_of_all(strips, first_run),
+        first_run,
     )  # fmt: skip
     return patch, rim, Origin(came.before, came.after, came.halves, patch_after)
 

@@ -135,18 +135,24 @@ def mark_crossed(t0, parent0, n, face, changed):
             changed[of] = True
 
 
-@entry("l2 l1 l1 l1 l1 b1 l2 l1 l1 -> l2 l1 l1")
-def merge_children(t0, parent0, doubtful0, face, point, changed, t, parent, doubtful):
-    """Earlier children of unchanged faces and new ones of all others, by their faces.
-
-    Returns the children, their faces, and which are doubtful; given as rows that rise.
-    """
-    n = t.shape[0]
-    for i in range(t0.shape[0]):
+@entry("l1 l1 b1 -> l")
+def count_unchanged(parent0, face, changed):
+    """How many earlier children are of faces that have not changed."""
+    n = 0
+    for i in range(parent0.shape[0]):
         of = face[parent0[i]]
         n += 1 if of >= 0 and not changed[of] else 0
-    triangles = np.empty((n, 3), dtype=np.int64)
-    parents = np.empty(n, dtype=np.int64)
+    return n
+
+
+@entry("l2 l1 l1 l1 l1 b1 l2 l1 l1 l2 l1 -> l1")
+def merge_children(
+    t0, parent0, doubtful0, face, point, changed, t, parent, doubtful, triangles, parents
+):
+    """Write earlier children of unchanged faces and new ones of all others, by their faces.
+
+    Returns which of them are doubtful; given as rows that rise.
+    """
     doubts = np.empty(doubtful0.shape[0] + doubtful.shape[0], dtype=np.int64)
     k = out = p0 = p = n_doubt = 0
     for i in range(t0.shape[0] + 1):
@@ -177,4 +183,4 @@ def merge_children(t0, parent0, doubtful0, face, point, changed, t, parent, doub
             doubts[n_doubt] = out
             n_doubt += 1
         out += 1
-    return triangles, parents, doubts[:n_doubt].copy()
+    return doubts[:n_doubt].copy()

@@ -109,12 +109,23 @@ def _all_stay(ring0, after, start):
 
 
 @scalar
-def _carry_block(ring0, link0, after, run_after, low, high, shift, ring, link, others, n_other):
+def _carry_block(
+    ring0, link0, rim0, after, run_after, low, high, shift, ring, link, others, n_other, rim, at,
+    n_rim,
+):  # fmt: skip
     """The same for the half-edges of one block, earlier ones `low` to `high` - 1."""
+    while at < rim0.shape[0] and rim0[at] < low:
+        at += 1
     for g in range(low, high):
         h, j = g + shift, ring0[g]
+        is_rim = at < rim0.shape[0] and rim0[at] == g
+        if is_rim:
+            at += 1
         if j != g and low <= j < high and ring0[j] == g:  # nearly all
             ring[h], link[h] = j + shift, _PAIRED
+            if is_rim:
+                rim[n_rim] = h
+                n_rim += 1
             continue
         ring[h], link[h] = h, _FREE
         if j == g:
@@ -130,17 +141,24 @@ def _carry_block(ring0, link0, after, run_after, low, high, shift, ring, link, o
         if not stays:
             others[n_other] = h
             n_other += 1
-    return n_other
+        elif is_rim:
+            rim[n_rim] = h
+            n_rim += 1
+    return n_other, at, n_rim
 
 
-@entry("l2 l1 l1 l1 l1 l -> l1 l1 l1 l1")
-def carry_rings(blocks, after, ring0, link0, run_after, n):
-    """Rings and links of the half-edges of n triangles that are carried over, and all others, which
-    are alone yet; and how many of these there are up to the end of each block.
+@entry("l2 l1 l1 l1 l1 l1 l1 l1 -> l1 l1 l1")
+def carry_rings(blocks, after, ring0, link0, rim0, run_after, ring, link):
+    """Write rings and links of half-edges that are carried over; others are alone yet.
+
+    Returns these others; how many of them there are up to the end of each block; and those of the
+    last half-edges `rim0` of which all triangles stay, where they are now. All rise.
 
     `run_after` tells which earlier run is which run now, over all lattices.
     """
-    ring, link = np.empty(3 * n, dtype=np.int64), np.empty(3 * n, dtype=np.int64)
+    n = ring.shape[0] // 3
+    rim = np.empty(rim0.shape[0], dtype=np.int64)
+    at = n_rim = 0
     others = np.empty(3 * n, dtype=np.int64)
     until = np.empty(blocks.shape[0], dtype=np.int64)
     n_other = end = 0
@@ -155,12 +173,12 @@ def carry_rings(blocks, after, ring0, link0, run_after, n):
             break
         end = begin + blocks[b, COUNT]
         low = 3 * blocks[b, FIRST0]
-        n_other = _carry_block(
-            ring0, link0, after, run_after, low, low + 3 * blocks[b, COUNT], 3 * begin - low,
-            ring, link, others, n_other,
+        n_other, at, n_rim = _carry_block(
+            ring0, link0, rim0, after, run_after, low, low + 3 * blocks[b, COUNT], 3 * begin - low,
+            ring, link, others, n_other, rim, at, n_rim,
         )  # fmt: skip
         until[b] = n_other
-    return ring, link, others[:n_other].copy(), until
+    return others[:n_other].copy(), until, rim[:n_rim].copy()
 
 
 @entry("l2 l l2 l1 l1 l1 l1 -> .")
@@ -261,7 +279,9 @@ def _join_across(surface, ring, link, node, parent, h):
         return False
     if ring[j] != h or surface[i] != surface[j // 3]:
         return True
-    join(parent, node[i], node[j // 3])
+    one, other = node[i], node[j // 3]
+    if parent[one] != parent[other]:  # a third of them are
+        join(parent, one, other)
     return False
 
 
@@ -281,43 +301,47 @@ def _alone(parent, touched, numbers):
     return out
 
 
-@entry("l2 l1 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1 l1")
+@entry("l2 l l1 l1 l l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1 l1")
 def carry_patches(
-    blocks, after, run_before, run_after, n_patch0, patch0, ring0, rim0, surface, key, ring, link,
-    halves, joined, lowest, first_run,
+    blocks, n0, run_before, run_after, n_patch0, patch0, surface, key, ring, link, halves, rim0,
+    joined, lowest, first_run,
 ):  # fmt: skip
     """Patch of each element, as `number_patches` gives them, the last half-edges of the edges
     between patches, and the patch that each earlier one is, or -1 if it lost or gained something.
 
     No two triangles coincide. Elements of a patch that has lost nothing are not joined again:
-    what is new beside them has its edges among `halves`.
+    what is new beside them has its edges among `halves`. `rim0` are last half-edges that are taken
+    over, of n0 earlier triangles.
     """
-    n, n0, n_run = surface.shape[0], after.shape[0], run_before.shape[0]
+    n, n_run = surface.shape[0], run_before.shape[0]
     touched = _left(blocks, run_after, n0, patch0, n_patch0)
     node = np.empty(n + n_run, dtype=np.int64)
     parent = np.arange(_nodes(blocks, run_before, n0, patch0, touched, n, node))
 
-    # triangles whose patch has lost something: edges inside, and runs beside them
-    for i in range(n):
-        if node[i] < n_patch0:
-            continue
-        for c in range(3):
-            if ring[3 * i + c] <= 3 * i + c:
-                _join_across(surface, ring, link, node, parent, 3 * i + c)
+    # triangles that stay of a patch that has lost something: edges inside, and runs beside them
+    for b in range(blocks.shape[0]):
+        begin = blocks[b, FIRST_NOW]
+        for i in range(begin, begin + blocks[b, COUNT]):
+            if node[i] < n_patch0:
+                continue
+            for c in range(3):
+                if ring[3 * i + c] <= 3 * i + c:
+                    _join_across(surface, ring, link, node, parent, 3 * i + c)
 
-    # rings rise: the last half-edge of an edge leads back to the first one
+    # then what is new; rings rise: the last half-edge of an edge leads back to the first one
     rim = np.empty(rim0.shape[0] + halves.shape[0], dtype=np.int64)
-    n_rim = 0
+    n_rim = at = 0
     for k in range(halves.shape[0]):
         h = halves[k]
         if ring[h] <= h and _join_across(surface, ring, link, node, parent, h):
+            while at < rim0.shape[0] and rim0[at] < h:
+                rim[n_rim] = rim0[at]
+                n_rim, at = n_rim + 1, at + 1
             rim[n_rim] = h
             n_rim += 1
-    for k in range(rim0.shape[0]):
-        i = after[rim0[k] // 3]
-        if i >= 0 and _all_stay(ring0, after, rim0[k]):
-            rim[n_rim] = 3 * i + rim0[k] % 3
-            n_rim += 1
+    for k in range(at, rim0.shape[0]):
+        rim[n_rim] = rim0[k]
+        n_rim += 1
     for k in range(joined.shape[0]):
         join(parent, node[n + joined[k, 0]], node[n + joined[k, 1]])
     numbers = number_in_order(parent, node, surface, key, lowest, first_run)
