@@ -83,7 +83,8 @@ class Cells:
     def below(self) -> np.ndarray:
         """Volume below each face, float64 (n, 3): see `geosurf.carve.measures`."""
         return self._of_faces(
-            "below", lambda of: measures.below(self.pieces, of, len(self.surface_of), self.level)
+            "below",
+            lambda asked: measures.below(self.pieces, self.face_of_element, asked, self.level),
         )
 
     @property
@@ -95,37 +96,33 @@ class Cells:
     def heights(self) -> np.ndarray:
         """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
         return self._of_faces(
-            "heights", lambda of: measures.heights(self.pieces, of, len(self.surface_of))
+            "heights", lambda asked: measures.heights(self.pieces, self.face_of_element, asked)
         )
 
     def beside_level(self, wanted: np.ndarray, level: float) -> np.ndarray:
         """Volume of some faces (bool) above a level and below it: see `carve.measures`."""
         return self.sums.complete(
-            ("beside", level), wanted, self.face_of_element,
-            lambda of: measures.beside_level(self.pieces, of, len(self.surface_of), level),
+            ("beside", level), wanted,
+            lambda asked: measures.beside_level(self.pieces, self.face_of_element, asked, level),
         )  # fmt: skip
 
     def _of_faces(self, kind: str, run: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Sums over all faces."""
-        wanted = np.ones(len(self.surface_of), dtype=bool)
-        return self.sums.complete(kind, wanted, self.face_of_element, run)
+        return self.sums.complete(kind, np.ones(len(self.surface_of), dtype=bool), run)
 
     @cached_property
     def extent(self) -> np.ndarray:
         """Area, bounds and map areas of each face, float64 (n, 12): see `carve.measures`."""
         return self._of_faces(
-            "extent", lambda of: measures.extent(self.pieces, of, len(self.surface_of))
+            "extent", lambda asked: measures.extent(self.pieces, self.face_of_element, asked)
         )
 
     def extent_of(self, faces: np.ndarray) -> np.ndarray:
         """Rows of `extent` for some faces: only these are measured if none has been before."""
         if "extent" not in self.__dict__:
-            wanted = np.zeros(len(self.surface_of) + 1, dtype=bool)  # the last row: no face
+            wanted = np.zeros(len(self.surface_of), dtype=bool)
             wanted[faces] = True
-            of_element = np.where(wanted[self.face_of_element], self.face_of_element, -1)
-            found: np.ndarray = measures.extent(self.pieces, of_element, len(self.surface_of))[
-                faces
-            ]
+            found: np.ndarray = measures.extent(self.pieces, self.face_of_element, wanted)[faces]
             return found
         return self.extent[faces]
 

@@ -74,7 +74,6 @@ class FaceSums:
         self,
         kind: Hashable,
         wanted: np.ndarray,
-        of_element: np.ndarray,
         run: Callable[[np.ndarray], np.ndarray],
     ) -> np.ndarray:
         """
@@ -85,10 +84,8 @@ class FaceSums:
         kind : hashable
             What is summed.
         wanted : ndarray of bool, shape (n_face,)
-        of_element : ndarray of int64, shape (n_element,)
-            Face of each element, or -1.
         run : callable
-            Takes `of_element` for the faces to be summed, -1 elsewhere; returns rows (n_face, n).
+            Takes which faces are to be summed, and returns rows (n_face, n).
 
         Returns
         -------
@@ -104,9 +101,7 @@ class FaceSums:
         asked = wanted.copy()
         asked[rows] = False
 
-        # the last entry serves elements without a face
-        face = np.where(np.append(asked, False), np.append(np.arange(self.n_face), -1), -1)
-        found = run(of_element if asked.all() else face[of_element])
+        found = run(asked)
         found[~asked] = np.nan
         if known is not None:
             found[rows] = known[self.before[rows]]

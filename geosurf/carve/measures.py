@@ -25,7 +25,7 @@ LOOKS_UP, LOOKS_DOWN = slice(8, 10), slice(10, 12)
 _MANY_RUNS = 1000  # of all lattices, from which they are summed in threads
 
 
-def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.ndarray:
+def below(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> np.ndarray:
     """
     Volume between faces and a level.
 
@@ -34,7 +34,8 @@ def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.nda
     pieces : Pieces
     face : ndarray of int64, shape (n_element,)
         Face that each element (triangle, then run) belongs to; -1 for none.
-    n_face : int
+    asked : ndarray of bool, shape (n_face,)
+        Faces that are measured; rows of others mean nothing.
     level : float
         Local elevation [m]; best amid what is measured.
 
@@ -45,20 +46,20 @@ def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.nda
         below 0 where fronts look down. The volume between a triangle and a level is its area in
         the map times its mean height; over a closed shell, these add up to the volume inside.
     """
-    found = np.zeros((n_face, 3))
-    kernels.volume_below_triangles(pieces.x, *_triangles(pieces, face), level, found)
-    for lattice, of, sums in _sums(pieces, face, level + pieces.origin[2]):
+    found = np.zeros((len(asked), 3))
+    kernels.volume_below_triangles(pieces.x, *_triangles(pieces, face), asked, level, found)
+    for lattice, of, sums in _sums(pieces, face, asked, level + pieces.origin[2]):
         kernels.add_runs(lattice.places, sums, of, found)
     return found
 
 
-def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
+def extent(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     """
     Area and bounds of faces, and their areas in the map.
 
     Parameters
     ----------
-    pieces, face, n_face
+    pieces, face, asked
         As for `below`.
 
     Returns
@@ -67,21 +68,21 @@ def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
         Area (two numbers, to be added) [m2], lower and upper corner, local [m]; twice the area in
         the map of the triangles that look up, and of those that look down (two numbers each).
     """
-    found = np.zeros((n_face, 12))
+    found = np.zeros((len(asked), 12))
     found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
-    kernels.extent_triangles(pieces.x, *_triangles(pieces, face), found)
-    for lattice, runs, of in _runs(pieces, face):
+    kernels.extent_triangles(pieces.x, *_triangles(pieces, face), asked, found)
+    for lattice, runs, of in _runs(pieces, face, asked):
         kernels.extent_runs(*lattice.coordinates, lattice.places, runs, of, pieces.origin, found)
     return found
 
 
-def beside_level(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.ndarray:
+def beside_level(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> np.ndarray:
     """
     Volume between faces and a level, above it and below it.
 
     Parameters
     ----------
-    pieces, face, n_face
+    pieces, face, asked
         As for `below`.
     level : float
         Local elevation [m].
@@ -92,9 +93,9 @@ def beside_level(pieces: Pieces, face: np.ndarray, n_face: int, level: float) ->
         Six times the volume above the level (two numbers, to be added), and below it; for fronts
         that look up, the first is positive and the second negative.
     """
-    found = np.zeros((n_face, 4))
-    level_volumes.volume_beside_triangles(pieces.x, *_triangles(pieces, face), level, found)
-    for lattice, runs, of in _runs(pieces, face):
+    found = np.zeros((len(asked), 4))
+    level_volumes.volume_beside_triangles(pieces.x, *_triangles(pieces, face), asked, level, found)
+    for lattice, runs, of in _runs(pieces, face, asked):
         height = level + pieces.origin[2]
         level_volumes.volume_beside_runs(
             *lattice.coordinates, lattice.places, runs, of, height, found
@@ -102,11 +103,11 @@ def beside_level(pieces: Pieces, face: np.ndarray, n_face: int, level: float) ->
     return found
 
 
-def heights(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
+def heights(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     """Lowest and highest local elevation of faces, float64 (n_face, 2) [m]; as for `below`."""
-    found = np.repeat([[np.inf, -np.inf]], n_face, axis=0)
-    level_volumes.heights_of_triangles(pieces.x, *_triangles(pieces, face), found)
-    for _, of, ends in _sums(pieces, face):
+    found = np.repeat([[np.inf, -np.inf]], len(asked), axis=0)
+    level_volumes.heights_of_triangles(pieces.x, *_triangles(pieces, face), asked, found)
+    for _, of, ends in _sums(pieces, face, asked):
         level_volumes.widen_by_runs(ends, of, float(pieces.origin[2]), found)
     return found
 
@@ -117,14 +118,14 @@ def _triangles(pieces: Pieces, face: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _sums(
-    pieces: Pieces, face: np.ndarray, level: float | None = None
+    pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float | None = None
 ) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
     """For each lattice the faces that its runs belong to, and what `_of_runs` finds of them."""
     if any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources):
-        for lattice, runs, of in _runs(pieces, face):  # one band in memory at a time
+        for lattice, runs, of in _runs(pieces, face, asked):  # one band in memory at a time
             yield lattice, of, _of_runs(lattice, runs, level)
         return
-    parts = list(_runs(pieces, face))
+    parts = list(_runs(pieces, face, asked))
     worth = pieces.first_run[-1] > _MANY_RUNS
     rows = [(lattice, runs, level) for lattice, runs, _ in parts]
     found = map_threads(_of_runs, rows, worth=bool(worth))
@@ -154,13 +155,16 @@ def _of_runs(lattice: Lattice, runs: np.ndarray, level: float | None = None) -> 
     return found
 
 
-def _runs(pieces: Pieces, face: np.ndarray) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
-    """For each lattice the runs that belong to a face, and which."""
+def _runs(
+    pieces: Pieces, face: np.ndarray, asked: np.ndarray
+) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
+    """For each lattice the runs that belong to a face that is asked for, and which."""
     of_run = face[len(pieces.triangles) :]
+    is_asked = np.append(asked, False)[of_run]  # the last: no face
     for i, strips in enumerate(pieces.strips):
         if strips is not None:
-            of = of_run[pieces.first_run[i] : pieces.first_run[i + 1]]
-            rows = np.flatnonzero(of >= 0)
+            own = slice(pieces.first_run[i], pieces.first_run[i + 1])
+            of, rows = of_run[own], np.flatnonzero(is_asked[own])
             lattice = pieces.sources[i].lattice
             assert lattice is not None  # only lattices have strips
             if isinstance(lattice, ChunkedLattice):

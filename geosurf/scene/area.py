@@ -10,6 +10,7 @@ from geosurf.conventions import area_text, counted, frame_origin, place, shift_i
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
 from geosurf.model.chunked_map import ChunkedMap
+from geosurf.model.expected import box_of_sides
 from geosurf.scene.inputs import Box
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls
@@ -166,7 +167,10 @@ def box_around(
     """
     # a given box is not touched, only tested
     if given is not None:
-        build_walls(given, area)  # raises where no walls can stand
+        if area is None:
+            box_of_sides(given)  # raises where no walls can stand
+        else:
+            build_walls(given, area)
         west, east, south, north, bottom, top = (float(value) for value in given)
     else:
         surfaces = horizons()

@@ -50,8 +50,7 @@ def earlier_is_outside(earlier, stay, place):
 
 def test_what_is_known_is_not_summed_again():
     old = FaceSums.of(np.array([0, 1]), 2)
-    wanted, of_element = np.array([True, False]), np.array([0, 0, 1, -1])
-    old.complete("x", wanted, of_element, lambda of: np.array([[7.0], [9.0]]))
+    old.complete("x", np.array([True, False]), lambda of: np.array([[7.0], [9.0]]))
     new = FaceSums.of(np.array([1, 0]), 2, old, np.array([1, 0]))
     asked = []
 
@@ -59,8 +58,8 @@ def test_what_is_known_is_not_summed_again():
         asked.append(of.tolist())
         return np.array([[1.0], [2.0]])
 
-    found = new.complete("x", np.ones(2, dtype=bool), of_element, run)
-    assert asked == [[-1, -1, 1, -1]]  # the second face was not wanted before
+    found = new.complete("x", np.ones(2, dtype=bool), run)
+    assert asked == [[False, True]]  # the second face was not wanted before
     assert found.tolist() == [[7.0], [2.0]]
 
 
@@ -73,7 +72,7 @@ def test_a_moved_fault_sums_a_part_of_the_model(monkeypatch):
     _ = scene.volumes
     asked, below = [], measures.below
     monkeypatch.setattr(
-        measures, "below", lambda p, of, n, z: asked.append((of >= 0).mean()) or below(p, of, n, z)
+        measures, "below", lambda p, of, some, z: asked.append(some.mean()) or below(p, of, some, z)
     )
     changed = scene.replace(faults=moved)
     fresh = gs.Scene(

@@ -15,6 +15,8 @@ from geosurf.kernels.meshes import volumes
 from geosurf.model import Lattice
 from geosurf.model.holes import TriangleNumbers
 
+ALL = np.ones(1, dtype=bool)  # the faces that are measured: one
+
 
 @st.composite
 def holed_lattices(draw):
@@ -144,8 +146,10 @@ def test_triangles_measure_as_runs_do_at_any_corner(case):
     surface = TriSurface("Top", "horizon", lattice=lattice)
     x, t = surface.vertices, surface.triangles
     one, two = np.zeros((1, 3)), np.zeros((1, 3))
-    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), 4.0, one)
-    volumes.volume_below_triangles(x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), 4.0, two)
+    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, 4.0, one)
+    volumes.volume_below_triangles(
+        x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), ALL, 4.0, two
+    )
     assert one.tobytes() == two.tobytes()
     a, b, c = (x[t[:, k]] for k in range(3))
     rise = np.cross(b - a, c - a)[:, 2]
@@ -153,7 +157,7 @@ def test_triangles_measure_as_runs_do_at_any_corner(case):
     assert one[0, 0] + one[0, 1] == pytest.approx(math.fsum(terms), rel=1e-15, abs=1e-13)
     assert one[0, 2] == pytest.approx(rise.sum(), abs=1e-12)
     extent = np.array([[0.0, 0.0, *[np.inf] * 3, *[-np.inf] * 3, *[0.0] * 4]])
-    volumes.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), extent)
+    volumes.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, extent)
     full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     assert extent[0, :2].sum() == pytest.approx(math.fsum(full), rel=1e-14)
     assert extent[0, 8:10].sum() == pytest.approx(math.fsum(np.maximum(rise, 0.0)), abs=1e-12)
@@ -164,5 +168,5 @@ def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():
     x = np.array([[0.0, 0, 0], [1e8, 0, 0], [0, 1e8, 0], [1, 0, 1], [0, 1, 1], [0, 0, 1]])
     t = np.array([[0, 1, 2], *[[5, 3, 4]] * 1000, [0, 2, 1]])
     found = np.zeros((1, 3))
-    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), -1.0, found)
+    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), ALL, -1.0, found)
     assert found[0, 0] + found[0, 1] == 6000.0

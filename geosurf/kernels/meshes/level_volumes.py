@@ -53,13 +53,13 @@ def _add_both(out, i, above, below):
     _add(out, i, 2, below)
 
 
-@entry("d2 l2 l1 d d2 -> .")
-def volume_beside_triangles(x, t, face, level, out):
+@entry("d2 l2 l1 b1 d d2 -> .")
+def volume_beside_triangles(x, t, face, asked, level, out):
     """Add to the rows (n_face, 4) of their faces six times the volume between triangles and a
     level: above it (two numbers) and below it (two numbers, negative below upper sides).
     """
     for i in range(t.shape[0]):
-        if face[i] < 0:
+        if face[i] < 0 or not asked[face[i]]:
             continue
         # A canonical first corner makes the result independent of numbering.
         low = _lowest(x, t, i)
@@ -108,11 +108,11 @@ def volume_beside_runs(p, q, r, a, runs, face, level, out):
                 _add_both(out, face[i], above, below)
 
 
-@entry("d2 l2 l1 d2 -> .")
-def heights_of_triangles(x, t, face, out):
+@entry("d2 l2 l1 b1 d2 -> .")
+def heights_of_triangles(x, t, face, asked, out):
     """Widen the rows (n_face, 2) of their faces to the lowest and highest corner of triangles."""
     for i in range(t.shape[0]):
-        if face[i] < 0:
+        if face[i] < 0 or not asked[face[i]]:
             continue
         for k in range(3):
             height = x[t[i, k], 2]

@@ -42,13 +42,13 @@ def _lowest(x, t, i):
     return low
 
 
-@entry("d2 l2 l1 d d2 -> .")
-def volume_below_triangles(x, t, face, level, out):
+@entry("d2 l2 l1 b1 d d2 -> .")
+def volume_below_triangles(x, t, face, asked, level, out):
     """Add six times the volume between triangles and a level (two numbers), and twice their map
     area, to the rows (n_face, 3) of their faces; negative where normals look down.
     """
     for i in range(t.shape[0]):
-        if face[i] < 0:
+        if face[i] < 0 or not asked[face[i]]:
             continue
         # A canonical first corner makes the result independent of numbering.
         low = _lowest(x, t, i)
@@ -179,14 +179,14 @@ def _extend(out, i, c, up):
         out[i, 5 + k] = max(out[i, 5 + k], max(c[0, k], max(c[1, k], c[2, k])))
 
 
-@entry("d2 l2 l1 d2 -> .")
-def extent_triangles(x, t, face, out):
+@entry("d2 l2 l1 b1 d2 -> .")
+def extent_triangles(x, t, face, asked, out):
     """Add to the rows (n_face, 12): area (two numbers), lower and upper corner of triangles, twice
     the area in the map of those that look up (two numbers) and of those that look down (two).
     """
     c = np.empty((3, 3))
     for i in range(t.shape[0]):
-        if face[i] < 0:
+        if face[i] < 0 or not asked[face[i]]:
             continue
         low = _lowest(x, t, i)
         for corner in range(3):
