@@ -8,6 +8,7 @@ import numpy as np
 
 # A power of two: the lowest bits of the origin are zero, so subtracting it needs no rounding.
 FRAME_STEP = 1024.0
+_AT_ONCE = 1 << 15  # coordinates
 
 
 def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
@@ -72,8 +73,15 @@ def shift_is_exact(values: np.ndarray, shift: float) -> bool:
     """
     if shift == 0.0:
         return True
-    local = values - shift
-    # the rounding error of a difference, exactly (Knuth's two-sum)
-    back = local - values
-    error = (values - (local - back)) + (-shift - back)
-    return bool(((error == 0.0) | np.isnan(error)).all())
+
+    # some rows at a time: what is made of them stays in the caches
+    step = max(_AT_ONCE * len(values) // max(values.size, 1), 1)
+    for first in range(0, len(values), step):
+        part = values[first : first + step]
+        local = part - shift
+        # the rounding error of a difference, exactly (Knuth's two-sum)
+        back = local - part
+        error = (part - (local - back)) + (-shift - back)
+        if not ((error == 0.0) | np.isnan(error)).all():
+            return False
+    return True
