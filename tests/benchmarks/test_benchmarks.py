@@ -30,6 +30,7 @@ from benchmarks.jobs import Job, Result, run_jobs
 from benchmarks.judge import judge
 from benchmarks.measure import Measuring
 from benchmarks.scenes import SCENES, make_setting
+from benchmarks.starts import IMPORTS
 from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
 from geosurf.cli.exit_codes import OUR_FAULT
@@ -398,6 +399,26 @@ def test_a_target_is_met_or_not(monkeypatch, name, asked, ratio, met):
     assert row["ours"] == "200 ms (200 ms to 200 ms, 3 times)"
     # at other sizes nothing is promised
     assert measured(monkeypatch, seconds, target, 0.5)["met"] is None
+
+
+@pytest.mark.parametrize(("imports", "met"), [(0.4, True), (0.6, False)])
+def test_a_target_may_ask_for_a_part_of_the_time(monkeypatch, imports, met):
+    """The start of a run: what is asked is the processor time of imports, not the whole."""
+    target = targets.select(["start of a run"])[0]
+    monkeypatch.setattr(reached, "installed", lambda: Installed("", "from sources"))
+    run = fixed(lambda job: 9.0)
+
+    def with_parts(jobs, **settings):
+        found = run(jobs, **settings)
+        for one in found:
+            one.answer["cpu_seconds_of_parts"] = {IMPORTS: imports, "work": 5.0}
+        return found
+
+    monkeypatch.setattr(measure, "run_jobs", with_parts)
+    [row] = reached.target_table(Measuring(), 1.0, [target.name])["rows"]
+    assert row["met"] is met
+    assert row["asked"] == "500 ms at most for imports and kernels"
+    assert "imports and kernels" in row["theirs"]
 
 
 @pytest.mark.parametrize(("asked", "met"), [(0.9, True), (0.7, False)])
