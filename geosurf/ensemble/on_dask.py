@@ -14,13 +14,22 @@ from importlib.util import find_spec
 from typing import Any
 
 from geosurf.arrangement.threads import n_threads
+from geosurf.ensemble.contact_levels import ContactLevel
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
-from geosurf.ensemble.worker_processes import Workers, dumps, lost, processes_pay
+from geosurf.ensemble.worker_processes import (
+    EarlyWorkers,
+    Workers,
+    dumps,
+    interpreter,
+    lost,
+    processes_pay,
+)
 from geosurf.errors import DependencyError, InputError, WorkerError
 
 OnRecord = Callable[[Record], None]
 _FEW = 8  # realisations: fewer are in threads
+_MANY = 50  # realisations that move surfaces: a worker starts before the first one is timed
 _PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works on
 
 
@@ -51,6 +60,23 @@ def check_workers(workers: Any) -> int:
     return workers
 
 
+def early_workers(
+    plan: Plan, n: int, client: Any, workers: int, processes: bool | None
+) -> EarlyWorkers:
+    """Return the workers that start before the base case is built.
+
+    All of them where `processes` is True. Where the first realisation decides, all but this process
+    for long ensembles that move surfaces: these end as processes on nearly all machines. At worst,
+    another core has imported geosurf in vain.
+    """
+    if client is not None or processes is False or not interpreter():
+        return EarlyWorkers(0)
+    if processes:
+        return EarlyWorkers(min(workers, n))
+    moves = any(not isinstance(one, ContactLevel) for one in plan.uncertain)
+    return EarlyWorkers(min(workers, n) - 1 if moves and plan.model.is_data and n >= _MANY else 0)
+
+
 def run_on_dask(
     plan: Plan,
     numbers: Iterable[int],
@@ -59,6 +85,7 @@ def run_on_dask(
     client: Any = None,
     workers: int = 1,
     processes: bool | None = None,
+    early: EarlyWorkers | None = None,
 ) -> None:
     """
     Run realisations and hand on the record of each as soon as it is there.
@@ -78,6 +105,8 @@ def run_on_dask(
     processes : bool, optional
         Whether workers are processes, not threads. Default: whatever is expected to end earlier,
         by the time of the first realisation.
+    early : EarlyWorkers, optional
+        Processes that have started already.
 
     Raises
     ------
@@ -91,12 +120,13 @@ def run_on_dask(
     if client is not None:
         _on_cluster(plan, wanted, on_record, client)
         return
+    early = EarlyWorkers(0) if early is None else early
     if processes:
-        _in_processes(plan, dumps(plan), wanted, on_record, workers, here=False)
+        _in_processes(plan, dumps(plan), wanted, on_record, workers, early, here=False)
         return
     data = _tried(plan, wanted, on_record, workers) if processes is None else None
     if data is not None:
-        _in_processes(plan, data, wanted, on_record, workers, here=True)
+        _in_processes(plan, data, wanted, on_record, workers, early, here=True)
     else:
         from dask.threaded import get
 
@@ -118,12 +148,18 @@ def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **optio
 
 
 def _in_processes(
-    plan: Plan, data: bytes, wanted: list[int], on_record: OnRecord, workers: int, here: bool
+    plan: Plan,
+    data: bytes,
+    wanted: list[int],
+    on_record: OnRecord,
+    workers: int,
+    early: EarlyWorkers,
+    here: bool,
 ) -> None:
     """Worker processes, each asked by a thread of this one."""
     from dask.threaded import get
 
-    with Workers(plan, data, min(workers, len(wanted)), here=here) as pool:
+    with Workers(plan, data, min(workers, len(wanted)), here=here, early=early) as pool:
         _streamed(get, _graph(pool.run, wanted), on_record, num_workers=workers)
 
 

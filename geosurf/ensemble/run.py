@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions import is_whole
 from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel
-from geosurf.ensemble.on_dask import check_workers, require_extra, run_on_dask
+from geosurf.ensemble.on_dask import check_workers, early_workers, require_extra, run_on_dask
 from geosurf.ensemble.plan import Plan, uncertainties
 from geosurf.ensemble.progress import Progress
 from geosurf.ensemble.record import Record
@@ -20,6 +20,7 @@ from geosurf.ensemble.results import open_ensemble
 from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.ensemble.store import REGION, EnsembleStore
 from geosurf.ensemble.streams import check_seed
+from geosurf.ensemble.worker_processes import EarlyWorkers
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario.ensemble_keys import EnsembleSettings
@@ -128,15 +129,18 @@ def run_ensemble(
     workers = check_workers(workers)
     processes = None if processes is None else flag_of(processes, "processes")
     plan, n = planned(model, n, uncertain, seed, maps)
-    # The base case also fixes the area for all realisations.
-    base = plan.start()
-    with tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch:
+    with (
+        early_workers(plan, n, client, workers, processes) as early,
+        tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch,
+    ):
+        # The base case also fixes the area for all realisations.
+        base = plan.start()
         # Without a store results pass through a temporary one: one way for both.
         path = Path(scratch) / "ensemble.zarr" if store is None else path_of(store, "store")
         target = EnsembleStore(path, plan, base, n, stays=store is not None)
         # The store is closed whatever happens, so that another call can continue.
         try:
-            _run(target, client, workers, processes, progress)
+            _run(target, client, workers, processes, progress, early)
         finally:
             target.close()
         result = open_ensemble(path)
@@ -204,6 +208,7 @@ def _run(
     workers: int,
     processes: bool | None,
     progress: bool | Callable[[str], object],
+    early: EarlyWorkers,
 ) -> None:
     """Run what is missing, and store each realisation when it is finished."""
     # What the store has is not run again.
@@ -219,7 +224,10 @@ def _run(
 
     # Also before the first: a store that is continued may have failed completely.
     _refuse_if_all_fail(target)
-    run_on_dask(target.plan, missing, finished, client=client, workers=workers, processes=processes)
+    run_on_dask(
+        target.plan, missing, finished, client=client, workers=workers, processes=processes,
+        early=early,
+    )  # fmt: skip
     target.finish()
 
 

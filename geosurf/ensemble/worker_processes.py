@@ -79,6 +79,33 @@ def dumps(plan: Plan) -> bytes:
     return bytes(cloudpickle.dumps(plan))
 
 
+class EarlyWorkers:
+    """
+    Worker processes that start while the base case is built, as a context: the rest ends with it.
+
+    They import geosurf on cores that the base case leaves idle, and wait for a plan.
+
+    Parameters
+    ----------
+    n : int
+    """
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self.processes: list[subprocess.Popen[bytes]] = []
+
+    def __enter__(self) -> EarlyWorkers:
+        self.processes = [_start() for _ in range(self.n)]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        _end(self.processes)
+
+    def take(self) -> subprocess.Popen[bytes]:
+        """Return the next worker; a new one where none is left."""
+        return self.processes.pop() if self.processes else _start()
+
+
 class Workers:
     """
     Some worker processes, as a context: they end with it.
@@ -93,10 +120,12 @@ class Workers:
         Realisations at once.
     here : bool
         Whether one of them runs in this process, which has started already.
+    early : EarlyWorkers
+        Are used first.
     """
 
-    def __init__(self, plan: Plan, data: bytes, n: int, *, here: bool) -> None:
-        self.n, self.data = n - here, data
+    def __init__(self, plan: Plan, data: bytes, n: int, *, here: bool, early: EarlyWorkers) -> None:
+        self.n, self.data, self.early = n - here, data, early
         self.free: queue.SimpleQueue[Runner] = queue.SimpleQueue()
         self.processes: list[subprocess.Popen[bytes]] = []
         if here:
@@ -110,19 +139,14 @@ class Workers:
             )
         # Each is waited for by a thread of its own: reading the plan takes a while.
         for _ in range(self.n):
-            process = _start()
+            process = self.early.take()
             self.processes.append(process)
             threading.Thread(target=self._greet, args=(process,), daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
         # Also where an error stops all: what they work on is not wanted any more.
-        for process in self.processes:
-            process.kill()
-        for process in self.processes:
-            process.wait()
-            for pipe in (process.stdin, process.stdout):
-                _close(pipe)
+        _end(self.processes)
 
     def run(self, realization: int) -> Record:
         """Run a realisation on the next worker that is free."""
@@ -193,6 +217,16 @@ def _start() -> subprocess.Popen[bytes]:
     )  # fmt: skip
 
 
+def _end(processes: list[subprocess.Popen[bytes]]) -> None:
+    """End processes, whatever they do, and close their pipes."""
+    for process in processes:
+        process.kill()
+    for process in processes:
+        process.wait()
+        for pipe in (process.stdin, process.stdout):
+            _close(pipe)
+
+
 def _close(pipe: BinaryIO | Any) -> None:
     # What a killed worker had not read is not missing.
     with suppress(OSError):
@@ -233,4 +267,4 @@ def _packed(answer: Any, error: Exception | None) -> bytes:
         return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-__all__ = ["Workers", "dumps", "interpreter", "lost", "processes_pay", "serve"]
+__all__ = ["EarlyWorkers", "Workers", "dumps", "interpreter", "lost", "processes_pay", "serve"]

@@ -15,9 +15,18 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.ensemble import ContactLevel, DepthError, DepthShift, Normal, Uniform, on_dask
+from geosurf.ensemble import (
+    ContactLevel,
+    DepthError,
+    DepthShift,
+    Normal,
+    Uniform,
+    on_dask,
+    worker_processes,
+)
 from geosurf.ensemble import store as store_room
 from geosurf.ensemble.on_dask import check_workers
+from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.progress import Progress, console_line
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.run import planned
@@ -105,6 +114,22 @@ def test_long_ensembles_choose_processes_and_give_the_same_bytes(tmp_path, truth
     with pytest.warns(gs.GeosurfWarning):  # a function may have effects: it stays in threads
         gs.run_ensemble(sometimes, 24, workers=2)
     assert len(asked) == 1
+
+
+@pytest.mark.parametrize("pay", [True, False])
+def test_a_worker_starts_with_the_base_case_and_ends_with_the_call(
+    tmp_path, truth, monkeypatch, pay
+):
+    started, start = [], worker_processes._start
+    monkeypatch.setattr(worker_processes, "_start", lambda: started.append(start()) or started[-1])
+    monkeypatch.setattr(on_dask, "processes_pay", lambda *_: pay)
+    monkeypatch.setattr(on_dask, "_MANY", 8)
+    plan_start, before = Plan.start, []
+    monkeypatch.setattr(Plan, "start", lambda plan: before.append(len(started)) or plan_start(plan))
+    run(store=tmp_path / "e.zarr", workers=2)
+    assert bytes_of(tmp_path / "e.zarr") == truth
+    assert (before, len(started)) == ([1], 1)  # this process is the second worker
+    assert all(process.poll() is not None for process in started)
 
 
 def test_processes_pay_where_their_start_is_a_small_part():
