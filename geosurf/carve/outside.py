@@ -15,6 +15,7 @@ from geosurf.carve.volume import volume_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.meshes.mesh import join_pairs
+from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model import Patches
 
 
@@ -134,8 +135,7 @@ def outside_of_shells(
         If a wall has the outside on both of its sides.
     """
     # joined across all other surfaces: inside and outside change at walls only
-    numbers, at = np.unique(sides, return_inverse=True)
-    sides = at.reshape(-1, 2)
+    numbers, sides = renumbered(sides)
     root = join_pairs(sides[~is_wall], len(numbers))
     walls = np.flatnonzero(is_wall[: len(triangles)])
     # beyond the last wall that a ray meets is the outside
