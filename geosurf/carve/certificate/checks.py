@@ -196,8 +196,9 @@ def beside_parents(local: np.ndarray, parts: Iterable[Part], origin: np.ndarray)
 
 def _turned_over(local: np.ndarray, t: np.ndarray, parent: np.ndarray) -> np.ndarray:
     """Rows of triangles that do not face as their input triangles do."""
-    x = np.concatenate([local, parent.reshape(-1, 3)])
-    of = np.arange(len(local), len(x)).reshape(-1, 3)
+    # corners of each triangle, then of each input triangle: a part costs what it is
+    x = np.concatenate([local.take(t.ravel(), axis=0), parent.reshape(-1, 3)])
+    t, of = np.split(np.arange(len(x)).reshape(-1, 3), 2)
     m, w = frame_of(x)
     found: np.ndarray = inverted_triangles(x, t, of, np.arange(len(t)), m, w)
     return found

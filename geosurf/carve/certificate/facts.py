@@ -32,7 +32,7 @@ from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
 from geosurf.model.torn_lattice import TornLattice
 
-_AT_ONCE = 1 << 19  # triangles that are compared with their input triangles, of several surfaces
+_AT_ONCE = 1 << 17  # triangles that are compared with their input triangles, of several surfaces
 _MANY_RUNS = 1000  # of all lattices, from which they are read in two threads
 
 

@@ -198,6 +198,15 @@ def _in_other_zones(
     open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
     open_ = np.flatnonzero(open_)
 
+    # nearly all fit the only surface that they are on, so horizons do not look at them one by one
+    row, level = found.row[open_], np.full(len(patches.sources), -1)
+    level[horizons] = np.arange(len(horizons))
+    alone = np.bincount(found.of_patches, minlength=found.n_key)[found.key[open_]] == 1
+    below = (found.turn_of_patches[row] == found.turn[open_]) == upward[found.surface[open_]]
+    open_ = open_[~(alone & (below == (zone[open_] > level[found.surface[open_]])))]
+    if len(open_) == 0:
+        return []
+
     # a triangle stays in `open_` if no horizon on it fits; what remains has no excuse
     order = np.argsort(patches.surface_of_triangle, kind="stable")
     cut = np.searchsorted(patches.surface_of_triangle[order], np.arange(len(patches.sources) + 1))
