@@ -18,6 +18,7 @@ import time
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -177,11 +178,17 @@ def coverage(path: Path) -> float:
     return float(Ring(outline).contains_points(at).mean())
 
 
-def _positions(data: object) -> np.ndarray:
-    """Different positions (n, 2) of the nodes or points of a horizon [m]."""
-    from geosurf.scenario.new.recognise import _points_of
-
-    return np.unique(_points_of(data)[:, :2], axis=0)
+def _positions(data: Any) -> np.ndarray:
+    """Different positions (n, 2) of the nodes or points of a horizon that have a value [m]."""
+    if hasattr(data, "vertices"):
+        return np.unique(data.vertices[:, :2], axis=0)
+    z = data.elevation if hasattr(data, "data_vars") else data
+    x, y = data.easting.values, data.northing.values
+    # axes become the coordinates of all nodes
+    if x.ndim == 1 and z.ndim == 2:
+        x, y = np.meshgrid(x, y)
+    points = np.column_stack([np.ravel(part) for part in (x, y, z.values)])
+    return np.unique(points[np.isfinite(points).all(axis=1), :2], axis=0)
 
 
 def _covered(cloud: np.ndarray, at: np.ndarray) -> np.ndarray:
