@@ -85,7 +85,8 @@ class Tree:
         """Boxes of all cells, row by row, float64 (n_cell, 6); of those without nodes NaN."""
         a = self.places
         rows, cols = np.arange(a[N_ROW])[:, None], np.arange(a[N_COL])
-        low, high = [], []
+        low: list[np.ndarray] = []
+        high: list[np.ndarray] = []
         for k, given in enumerate(self.coordinates):
             first, row, col = a[3 * k : 3 * k + 3]
             at = given[first + row * rows + col * cols]
