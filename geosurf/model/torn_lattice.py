@@ -53,7 +53,8 @@ class TornLattice(Lattice):
         shared -= {"whole", "extent", "vertex_of_node"}
         made = object.__new__(cls)
         made.__dict__.update({key: lattice.__dict__[key] for key in shared & {*lattice.__dict__}})
-        made.__dict__.update(gone=gone, copies=copies, ghosts=ghosts)
+        lists = {"gone": gone, "copies": copies, "ghosts": ghosts}
+        made.__dict__.update({key: frozen(one, one.dtype) for key, one in lists.items()})
         return made
 
     @cached_property
