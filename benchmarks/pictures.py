@@ -2,8 +2,8 @@
 
 Noisy hills and a listric fault of 2e7 triangles seen from the southwest, and the exploded units of
 2e6. Each is drawn in a process of its own, which reports the peak of what is resident beyond its
-grids, model included, and the time from grids to the file. Without frozen kernels, numba takes 60 to
-100 MB more.
+grids, model included, and the time from grids to the file. Without frozen kernels, numba takes 60
+to 100 MB more.
 """
 
 from __future__ import annotations
