@@ -4,7 +4,8 @@
 there (5.4 GB for 20 000 x 20 000 nodes); it stays for the next run. Each row is a process of its
 own: reading all chunks once, then curves and volumes without and with bounds next to the store,
 then measures of a model that is there already. With ``--rim`` horizons end at oblique lines, beyond
-which nodes are absent (NaN).
+which nodes are absent (NaN). With ``--rotated`` each node has coordinates of its own in the store,
+which are read with the elevations; thickness maps are left out there.
 """
 
 from __future__ import annotations
@@ -37,7 +38,13 @@ MEASURES = {
 WAYS = ("read", "curves", "volumes", *MEASURES)
 
 
-def write_store(path: Path, n: int, rim: bool = False) -> None:
+def turned(x: Any, y: Any) -> tuple[Any, Any]:
+    """Coordinates that are rotated by 30 degrees."""
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    return c * x - s * y, s * x + c * y
+
+
+def write_store(path: Path, n: int, rim: bool = False, rotated: bool = False) -> None:
     """Write two waves with noise, n x n nodes each, in chunks."""
     import dask.array as da
     import xarray as xr
@@ -61,10 +68,16 @@ def write_store(path: Path, n: int, rim: bool = False) -> None:
         for name, shift in (("Top", 0.0), ("Base", -200.0))
     }
     grids = xr.Dataset(values, {"northing": axis, "easting": axis})
+    if rotated:  # each node has an easting and a northing
+        y, x = da.meshgrid(*2 * [da.from_array(axis, CHUNK)], indexing="ij")
+        plain = grids.drop_vars(["northing", "easting"])
+        plain = plain.rename(northing="row", easting="column")
+        places = zip(("easting", "northing"), turned(x, y), strict=True)
+        grids = plain.assign_coords({key: (("row", "column"), of) for key, of in places})
     grids.to_zarr(path, mode="w", consolidated=False)
 
 
-def faults(n: int) -> dict[str, gs.TriSurface]:
+def faults(n: int, rotated: bool = False) -> dict[str, gs.TriSurface]:
     """Three dipping planes across the map."""
     size = n * STEP
     found = {}
@@ -72,9 +85,10 @@ def faults(n: int) -> dict[str, gs.TriSurface]:
         a, b = start * size, (start + 0.1) * size
         deep = [[a, -1000, -4000], [b, size + 1000, -4000]]
         high = [[b + dip, size + 1000, 0], [a + dip, -1000, 0]]
-        found[f"F{k + 1}"] = gs.TriSurface(
-            f"F{k + 1}", "fault", [*deep, *high], [[0, 1, 2], [0, 2, 3]]
-        )
+        corners = np.array([*deep, *high], dtype=np.float64)
+        if rotated:
+            corners[:, :2] = np.stack(turned(*corners.T[:2]), axis=1)
+        found[f"F{k + 1}"] = gs.TriSurface(f"F{k + 1}", "fault", corners, [[0, 1, 2], [0, 2, 3]])
     return found
 
 
@@ -95,7 +109,7 @@ def run(way: str, path: Path) -> dict[str, Any]:
             name: gs.triangulate_horizon(grids[name], name=name, lazy=True)
             for name in ("Top", "Base")
         }
-        scene = gs.Scene(horizons, faults(n))
+        scene = gs.Scene(horizons, faults(n, rotated=grids.easting.ndim == 2))
         if way in MEASURES:
             _ = scene.units
             wall, processor = time.perf_counter(), time.process_time()
@@ -149,14 +163,16 @@ def main() -> None:
     parser.add_argument("--nodes", type=int, default=8000)
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--rim", action="store_true", help="end horizons at oblique lines")
+    parser.add_argument("--rotated", action="store_true", help="rotate by 30 degrees")
     parser.add_argument("--way", choices=WAYS, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.way:
         print(json.dumps(run(asked.way, asked.folder)))
         return
-    path = asked.folder / f"horizons_{asked.nodes}{'_rim' if asked.rim else ''}.zarr"
+    kind = f"{'_rim' if asked.rim else ''}{'_rotated' if asked.rotated else ''}"
+    path = asked.folder / f"horizons_{asked.nodes}{kind}.zarr"
     if not path.exists():
-        write_store(path, asked.nodes, asked.rim)
+        write_store(path, asked.nodes, asked.rim, asked.rotated)
     for bounds in asked.folder.glob(f"{path.name}.*.geosurf-bounds"):
         bounds.unlink()
     print("| what | wall [s] | x reading | processor [s] | x reading | largest memory [MB] |")
@@ -169,6 +185,8 @@ def main() -> None:
     row("curves and volumes, first time", "volumes", path, once)
     row("curves and volumes, again", "volumes", path, once)
     for way, name in MEASURES.items():
+        if asked.rotated and "map" in way:
+            continue
         row(name, way, path, once)
 
 

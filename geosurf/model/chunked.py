@@ -80,7 +80,14 @@ class ChunkedLattice(Lattice):
         made.__dict__.update(parts)
         return made
 
-    _shared: ClassVar = ("easting", "northing", "store", "bounds", "fingerprint", "_held")
+    _shared: ClassVar[tuple[str, ...]] = (
+        "easting",
+        "northing",
+        "store",
+        "bounds",
+        "fingerprint",
+        "_held",
+    )
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Self:
         """Return the lattice with another diagonal; what is known of nodes is shared."""

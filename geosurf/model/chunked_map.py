@@ -57,7 +57,7 @@ class ChunkedMap(ChunkedLattice):
     """
 
     stores: tuple[Store, Store, Store]
-    _shared: ClassVar = (
+    _shared: ClassVar[tuple[str, ...]] = (
         "store", "stores", "bounds", "fingerprint", "_held", "map_height", "right_handed",
     )  # fmt: skip
 
@@ -78,12 +78,12 @@ class ChunkedMap(ChunkedLattice):
         )  # fmt: skip
 
     @property
-    def easting(self) -> Any:  # type: ignore[override]
+    def easting(self) -> Any:
         """Stands for all eastings: an error for whoever reads them."""
         return _Absent(self)
 
     @property
-    def northing(self) -> Any:  # type: ignore[override]
+    def northing(self) -> Any:
         """Stands for all northings: an error for whoever reads them."""
         return _Absent(self)
 
@@ -227,7 +227,7 @@ class ChunkedMap(ChunkedLattice):
         return out
 
     def _part(self, rows: Span, cols: Span, z: np.ndarray) -> Lattice:
-        part = Lattice(*z, self.rising, self.reverse)
+        part = Lattice(z[0], z[1], z[2], self.rising, self.reverse)
         # what was found for the whole holds for a part: steps of a few cells say less of it
         part.__dict__.update(map_height=self.map_height, right_handed=self.right_handed)
         return part

@@ -237,7 +237,7 @@ class _Reader:
         """Some columns of a band, as a lattice in memory."""
         part = np.ascontiguousarray(band[..., cols[0] : cols[1]])
         if self.map is not None:
-            return Lattice(*part, self.risings[0])
+            return Lattice(part[0], part[1], part[2], self.risings[0])
         x, y = self.axes
         return Lattice(x[slice(*cols)], y[slice(*rows)], part, self.risings[0])  # type: ignore[index]
 
