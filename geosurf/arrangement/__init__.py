@@ -28,12 +28,12 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 from __future__ import annotations
 
 from geosurf.arrangement.carried import find_changed_contacts
-from geosurf.arrangement.gather import near_surfaces
+from geosurf.arrangement.gather import meeting_surfaces
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles
 
 __all__ = [
     "Contacts", "KnownPairs", "find_changed_contacts", "find_contacts", "intersect_triangles",
-    "near_surfaces", "search_voxels",
+    "meeting_surfaces", "search_voxels",
 ]  # fmt: skip

@@ -67,19 +67,29 @@ class Tree:
     def fine_top(self) -> tuple[np.ndarray, np.ndarray]:
         """The same; of a small tree with the boxes of its cells or triangles below its leaves."""
         nodes, levels = self.top()
-        lattice = bool(self.places[IS_LATTICE])
-        n_row, n_col = (
-            (self.places[[N_ROW, N_COL]] - 1).tolist() if lattice else (1, len(self.order))
-        )
-        in_store = lattice and not len(self.coordinates[0])
-        if in_store or n_row * n_col > _FINE or len(nodes) < len(self.nodes):
+        if not self.is_small or len(nodes) < len(self.nodes):
             return nodes, levels
 
+        lattice = bool(self.places[IS_LATTICE])
+        n_row, n_col = self._shape
         boxes = self._boxes_of_cells() if lattice else self._boxes_in_order()
         lowest = np.array([(0, n_row, n_col, *((BLOCK, BLOCK) if lattice else (1, LEAF)))])
         return np.concatenate([boxes, nodes]), np.concatenate(
             [lowest, levels + len(boxes) * _START]
         )
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it is in memory and has few cells or triangles."""
+        n_row, n_col = self._shape
+        return len(self.coordinates[0]) > 0 and n_row * n_col <= _FINE
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        """Rows and columns of cells; one row of the triangles of a list."""
+        if not self.places[IS_LATTICE]:
+            return 1, len(self.order)
+        return int(self.places[N_ROW]) - 1, int(self.places[N_COL]) - 1
 
     def _boxes_of_cells(self) -> np.ndarray:
         """Boxes of all cells, row by row, float64 (n_cell, 6); of those without nodes NaN."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_contacts, near_surfaces
+from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.model import Curves, TriSurface
 from geosurf.model.base import in_crs_of
@@ -79,7 +79,7 @@ def curves_of_all(
     pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or (alone and not inside[i])]
     asked = [(i, j) for i, j in pairs if not inside[i] and not inside[j]]
     by_trees = inputs.voxel_size is None and not smooth
-    near = set(near_surfaces(surfaces, asked) if by_trees else asked)
+    near = set(meeting_surfaces(surfaces, asked) if by_trees else asked)
 
     # the same curves whatever was computed first
     parts = []

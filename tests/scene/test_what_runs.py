@@ -60,9 +60,12 @@ def test_faults_that_lean_side_by_side_are_not_searched_pair_by_pair():
     faults = {
         f"F{k}": make_fault(f"F{k}", 0.5 * (k + z) - 1.0, y, z, (0.0, 0.0, 0.0)) for k in range(6)
     }
+    along, _ = np.meshgrid(np.linspace(-1.0, 6.0, 21), np.ones(21))
+    faults["X"] = make_fault("X", along, 0.0 * z + 2.05, z, (0.0, 0.0, 0.0))  # across all others
     scene = Scene({"Top": level(3)}, faults, BOX)
     curves = scene.curves
-    assert ran(scene, "curves") == [f"Top x F{k}" for k in range(6)]
+    across = [f"F{k} x X" for k in range(6)]
+    assert ran(scene, "curves") == [*(f"Top x {name}" for name in faults), *across]
     apart = [s for s in scene.steps if s.detail == "boxes of their parts do not meet"]
     assert len(apart) == len(ran(scene, "curves", "skipped")) == 15
 
