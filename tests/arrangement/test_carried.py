@@ -28,18 +28,30 @@ def assert_same(one, two):
         assert a.tobytes() + b.tobytes() == c.tobytes() + d.tobytes()
 
 
+FINE = 1 / 512
+
+
 def surface_of(rng, kind, name, step):
-    """A horizon or a fault on multiples of a step; small ones make points and edges coincide."""
+    """A horizon or a fault on multiples of a step: on large steps points and edges coincide.
+
+    On fine ones few do, since heights and places of faults are any multiples; 0 is any number.
+    """
     if kind == "horizon":
         level = int(rng.integers(0, 5))
-        relief = rng.integers(-6, 7, (7, 7)) * step if step else rng.normal(0, 0.6, (7, 7))
+        relief = rng.normal(0, 0.6, (7, 7))
+        if step:
+            most = 6 if step > FINE else 600
+            relief = rng.integers(-most, most + 1, (7, 7)) * step
         return grid(name, level + relief, corner=(-1.0, -1.0))
-    x, shift = rng.choice(9, 2, replace=False) / 2.0 + (0.0 if step else rng.normal(0, 0.1, 2))
+    off = rng.normal(0, 0.1, 2)
+    if step:
+        off = rng.integers(-60, 61, 2) * step if step <= FINE else 0.0
+    x, shift = rng.choice(9, 2, replace=False) / 2.0 + off
     low, high = sorted(rng.choice([-5.0, 0.0, 2.0, 4.0, 9.0], 2, replace=False))
     return sheet(name, [(x, -1, low), (x, 5, low), (shift, 5, high), (shift, -1, high)])
 
 
-@pytest.mark.parametrize("step", [0.0, 1 / 8, 1.0])
+@pytest.mark.parametrize("step", [0.0, FINE, 1 / 8, 1.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_contacts_of_a_changed_scene_are_those_of_a_new_one(seed, step):
     rng = np.random.default_rng([84, seed, int(8 * step)])
@@ -63,5 +75,5 @@ def test_contacts_of_a_changed_scene_are_those_of_a_new_one(seed, step):
             assert not found.carried.same.changed.all()
         with suppress(GeosurfError):
             patches_from(found, known)
-    # whole numbers bring points of several pairs to one place, and then all pairs are searched
-    assert n_carried >= 4 or step
+    # large steps bring points of several pairs to one place, and then all pairs are searched
+    assert n_carried >= 3 or step > FINE

@@ -14,21 +14,28 @@ from tests.strategies import BOX, grid, sheet
 # horizons cross and lie in the wrong order here, on purpose
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
+COARSE, FINE = 1 / 8, 1 / 512
 ARRAYS = ("x", "triangles", "surface", "key", "twin", "ring", "link", "patch")
 
 
-def horizon(rng, level, whole):
+def horizon(rng, level, step):
     """A grid of eighths: faults pass through nodes and along edges; horizons cross, and touch.
 
-    Other numbers than whole eighths have none of that.
+    Other numbers (step 0) have none of that, and multiples of a fine step little.
     """
-    relief = rng.integers(-6, 7, (7, 7)) / 8.0 if whole else rng.normal(0.0, 0.4, (7, 7))
+    relief = rng.normal(0.0, 0.4, (7, 7))
+    if step:
+        most = 6 if step == COARSE else 400
+        relief = rng.integers(-most, most + 1, (7, 7)) * step
     return grid("H", level + relief, corner=(-1.0, -1.0))
 
 
-def fault(rng, whole):
+def fault(rng, step):
     """An upright or slanting sheet, which may end inside the model or miss a horizon."""
-    x, shift = rng.choice(9, 2, replace=False) / 2.0 + (0.0 if whole else rng.normal(0.0, 0.1, 2))
+    off = rng.normal(0.0, 0.1, 2)
+    if step:
+        off = rng.integers(-60, 61, 2) * step if step == FINE else 0.0
+    x, shift = rng.choice(9, 2, replace=False) / 2.0 + off
     low, high = sorted(rng.choice([-5.0, 0.0, 2.0, 4.0, 9.0], 2, replace=False))
     return sheet("F", [(x, -1, low), (x, 5, low), (shift, 5, high), (shift, -1, high)])
 
@@ -48,9 +55,9 @@ def result(scene):
         return type(error), str(error)
 
 
-@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize("step", [COARSE, FINE, 0.0])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, whole, monkeypatch):
+def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, step, monkeypatch):
     """Faults newly meet horizons or leave them; every third step goes back to an earlier scene."""
     rng = np.random.default_rng([54, seed])
     found, carried = [], []
@@ -68,23 +75,23 @@ def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, whole, monk
     )  # fmt: skip
     inputs = {
         "horizons": {
-            name: horizon(rng, z, whole) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))
+            name: horizon(rng, z, step) for name, z in (("Top", 4), ("Mid", 2), ("Base", 0))
         },
-        "faults": {name: fault(rng, whole) for name in ("F1", "F2", "F3")},
+        "faults": {name: fault(rng, step) for name in ("F1", "F2", "F3")},
     }
     family = [(inputs, gs.Scene(**inputs, box=BOX))]
-    for step in range(8):
-        inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
-        kind = "faults" if step % 2 else "horizons"
+    for k in range(8):
+        inputs, scene = family[rng.integers(len(family)) if k % 3 == 2 else -1]
+        kind = "faults" if k % 2 else "horizons"
         name = str(rng.choice(list(inputs[kind])))
-        new = fault(rng, whole) if step % 2 else horizon(rng, int(rng.integers(0, 5)), whole)
+        new = fault(rng, step) if k % 2 else horizon(rng, int(rng.integers(0, 5)), step)
         inputs = {**inputs, kind: {**inputs[kind], name: new}}
         scene = scene.replace(**{kind: {name: new}})
-        assert result(scene) == result(gs.Scene(**inputs, box=BOX)), step
+        assert result(scene) == result(gs.Scene(**inputs, box=BOX)), k
         family.append((inputs, scene))
     # faces of one plane are cut anew; all other steps take faces from the scene before
     assert any(one is not None and not one.changed.all() for one in found)
-    assert whole or len(carried) > 2
+    assert step == COARSE or len(carried) > 2
 
 
 def test_what_did_not_change_is_not_cut(monkeypatch):
