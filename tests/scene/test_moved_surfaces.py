@@ -8,6 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.arrangement import earlier
 from geosurf.errors import GeosurfError, InvariantError
+from geosurf.model import Lattice
 from geosurf.rebuild import assemble, repair
 from tests.strategies import BOX, grid, sheet
 
@@ -92,6 +93,37 @@ def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, step, monke
     # faces of one plane are cut anew; all other steps take faces from the scene before
     assert any(one is not None and not one.changed.all() for one in found)
     assert step == COARSE or len(carried) > 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_grids_that_are_newly_crossed_are_those_made_afresh(seed):
+    """Runs that nothing touched are cut, also amid a patch: a hill rises into a horizon,
+    and then a ring around it.
+    """
+    rng = np.random.default_rng([84, seed])
+    axis = np.linspace(-1.0, 5.0, 25)
+    away = np.hypot(*np.meshgrid(axis - 2.0, axis - 2.0))
+    hill, ring = np.exp(-(away**2) / 0.15), np.exp(-((away - 1.3) ** 2) / 0.03)
+
+    def gridded(level, height, what=hill):
+        heights = level + height * what + rng.normal(0.0, 0.02, (25, 25))
+        return gs.TriSurface("H", "horizon", lattice=Lattice(axis, axis, heights))
+
+    changes = {"horizons": {"Top": gridded(4.0, 0.0), "Mid": gridded(2.0, 0.5)}}
+    changes["horizons"]["Base"] = gridded(0.5, 0.0)
+    changes["faults"] = {"F1": fault(rng, 0.0), "F2": fault(rng, 0.0)}
+    scene = gs.Scene(**changes, box=BOX)
+    _ = result(scene)
+    for k in range(6):
+        kind = "faults" if k == 3 else "horizons"
+        name = ("Mid", "Base", "Mid", "F1", "Base", "Top")[k]
+        one = (
+            gridded(2.0, 3.0), gridded(0.5, 5.0, ring), gridded(2.0, 2.5), fault(rng, 0.0),
+            gridded(0.5, 0.0), gridded(4.0, 0.5),
+        )[k]  # fmt: skip
+        changes = {**changes, kind: {**changes[kind], name: one}}
+        scene = scene.replace(**{kind: {name: one}})
+        assert result(scene) == result(gs.Scene(**changes, box=BOX)), k
 
 
 def test_what_did_not_change_is_not_cut(monkeypatch):
