@@ -22,7 +22,7 @@ EXTRAS = {
     "tet": ("tetgen",),
 }
 REQUIRED = ("numpy", "numba", "xarray", "pandas", "scipy", "meshio")
-DRAWING = ("matplotlib", "vtkmodules")
+DRAWING = ("matplotlib", "pyvista", "vtkmodules")
 
 
 def is_installed(package: str) -> bool:

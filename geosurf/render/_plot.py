@@ -1,12 +1,7 @@
-"""Draw layers off-screen with VTK.
-
-Only the modules of VTK that draw are loaded: pyvista loads all of them, which takes 120 MB and half
-a second more.
-"""
+"""Draw layers off-screen with VTK; the only module that imports pyvista."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,15 +12,14 @@ from geosurf.render.palette import PAPER, RGB
 from geosurf.render.views import Camera
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkRenderingCore import vtkActor, vtkCamera, vtkRenderer, vtkRenderWindow
+    from pyvista import Plotter
+    from pyvista.plotting.themes import Theme
 
 OVERSAMPLING = 2  # edges are smoothed by averaging, which is the same for every driver
 MARGIN = 16  # pixels around each part that is drawn: drivers drop lines whose middle is outside
 LIFT = 1.5e-3  # lines are moved to the viewer by this fraction of the size of the model
 LIFT_STEEP = 3.0  # plus this number of line widths, for steep surfaces
 FEATURE_ANGLE = 40.0
-PEELS = 6  # layers of transparent surfaces that are told apart
 
 
 def draw_layers(
@@ -54,187 +48,161 @@ def draw_layers(
     DependencyError
         If no graphics driver can draw.
     """
+    # until the end, because pyvista opens further windows to test the driver
     with off_screen():
-        # first: without the classes that draw, those below it draw nothing
-        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
-        from vtkmodules.vtkRenderingCore import vtkRenderer
+        import pyvista
 
-        renderer = vtkRenderer()
-        renderer.SetBackground(*background)
-        window = _window(renderer, camera.size)
+        plotter = pyvista.Plotter(
+            off_screen=True,
+            window_size=[n + 2 * MARGIN for n in camera.size],
+            lighting="none",
+            theme=_theme(background),
+        )
         try:
-            reach = _add_layers(renderer, layers, camera)
-            _point_camera(renderer, camera, reach)
-            _light(renderer)
-            if any(layer.opacity < 1.0 for layer in layers):
-                _peel(window, renderer)
-            image = _pixels(window, renderer.GetActiveCamera(), transparent)
+            reach = _add_layers(plotter, layers, camera)
+            _point_camera(plotter, camera, reach)
+            _light(plotter)
+            image = _pixels(plotter, transparent)
         finally:
-            # arrays and shaders of the driver go now, not when garbage is collected
-            renderer.RemoveAllViewProps()
-            window.Finalize()
+            plotter.close()
     return _average_rgba(image) if transparent else _average(image)
 
 
-def _window(renderer: vtkRenderer, size: tuple[int, int]) -> vtkRenderWindow:
-    """A window off-screen for a part of the picture, with a margin that is cut off."""
-    from vtkmodules.vtkRenderingCore import vtkRenderWindow
+def _theme(background: RGB) -> Theme:
+    """A theme of its own, independent of the global theme of the user."""
+    import pyvista
 
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    if hasattr(window, "SetConnectContextToNSView"):
-        window.SetConnectContextToNSView(False)  # macOS: needs neither a dock nor the main thread
-    window.SetMultiSamples(0)
-    window.SetSize(*(n + 2 * MARGIN for n in size))
-    window.AddRenderer(renderer)
-    return window
+    theme: Theme = pyvista.themes.Theme()
+    theme.background = background
+    theme.anti_aliasing = None
+    theme.return_cpos = False
+    return theme
 
 
-def _add_layers(renderer: vtkRenderer, layers: tuple[Layer, ...], camera: Camera) -> float:
+def _add_layers(plotter: Plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
     """Add shifted copies of the layers; return the largest distance from the centre."""
     # float64 until here: VTK computes in float32, and world coordinates have seven digits
     local = [camera.to_local(layer.points) for layer in layers]
     reach = max(float(np.linalg.norm(points, axis=1).max(initial=0.0)) for points in local)
     for layer, points in zip(layers, local, strict=True):
         if layer.triangles is not None:
-            renderer.AddActor(_triangles(layer, points, layer.triangles))
+            _add_triangles(plotter, layer, points, layer.triangles)
         if layer.dots:
-            renderer.AddActor(_dots(layer, points + LIFT * reach * camera.towards))
+            _add_dots(plotter, layer, points + LIFT * reach * camera.towards)
         if len(layer.lines):
             lift = LIFT * reach + LIFT_STEEP * layer.width * camera.metres_per_pixel
-            renderer.AddActor(_lines(layer, points + lift * camera.towards))
+            _add_lines(plotter, layer, points + lift * camera.towards)
+    if any(layer.opacity < 1.0 for layer in layers):
+        # pyvista copies the signature of a method of another class, with its `self`
+        plotter.enable_depth_peeling(number_of_peels=6)  # type: ignore[call-arg]
     return reach
 
 
-def _triangles(layer: Layer, points: np.ndarray, triangles: np.ndarray) -> vtkActor:
-    """Shaded triangles; creases of units stay sharp: `sharp` splits their vertices."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+def _add_triangles(
+    plotter: Plotter, layer: Layer, points: np.ndarray, triangles: np.ndarray
+) -> None:
+    import pyvista
 
-    mesh = _mesh(points)
-    mesh.SetPolys(_cells(triangles))
+    mesh = pyvista.PolyData.from_regular_faces(points, triangles)
+    shades = None
     if layer.shades is not None:
-        # with the mesh: normals may split its points
-        shades = np.round(255.0 * layer.shades).astype(np.uint8)
-        mesh.GetPointData().SetScalars(numpy_to_vtk(shades))  # type: ignore[no-untyped-call]
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(mesh)
-    normals.SetSplitting(layer.sharp)
-    normals.SetFeatureAngle(FEATURE_ANGLE)
-    normals.ConsistencyOff()
-    normals.Update()
+        # with the mesh: `sharp` splits its points
+        mesh.point_data["shades"] = np.round(255.0 * layer.shades).astype(np.uint8)
+        shades = "shades"
 
-    actor = _actor(normals.GetOutput(), layer, shaded=True)
-    look = actor.GetProperty()
-    look.SetInterpolationToPhong()
-    look.SetAmbient(0.42)
-    look.SetDiffuse(0.68)
-    look.SetSpecular(0.0)
-    return actor
-
-
-def _dots(layer: Layer, points: np.ndarray) -> vtkActor:
-    mesh = _mesh(points)
-    mesh.SetVerts(_cells(np.arange(len(points))[:, None]))
-    actor = _actor(mesh, layer)
-    actor.GetProperty().SetPointSize(layer.width * OVERSAMPLING)
-    return actor
-
-
-def _lines(layer: Layer, points: np.ndarray) -> vtkActor:
-    mesh = _mesh(points)
-    mesh.SetLines(_cells(layer.lines))
-    actor = _actor(mesh, layer)
-    actor.GetProperty().SetLineWidth(layer.width * OVERSAMPLING)
-    return actor
+    # smooth normals, but creases of units stay sharp: `sharp` splits their vertices
+    mesh = mesh.compute_normals(
+        cell_normals=False,
+        split_vertices=layer.sharp,
+        feature_angle=FEATURE_ANGLE,
+        consistent_normals=False,
+        auto_orient_normals=False,
+    )
+    plotter.add_mesh(
+        mesh,
+        color=layer.colour,
+        scalars=shades,
+        rgb=shades is not None,
+        opacity=layer.opacity,
+        smooth_shading=True,
+        ambient=0.42,
+        diffuse=0.68,
+        specular=0.0,
+        reset_camera=False,
+        render=False,
+        copy_mesh=False,
+    )
 
 
-def _mesh(points: np.ndarray) -> vtkPolyData:
-    """Points of a mesh without cells."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
+def _add_dots(plotter: Plotter, layer: Layer, points: np.ndarray) -> None:
+    plotter.add_points(
+        points,
+        color=layer.colour,
+        opacity=layer.opacity,
+        point_size=layer.width * OVERSAMPLING,
+        render_points_as_spheres=False,
+        lighting=False,
+        reset_camera=False,
+        render=False,
+    )
 
-    places, mesh = vtkPoints(), vtkPolyData()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points)))  # type: ignore[no-untyped-call]
-    mesh.SetPoints(places)
-    return mesh
 
+def _add_lines(plotter: Plotter, layer: Layer, points: np.ndarray) -> None:
+    import pyvista
 
-def _cells(rows: np.ndarray | Sequence[np.ndarray]) -> vtkCellArray:
-    """Cells by the rows of their points: a table, or one array for each cell."""
-    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonDataModel import vtkCellArray
+    mesh = pyvista.PolyData(points)
 
-    if isinstance(rows, np.ndarray):
-        starts = np.arange(0, rows.size + 1, rows.shape[1])
-        corners = np.ascontiguousarray(rows).reshape(-1)
+    # without this, pyvista draws a dot at every point
+    mesh.verts = np.empty(0, dtype=np.int64)
+
+    # VTK wants each line as its number of points, then their rows
+    if isinstance(layer.lines, np.ndarray):
+        mesh.lines = np.insert(layer.lines, 0, 2, axis=1).ravel()
     else:
-        starts = np.cumsum([0, *map(len, rows)])
-        corners = np.concatenate(rows)
-    cells = vtkCellArray()
-    numbers = (a.astype(np.int64, copy=False) for a in (starts, corners))
-    cells.SetData(*map(numpy_to_vtkIdTypeArray, numbers))
-    return cells
+        mesh.lines = np.concatenate([np.insert(line, 0, len(line)) for line in layer.lines])
+    plotter.add_mesh(
+        mesh,
+        color=layer.colour,
+        opacity=layer.opacity,
+        line_width=layer.width * OVERSAMPLING,
+        lighting=False,
+        reset_camera=False,
+        render=False,
+        copy_mesh=False,
+    )
 
 
-def _actor(mesh: vtkPolyData, layer: Layer, *, shaded: bool = False) -> vtkActor:
-    """A mesh in the colours of its layer; without `shaded` no light changes them."""
-    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
-
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(mesh)
-    mapper.SetScalarVisibility(shaded and layer.shades is not None)
-    mapper.SetColorModeToDirectScalars()
-    actor.SetMapper(mapper)
-    look = actor.GetProperty()
-    look.SetColor(*layer.colour)
-    look.SetOpacity(layer.opacity)
-    look.SetLighting(shaded)
-    return actor
-
-
-def _point_camera(renderer: vtkRenderer, camera: Camera, reach: float) -> None:
-    eye = renderer.GetActiveCamera()
+def _point_camera(plotter: Plotter, camera: Camera, reach: float) -> None:
+    eye = plotter.camera
     distance = 3.0 * max(reach, 1.0)
 
     # the distance changes nothing in a parallel projection; it only clears the model
-    eye.SetPosition(*(distance * camera.towards))
-    eye.SetFocalPoint(0.0, 0.0, 0.0)
-    eye.SetViewUp(*camera.up)
-    eye.ParallelProjectionOn()
+    eye.position = tuple(distance * camera.towards)
+    eye.focal_point = (0.0, 0.0, 0.0)
+    eye.up = tuple(camera.up)
+    eye.parallel_projection = True
 
     # VTK's scale: half the height of the picture [m]
-    eye.SetParallelScale(camera.size[1] * camera.metres_per_pixel / 2.0)
+    eye.parallel_scale = camera.size[1] * camera.metres_per_pixel / 2.0
+    plotter.renderer.camera_set = True
 
     # depth is stored as a fraction of this range: a tight one separates near surfaces
-    eye.SetClippingRange(distance - 1.1 * max(reach, 1.0), distance + 1.1 * max(reach, 1.0))
+    eye.clipping_range = (distance - 1.1 * max(reach, 1.0), distance + 1.1 * max(reach, 1.0))
 
 
-def _light(renderer: vtkRenderer) -> None:
+def _light(plotter: Plotter) -> None:
     """Add a key light from the upper left, as in shaded maps, and a weak light against it."""
-    from vtkmodules.vtkRenderingCore import vtkLight
+    import pyvista
 
     # lights fixed to the camera: the same shading from all directions of view
-    renderer.AutomaticLightCreationOff()
     for position, intensity in (((-0.65, 0.9, 0.75), 0.93), ((0.8, -0.1, 0.8), 0.38)):
-        light = vtkLight()
-        light.SetLightTypeToCameraLight()
-        light.SetPosition(*position)
-        light.SetIntensity(intensity)
-        light.SetColor(1.0, 1.0, 1.0)
-        renderer.AddLight(light)
+        light = pyvista.Light(
+            position=position, light_type="camera light", intensity=intensity, color="white"
+        )
+        plotter.add_light(light)
 
 
-def _peel(window: vtkRenderWindow, renderer: vtkRenderer) -> None:
-    """Tell transparent surfaces apart by their depth."""
-    window.AlphaBitPlanesOn()
-    renderer.UseDepthPeelingOn()
-    renderer.SetMaximumNumberOfPeels(PEELS)
-    renderer.SetOcclusionRatio(0.0)
-
-
-def _pixels(window: vtkRenderWindow, eye: vtkCamera, transparent: bool) -> np.ndarray:
+def _pixels(plotter: Plotter, transparent: bool) -> np.ndarray:
     """Draw part after part, and return the pixels (height, width, 3 or 4) from the top, uint8.
 
     The driver has up to a dozen buffers of the size of the window.
@@ -243,6 +211,8 @@ def _pixels(window: vtkRenderWindow, eye: vtkCamera, transparent: bool) -> np.nd
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
     n, m = OVERSAMPLING, MARGIN
+    window, eye = plotter.render_window, plotter.camera
+    assert window is not None  # the plotter is open
     wide, high = window.GetActualSize()
     width, height = wide - 2 * m, high - 2 * m
     image = np.empty((n * height, n * width, 4 if transparent else 3), dtype=np.uint8)

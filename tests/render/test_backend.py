@@ -75,16 +75,6 @@ def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
     assert done.stdout.strip() == "[]", done.stderr
 
 
-def test_a_picture_loads_those_modules_of_vtk_that_draw(tmp_path):
-    """pyvista and the modules that it loads take 120 MB and half a second."""
-    path = tmp_path / "ramp.png"
-    done = run(DRAW.format(path=str(path)) + "import sys; print(*sys.modules)")
-    assert path.is_file(), done.stderr
-    loaded = done.stdout.split()
-    assert "vtkmodules.vtkRenderingOpenGL2" in loaded
-    assert not {"pyvista", "vtk", "vtkmodules.all"} & set(loaded)
-
-
 def test_no_library_names_what_is_missing_and_the_package(monkeypatch, forgetful):
     monkeypatch.setattr(backend, "EGL", Backend("egl", EGL.window, ("libEGLnowhere.so.1",)))
     monkeypatch.setattr(backend, "OSMESA", Backend("osmesa", OSMESA.window, ("libOSnowhere.so",)))
