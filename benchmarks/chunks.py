@@ -175,7 +175,7 @@ def main() -> None:
         write_store(path, asked.nodes, asked.rim, asked.rotated)
     for bounds in asked.folder.glob(f"{path.name}.*.geosurf-bounds"):
         bounds.unlink()
-    print("| what | wall [s] | x reading | processor [s] | x reading | largest memory [MB] |")
+    print("| what | wall [s] | x reading | processor [s] | x reading | largest memory [MiB] |")
     print("|---|---|---|---|---|---|")
     once = row("reading the store once", "read", path, None)
     row("curves, first time", "curves", path, once)
