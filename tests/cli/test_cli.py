@@ -391,7 +391,8 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
     loaded = set(done.stdout.splitlines()[-1].split())
     heavy = {"xarray", "pandas", "matplotlib", "pyvista", "vtkmodules", "meshio"}
     assert not heavy & loaded
-    assert not {name for name in loaded if f"{name}.".startswith(NOT_FOR_ALL)}
+    found = {name for name in loaded if f"{name}.".startswith(NOT_FOR_ALL)}
+    assert found <= {"geosurf.sheets.faults"}  # its own file has only the words that users may give
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("certificate.txt", "curves.vtp", "report", "units", "units.vtm"),
         *("volumes.csv", "volumes.nc"),
