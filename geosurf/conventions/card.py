@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 
 from geosurf.conventions.colours import RGB
-from geosurf.conventions.text import escape
 
 MOST = 30  # rows; a model may have thousands of units
 CELL = "padding:1px 8px;border:0;font-variant-numeric:tabular-nums"

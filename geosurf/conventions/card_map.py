@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from html import escape
 
 import numpy as np
 
 from geosurf.conventions.colours import fault
-from geosurf.conventions.text import escape
 
 SIZE, MARGIN = 220.0, 8.0  # of the longer side [pixels]
 

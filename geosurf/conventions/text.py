@@ -8,9 +8,6 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-# "&" first, which all others contain
-_ENTITIES = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;"), ("'", "&#x27;"))
-
 
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
     """Return ' Did you mean ...?' for a misspelt word, or '' if no known word is close.
@@ -28,21 +25,6 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
         plain = {name.casefold(): name for name in reversed(names)}
         close = [plain[one] for one in difflib.get_close_matches(str(word).casefold(), plain, n=1)]
     return f" Did you mean {close[0]!r}?" if close else ""
-
-
-def escape(text: str) -> str:
-    """Return text for HTML and XML, in quotes or between tags.
-
-    As `html.escape`; that module loads a table of all entities.
-
-    Examples
-    --------
-    >>> escape('<a href="b&c">')
-    '&lt;a href=&quot;b&amp;c&quot;&gt;'
-    """
-    for character, entity in _ENTITIES:
-        text = text.replace(character, entity)
-    return text
 
 
 def counted(n: int, word: str) -> str:

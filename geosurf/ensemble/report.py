@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import counted
 from geosurf.conventions.packages import need_plots
 from geosurf.conventions.running import running
-from geosurf.conventions.text import escape
 from geosurf.ensemble.charts import (
     detail_chart,
     juxtaposition_chart,

@@ -17,7 +17,8 @@ from geosurf.model.chunk_store import STAYS
 from geosurf.read._guard import refuse_beyond_memory
 from geosurf.read._hdf5 import refuse_empty
 from geosurf.read._in_parts import chunks_of
-from geosurf.read.netcdf import DAMAGE, horizon_of
+from geosurf.read._netcdf_file import DAMAGE
+from geosurf.read.netcdf import horizon_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

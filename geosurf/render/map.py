@@ -28,6 +28,7 @@ from geosurf.render.map_frame import (
 )
 from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, draw_on_map, overlay_of
+from geosurf.render.palette import RGB
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.remedies import draw_remedies
 from geosurf.render.surface_layers import thinned
@@ -356,12 +357,31 @@ def _draw_curves(
         if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2])
 
-    # the name goes next to the longest line, 9 design pixels to the right, or to the left where it
-    # would leave the map; the longest lines first, no name over another: the legend has them all
+    _name_lines(sheet, axes, {curves.names[other]: one for other, one in longest.items()}, colours)
+
+    # faults first: where the legend has no room, horizons are the ones that are only counted
+    met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
+    return [
+        Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
+        for name, length in ((curves.names[k], others[k]) for k in met_here)
+    ]
+
+
+def _name_lines(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    longest: dict[str, tuple[float, np.ndarray]],
+    colours: dict[str, RGB],
+) -> None:
+    """Write the name of each other surface next to its longest line.
+
+    It goes 9 design pixels to the right, or to the left where it would leave the map; the longest
+    lines first, and no name over another: the legend has them all.
+    """
     unit = sheet.layout.unit
-    labels = shortened_apart(curves.names[other] for other in longest)
+    labels = shortened_apart(longest)
     for other, (_, at) in sorted(longest.items(), key=lambda item: -item[1][0]):
-        label = labels[curves.names[other]]
+        label = labels[other]
         x, y = axes.transData.transform(at)
         x += 9.0 * unit
         wide, high = sheet.text_size(label, 11.5, "bold")
@@ -370,11 +390,5 @@ def _draw_curves(
         if not sheet.names.take((x, y - 0.7 * high, x + wide, y + 0.7 * high)):
             continue
         at = axes.transData.inverted().transform((x, y))
-        colour = palette.shade(colours[curves.names[other]], 1, 2)
+        colour = palette.shade(colours[other], 1, 2)
         furniture.halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
-    # faults first: where the legend has no room, horizons are the ones that are only counted
-    met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
-    return [
-        Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
-        for name, length in ((curves.names[k], others[k]) for k in met_here)
-    ]

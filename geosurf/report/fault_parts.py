@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
-from geosurf.conventions.text import escape
 from geosurf.model.protocols import ReportedModel
 from geosurf.report import fault_tables, page
 from geosurf.report.table import Table

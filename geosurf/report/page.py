@@ -6,10 +6,10 @@ import base64
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 
 from geosurf.conventions import counted
-from geosurf.conventions.text import escape
 from geosurf.errors import InputError
 from geosurf.report.assets import asset, document, viewer_script
 from geosurf.report.table import Table

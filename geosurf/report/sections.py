@@ -7,11 +7,11 @@ changed, how the model fits the wells, each fault, the proof, and the run.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from html import escape
 from pathlib import Path
 
 from geosurf.conventions import counted
 from geosurf.conventions.crs import label
-from geosurf.conventions.text import escape
 from geosurf.model import Certificate
 from geosurf.model.protocols import ReportedModel
 from geosurf.report import fault_tables, input_tables, page, run_tables, tables, well_tables

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 
-from geosurf.conventions.text import escape
 from geosurf.errors import InputError
 from geosurf.model.expected import path_of
 

@@ -20,7 +20,7 @@ shared_area.py  the default area: the outline that all horizons share
 inward.py       polygons that shrink: fewer corners, sides moved inward
 cover.py        the largest axis-parallel rectangle that grids cover
 rims.py         sides along the rim of a horizon, moved off it by a stated amount
-reproject.py    easting and northing in another coordinate reference system
+reprojection.py easting and northing in another coordinate reference system
 contacts.py     fluid contacts: levels and grids
 degenerate.py   triangles without area, found exactly
 ==============  ==================================================
@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.triangulate.fault_polygons import fault_from_polygons as fault_from_polygons
     from geosurf.triangulate.horizon import triangulate_horizon as triangulate_horizon
     from geosurf.triangulate.orient import orient_fault as orient_fault
-    from geosurf.triangulate.reproject import reproject as reproject
+    from geosurf.triangulate.reprojection import reproject as reproject
     from geosurf.triangulate.sticks import triangulate_sticks as triangulate_sticks
     from geosurf.triangulate.walls import build_walls as build_walls
 else:
@@ -48,7 +48,7 @@ else:
             "fault_from_polygons": "fault_polygons",
             "triangulate_horizon": "horizon",
             "orient_fault": "orient",
-            "reproject": "reproject",
+            "reproject": "reprojection",
             "triangulate_sticks": "sticks",
             "build_walls": "walls",
         },

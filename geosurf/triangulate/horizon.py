@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from geosurf.conventions import (
     first_given,
     is_number,
     metres_per_unit,
-    place,
     rising_diagonal,
 )
 from geosurf.conventions.crs import crs_of
@@ -23,14 +21,18 @@ from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import flag_of, name_of
 from geosurf.triangulate.chunked import chunked_lattice, chunked_map, stays_in_store
 from geosurf.triangulate.coarsen import coarsen_lattice
-from geosurf.triangulate.degenerate import map_turns
+from geosurf.triangulate.horizon_checks import (
+    check_array,
+    check_axis,
+    check_cells,
+    check_values,
+)
 from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
 from geosurf.triangulate.neighbours import own_form
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-_Corner = tuple[slice, slice]
 EXTRAPOLATED = "extrapolated"  # the coordinate of a grid that marks nodes without data
 
 
@@ -132,7 +134,7 @@ def triangulate_horizon(
     da = own_form(da, title, "horizon", positive)
     if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
-    _check_array(da, what)
+    check_array(da, what)
     chunked = stays_in_store(da) if lazy is None else flag_of(lazy, "lazy")
 
     # Attributes of the array say what its numbers mean, unless arguments do.
@@ -148,13 +150,13 @@ def triangulate_horizon(
     lattice = _lattice_of(easting, northing, np.asarray(da.values, dtype=np.float64), scale)
     # Only 1-D axes have an order to check; the check costs a pass, so floats decide first.
     if easting.ndim == 1 and not lattice.has_rising_axes:
-        _check_axis("easting", easting, what)
-        _check_axis("northing", northing, what)
-    _check_values(lattice, what)
+        check_axis("easting", easting, what)
+        check_axis("northing", northing, what)
+    check_values(lattice, what)
 
     # The diagonal of the cells follows from the coordinates, not from the order of rows.
     lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
-    _check_cells(lattice, what)
+    check_cells(lattice, what)
 
     if tolerance > 0:
         made = coarsen_lattice(title, lattice, tolerance)
@@ -222,7 +224,7 @@ def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface
     else:
         axes = _coordinates(da, what)
         for key, axis in zip(("easting", "northing"), axes, strict=True):
-            _check_axis(key, axis, what)
+            check_axis(key, axis, what)
         lattice = chunked_lattice(da, axes, scale, title)
         lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
     if lattice.n_triangle == 0:
@@ -232,52 +234,6 @@ def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface
     made = TriSurface(title, "horizon", lattice=lattice)
     made.crs = crs_of(da)
     return made
-
-
-def _check_array(da: Any, what: str) -> None:
-    """Refuse what is not a two-dimensional array of numbers."""
-    # of the class: to ask an array itself for its values would read them
-    values = hasattr(type(da), "values") or hasattr(da, "values")
-    if not (values and all(hasattr(da, key) for key in ("dims", "coords", "attrs"))):
-        if isinstance(da, str | PathLike):
-            raise HorizonError(
-                f"{what}: found the path {str(da)!r}, expected the content of the file. Read "
-                "it with geosurf.read_horizon(path)."
-            )
-        raise HorizonError(
-            f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "
-            "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
-            "'easting': x}, attrs={'units': 'm', 'positive': 'up'})."
-        )
-
-    # Scattered points and Datasets look like arrays, but need another step first.
-    if not hasattr(da, "dtype") and tuple(getattr(da, "sizes", ())) == ("point",):
-        raise HorizonError(
-            f"{what}: found scattered points, expected a grid. Make a horizon with "
-            "tear_horizon(points, faults); without faults pass faults={}."
-        )
-    if not hasattr(da, "dtype"):
-        raise HorizonError(
-            f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one "
-            "array. Select it with ds['name']."
-        )
-
-    if da.dtype.kind not in "fiu":
-        raise HorizonError(
-            f"{what}: values have dtype {da.dtype}, expected numbers. "
-            "Convert them with da.astype(float)."
-        )
-    if len(da.dims) != 2:
-        raise HorizonError(
-            f"{what}: dims are {tuple(da.dims)}, expected two: {HORIZON_DIMS}. "
-            "Drop others with da.isel(...) or da.squeeze()."
-        )
-
-    if min(da.shape) < 2:
-        raise HorizonError(
-            f"{what}: the grid has {da.shape[0]} x {da.shape[1]} nodes, expected 2 x 2 or "
-            "more. Read a larger part of the grid."
-        )
 
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
@@ -354,114 +310,3 @@ def _factor_of(coord: Any, what: str) -> float:
         return metres_per_unit(length_unit, what)
     except InputError as error:
         raise HorizonError(str(error)) from error
-
-
-def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
-    """Refuse a 1-D coordinate that is not finite, or neither increases nor decreases."""
-    bad = np.flatnonzero(~np.isfinite(axis))
-    if len(bad):
-        raise HorizonError(
-            f"{what}: {key}[{bad[0]}] is {axis[bad[0]]}. Coordinates of nodes must be finite; "
-            f"drop the row or column with da.isel({key}=...)."
-        )
-
-    # Strictly increasing or strictly decreasing, by the direction of the ends.
-    way = 1.0 if axis[-1] >= axis[0] else -1.0
-    bad = np.flatnonzero(way * np.diff(axis) <= 0)
-    if len(bad):
-        i = int(bad[0])
-        verb = "decreases" if way > 0 else "increases"
-        remedy = f"Sort it with da.sortby({key!r})."
-        if axis[i + 1] == axis[i]:
-            verb, remedy = "repeats", f"Keep one with da.drop_duplicates({key!r})."
-        raise HorizonError(
-            f"{what}: {key} {verb} at index {i + 1}: {axis[i]:g} is followed by "
-            f"{axis[i + 1]:g}, expected values that only increase, or only decrease. {remedy}"
-        )
-
-
-def _check_values(lattice: Lattice, what: str) -> None:
-    """Refuse infinite nodes, nodes without a place, and grids without a single node."""
-    if lattice.whole:
-        return
-
-    (x, y), elevation = lattice.horizontal(), lattice.elevation
-
-    # NaN is absence; an infinite value is a mistake in the data
-    infinite = np.isinf(elevation) | np.isinf(x) | np.isinf(y)
-    if infinite.any():
-        i, j = map(int, np.argwhere(infinite)[0])
-        raise HorizonError(
-            f"{what}: {int(infinite.sum())} nodes are infinite, the first is node ({i}, {j}) "
-            f"at {place((x[i, j], y[i, j], elevation[i, j]))}. Set missing nodes to NaN: "
-            "da.where(np.isfinite(da))."
-        )
-
-    present = np.isfinite(elevation)
-    if not present.any():
-        raise HorizonError(
-            f"{what}: all {elevation.size} nodes are NaN. Check the no-data value of the file."
-        )
-
-    lost = present & ~(np.isfinite(x) & np.isfinite(y))
-    if lost.any():
-        i, j = map(int, np.argwhere(lost)[0])
-        raise HorizonError(
-            f"{what}: {int(lost.sum())} nodes have a value but no position, the first is node "
-            f"({i}, {j}), easting {x[i, j]}, northing {y[i, j]}. Give the position, or set the "
-            "value to NaN."
-        )
-
-
-def _check_cells(lattice: Lattice, what: str) -> None:
-    """Refuse a grid without triangles, and a curvilinear one that folds over itself."""
-    if lattice.n_triangle == 0:
-        n = lattice.present
-        n_node = int(n.sum())
-        raise HorizonError(
-            f"{what}: no triangle has its three nodes: only {n_node} of {n.size} nodes are "
-            "present, and they are scattered. Grid them first, or check the NaN mask."
-        )
-    # axes were found to rise strictly; only curvilinear grids can fold
-    if (
-        lattice.easting.ndim == 1
-        or lattice.is_graph
-        or _clearly_unfolded(lattice, _half_cells(lattice))
-    ):
-        return
-
-    # floats could not decide: exact signs of all triangles
-    corners = lattice.build_vertices()[lattice.build_triangles()]
-    turns = map_turns(corners)
-    bad = np.flatnonzero(turns <= 0)
-    if len(bad):
-        kind = "turned over" if turns[bad[0]] < 0 else "without area in the map"
-        raise HorizonError(
-            f"{what}: the grid is folded: {len(bad)} of {len(turns)} triangles are {kind}, the "
-            f"first at {place(corners[bad[0]].mean(axis=0))}. Check the 2-D coordinates there, "
-            "or set those nodes to NaN."
-        )
-
-
-def _half_cells(lattice: Lattice) -> tuple[tuple[_Corner, _Corner, _Corner], ...]:
-    """Corners of the two triangles of all cells, as slices of the nodes."""
-    low, high = slice(None, -1), slice(1, None)
-    a, b, c, d = (low, low), (low, high), (high, high), (high, low)
-    return ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))
-
-
-def _clearly_unfolded(
-    lattice: Lattice, halves: tuple[tuple[_Corner, _Corner, _Corner], ...]
-) -> bool:
-    """Whether floats alone show that all triangles turn one way; no triangle is built."""
-    # Both halves of all cells at once: the cross product of two sides, with a bound on its
-    # rounding.
-    x, y, n = lattice.easting, lattice.northing, lattice.present
-    sign = 1.0 if lattice.right_handed else -1.0
-    for a, b, c in halves:
-        plus = (x[b] - x[a]) * (y[c] - y[a])
-        minus = (y[b] - y[a]) * (x[c] - x[a])
-        clear = sign * (plus - minus) > 1e-12 * (np.abs(plus) + np.abs(minus))
-        if not clear[n[a] & n[b] & n[c]].all():
-            return False
-    return True

@@ -9,12 +9,12 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Mapping, Sequence
+from html import escape
 from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.text import escape
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
 from geosurf.write._files import FileSet
 from geosurf.write.written import Loss

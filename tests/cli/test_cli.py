@@ -369,7 +369,7 @@ NOT_FOR_ALL = (
     *(f"geosurf.scenario.{part}" for part in ("grid.", "new", "region_units", "sealed")),
     *(f"geosurf.scene.{part}" for part in ("horizon_ends", "compartment_ends", "virtual_walls")),
     *("geosurf.faults.split", "geosurf.faults.virtual", "geosurf.model.distributions"),
-    *("geosurf.triangulate.fault_polygons", "geosurf.triangulate.reproject"),
+    *("geosurf.triangulate.fault_polygons", "geosurf.triangulate.reprojection"),
 )
 
 

@@ -325,7 +325,7 @@ def test_no_netcdf_at_all(tmp_path):
 def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch, there):
     """h5netcdf may be installed without h5py, which it reads with."""
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
-    monkeypatch.setattr("geosurf.read.netcdf.find_spec", lambda name: name in there or None)
+    monkeypatch.setattr("geosurf.read._netcdf_file.find_spec", lambda name: name in there or None)
     with pytest.raises(DependencyError, match=r'h5netcdf or netcdf4.*pip install "geosurf\[io\]"'):
         gs.read_horizon(path)
 

@@ -191,9 +191,11 @@ def test_a_name_without_letters_in_the_font_says_what_to_do(top):
 
 @pytest.mark.parametrize("name", ["Верх", "Κορυφή", "قمة"])
 def test_cyrillic_greek_and_arabic_have_letters(top, name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        plot_map(top.renamed(name), size=SMALL)._repr_png_()
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        picture = plot_map(top.renamed(name), size=SMALL)._repr_png_()
+    assert [str(one.message) for one in found] == []
+    assert picture != plot_map(top.renamed("Top"), size=SMALL)._repr_png_()
 
 
 def test_a_matplotlib_that_cannot_join_letters_is_warned_of(top, monkeypatch):

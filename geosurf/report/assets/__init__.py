@@ -15,9 +15,8 @@ from __future__ import annotations
 import base64
 import hashlib
 from functools import cache
+from html import escape
 from pathlib import Path
-
-from geosurf.conventions.text import escape
 
 
 @cache
