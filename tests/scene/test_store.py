@@ -177,7 +177,7 @@ def test_nothing_waits_for_the_garbage_collector():
             scene = scene.replace(horizons={"Top": top})
             _ = scene.units, scene.curves, scene.thickness("Top/Middle", 500.0), scene.warnings
 
-    chain(2)  # what is loaded on the way leaves rings behind
+    chain(5)  # the same work before: what is loaded on the way leaves rings behind
     gc.collect()
     gc.disable()
     try:
