@@ -13,9 +13,9 @@ from geosurf.read import otherwise, read_horizon, read_nodes, read_points
 from geosurf.scenario.fault_inputs import fault_of
 from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.step_log import OnStep
+from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
 from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.truncations import truncations_of
-from geosurf.scenario.validate import faults_reaching, filling_of, is_torn_as_picked
+from geosurf.scenario.truncations import faults_reaching, truncations_of
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
 from geosurf.scene.result_cache import ResultCache

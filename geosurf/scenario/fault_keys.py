@@ -13,6 +13,7 @@ from geosurf.conventions import METRES_PER_UNIT
 from geosurf.model.faults import SIDES
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
+from geosurf.scenario.tables import tables
 from geosurf.scenario.values import KeyPath, above_zero_or_none
 
 # `strike` stands for both ends along strike.
@@ -98,7 +99,7 @@ class FaultInput:
     )
     polygons: tuple[PolygonInput, ...] = key(
         "Polygons of the fault, one for each horizon, in place of `file`.",
-        values.tables(PolygonInput),
+        tables(PolygonInput),
         default=(),
     )
     positive: str | None = positive_key()

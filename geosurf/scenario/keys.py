@@ -33,6 +33,7 @@ from geosurf.scenario.grid_keys import GridInput
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
 from geosurf.scenario.picture_keys import PictureSettings
 from geosurf.scenario.sliver_keys import SliversInput
+from geosurf.scenario.tables import table, tables
 from geosurf.scenario.tear_keys import TearSettings, ThrowInput
 from geosurf.scenario.well_keys import WellsInput
 
@@ -256,20 +257,18 @@ class Scenario:
     )
 
     # surfaces: horizons and faults, or a sealed model in their place
-    horizons: tuple[HorizonInput, ...] = key(
-        "Youngest first.", values.tables(HorizonInput), default=()
-    )
-    faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
+    horizons: tuple[HorizonInput, ...] = key("Youngest first.", tables(HorizonInput), default=())
+    faults: tuple[FaultInput, ...] = key("In any order.", tables(FaultInput), default=())
     model: ModelInput | None = key(
-        "A sealed model of another program.", values.table(ModelInput), default=None
+        "A sealed model of another program.", table(ModelInput), default=None
     )
 
     # what is done to them before the model is built
     truncations: tuple[TruncationInput, ...] = key(
-        "Faults that end at others.", values.tables(TruncationInput), default=()
+        "Faults that end at others.", tables(TruncationInput), default=()
     )
     network: NetworkInput = key(
-        "Proposals for the fault network.", values.table(NetworkInput), default=NetworkInput()
+        "Proposals for the fault network.", table(NetworkInput), default=NetworkInput()
     )
     compartments: bool | dict[str, Any] = key(
         "Faults that die inside the model and separate regions all the same: a virtual wall "
@@ -279,41 +278,39 @@ class Scenario:
         default=False,
     )
     tear: TearSettings | None = key(
-        "Horizons torn as they were picked.", values.table(TearSettings), default=None
+        "Horizons torn as they were picked.", table(TearSettings), default=None
     )
     throws: tuple[ThrowInput, ...] = key(
-        "Throw of faults, youngest first.", values.tables(ThrowInput), default=()
+        "Throw of faults, youngest first.", tables(ThrowInput), default=()
     )
 
     # what is built, and where
-    contacts: tuple[ContactInput, ...] = key(
-        "From the top down.", values.tables(ContactInput), default=()
-    )
-    tops: TopsInput | None = key("Well tops.", values.table(TopsInput), default=None)
-    wells: WellsInput | None = key("Paths of wells.", values.table(WellsInput), default=None)
+    contacts: tuple[ContactInput, ...] = key("From the top down.", tables(ContactInput), default=())
+    tops: TopsInput | None = key("Well tops.", table(TopsInput), default=None)
+    wells: WellsInput | None = key("Paths of wells.", table(WellsInput), default=None)
     slivers: SliversInput = key(
-        "Units that are too small to count.", values.table(SliversInput), default=SliversInput()
+        "Units that are too small to count.", table(SliversInput), default=SliversInput()
     )
-    grid: GridInput | None = key("A simulation grid.", values.table(GridInput), default=None)
+    grid: GridInput | None = key("A simulation grid.", table(GridInput), default=None)
     aoi: AreaOfInterest | None = key(
-        "A polygon that the model fills.", values.table(AreaOfInterest), default=None
+        "A polygon that the model fills.", table(AreaOfInterest), default=None
     )
-    box: BoxRanges | None = key("The model box.", values.table(BoxRanges), default=None)
+    box: BoxRanges | None = key("The model box.", table(BoxRanges), default=None)
     ensemble: EnsembleSettings | None = key(
-        "Many realisations.", values.table(EnsembleSettings), default=None
+        "Many realisations.", table(EnsembleSettings), default=None
     )
     uncertain: tuple[UncertainInput, ...] = key(
-        "What varies in an ensemble.", values.tables(UncertainInput), default=()
+        "What varies in an ensemble.", tables(UncertainInput), default=()
     )
     search: SearchSettings = key(
-        "How candidates are found.", values.table(SearchSettings), default=SearchSettings()
+        "How candidates are found.", table(SearchSettings), default=SearchSettings()
     )
     output: OutputSettings = key(
-        "Which pictures and files are made.", values.table(OutputSettings), default=OutputSettings()
+        "Which pictures and files are made.", table(OutputSettings), default=OutputSettings()
     )
 
     pictures: PictureSettings = key(
-        "What pictures look like.", values.table(PictureSettings), default=PictureSettings()
+        "What pictures look like.", table(PictureSettings), default=PictureSettings()
     )
 
     @property

@@ -12,12 +12,8 @@ from geosurf.model.tear_plan import TearPlan
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep
-from geosurf.scenario.validate import (
-    faults_reaching,
-    filling_of,
-    horizon_rules_of,
-    is_torn_as_picked,
-)
+from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
+from geosurf.scenario.truncations import faults_reaching, horizon_rules_of
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.result_cache import ResultCache

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from geosurf.faults.halves import halves_of
+from geosurf.faults.rules import Rule, faults_at, read_truncations
 from geosurf.scenario.fault_keys import FaultInput
 from geosurf.scenario.keys import Scenario, TruncationInput
 
@@ -70,4 +71,26 @@ def _in_file(entry: FaultInput) -> str | None:
     return None if entry.file is None else entry.name_in_file or entry.name
 
 
-__all__ = ["truncations_of", "with_halves"]
+def rules_of(scenario: Scenario) -> tuple[Rule, ...]:
+    """Return the truncations of a scenario, checked: by faults and by horizons."""
+    faults, horizons = (
+        [entry.name for entry in entries] for entries in (scenario.faults, scenario.horizons)
+    )
+    return read_truncations(truncations_of(scenario), faults, horizons)
+
+
+def horizon_rules_of(scenario: Scenario) -> tuple[Rule, ...]:
+    """Return the truncations of faults by horizons."""
+    horizons = [entry.name for entry in scenario.horizons]
+    return tuple(rule for rule in rules_of(scenario) if rule.main in horizons)
+
+
+def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
+    """Return the faults that no horizon ends before they reach a horizon."""
+    horizons = [entry.name for entry in scenario.horizons]
+    # A fault that ends at a younger horizon does not reach the ones above it.
+    ending = faults_at(horizon, horizons, horizon_rules_of(scenario))
+    return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
+
+
+__all__ = ["faults_reaching", "horizon_rules_of", "rules_of", "truncations_of", "with_halves"]

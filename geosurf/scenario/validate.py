@@ -12,22 +12,19 @@ from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
-from geosurf.faults.rules import Rule, faults_at, read_truncations
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.compartments import read_compartments
-from geosurf.model.empty_blocks import filling_by_horizon
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
 from geosurf.scenario.ensemble_keys import check_uncertain
 from geosurf.scenario.fault_keys import check_faults
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.settings import with_settings
+from geosurf.scenario.tables import read_table
+from geosurf.scenario.tear_checks import check_tears
 from geosurf.scenario.toml_mistakes import mistake_of_toml
-from geosurf.scenario.truncations import truncations_of, with_halves
-from geosurf.scenario.values import KeyPath, read_table
-
-# Keys that describe the ellipse of `elliptic_m`, and nothing else.
-ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
+from geosurf.scenario.truncations import rules_of, with_halves
+from geosurf.scenario.values import KeyPath
 
 OF_SEVERAL = (".epc", ".ts")  # files that hold several surfaces
 OF_VARIABLES = (".nc", ".zarr")  # files that hold several variables
@@ -145,7 +142,7 @@ def _check_names(scenario: Scenario) -> None:
         rules_of(scenario)
     except InputError as error:
         at.refuse(str(error))
-    _check_sheets(scenario, at)
+    check_tears(scenario, at)
 
     # pictures refer to surfaces by name, too
     surfaces = [name for _, name in named]
@@ -265,137 +262,4 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
         at.refuse(f"grid.layers: {error}")
 
 
-def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
-    """Refuse settings of ``[tear]`` and ``[[throws]]`` that contradict others."""
-    # By kind, for messages that list them.
-    known = {
-        "fault": [entry.name for entry in scenario.faults],
-        "horizon": [entry.name for entry in scenario.horizons],
-    }
-    _check_throws(scenario, known, at)
-    if scenario.tops is not None and scenario.tops.tie and scenario.throws:
-        at.refuse(
-            "tops.tie cannot be combined with [[throws]]: throw moves horizons off their tops. Set "
-            "tie = false; the report still lists the misfit of each top."
-        )
-
-    # curves of sheets are where the model has them; a tolerance would have no effect there
-    if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
-        table = "[tear]" if scenario.tear is not None else "[[throws]]"
-        at.refuse(
-            f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with {table}: curves "
-            "of torn horizons are exact, and end on their faults. Remove one of them."
-        )
-    ends = horizon_rules_of(scenario)
-    if scenario.tolerance_m is not None and ends:
-        at.refuse(
-            f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with the truncation of "
-            f"{ends[0].fault!r} by horizon {ends[0].main!r}: it would move the curve "
-            "in which the fault ends. Remove one of them."
-        )
-    if scenario.tear is None:
-        return
-    try:
-        filling_of(scenario, scenario.tear.horizons or known["horizon"])
-    except InputError as error:
-        at.refuse(f"[tear]: {error}")
-    if not known["fault"]:
-        at.refuse("[tear] needs at least one fault. Add a table [[faults]], or remove [tear].")
-    trims = scenario.tear.trim_cells
-    for name in trims if isinstance(trims, dict) else ():
-        if name not in known["fault"]:
-            guess = did_you_mean(name, known["fault"])
-            at.refuse(f"tear.trim_cells: unknown fault {name!r}; name one of the faults.{guess}")
-    for name in scenario.tear.horizons:
-        if name not in known["horizon"]:
-            guess = did_you_mean(name, known["horizon"])
-            at.refuse(f"tear.horizons: unknown horizon {name!r}; name one of the horizons.{guess}")
-
-    # a horizon is torn from its data or by throws, never both
-    for entry in scenario.throws:
-        for name in entry.horizons or known["horizon"]:
-            if is_torn_as_picked(scenario, name):
-                at.refuse(
-                    f"horizon {name!r} is torn twice: by [tear], and by the throw of "
-                    f"{entry.fault!r}. Select the horizons of each with horizons = [...]."
-                )
-
-
-def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPath) -> None:
-    """Each throw is given once, in one form, for a fault and horizons that exist."""
-    # Pairs of fault and horizon that have a throw already.
-    given = set()
-    for entry in scenario.throws:
-        label = f"throws of {entry.fault!r}"
-        for kind, names in (("fault", (entry.fault,)), ("horizon", entry.horizons)):
-            for name in names:
-                if name not in known[kind]:
-                    guess = did_you_mean(name, known[kind])
-                    at.refuse(f"{label}: unknown {kind} {name!r}; name one of the {kind}s.{guess}")
-
-        # throw has one form; lengths of the ellipse need that form
-        throws = (entry.throw_m, entry.profile_m, entry.elliptic_m)
-        if sum(throw is not None for throw in throws) != 1:
-            at.refuse(f"{label}: give exactly one of throw_m, profile_m and elliptic_m.")
-        for name in entry.horizons:
-            if entry.fault not in faults_reaching(scenario, name):
-                at.refuse(
-                    f"{label}: a truncation ends {entry.fault!r} at a horizon before it reaches "
-                    f"{name!r}. Leave {name!r} out of horizons, or remove the truncation."
-                )
-        for word in ELLIPSE if entry.elliptic_m is None else ():
-            if getattr(entry, word) is not None:
-                at.refuse(f"{label}: {word} needs elliptic_m. Add elliptic_m, or remove {word}.")
-
-        # without a list, the throw applies to all horizons
-        for name in entry.horizons or known["horizon"]:
-            if (entry.fault, name) in given:
-                at.refuse(f"{label} are given twice for horizon {name!r}; delete one.")
-            given.add((entry.fault, name))
-
-
-def is_torn_as_picked(scenario: Scenario, name: str) -> bool:
-    """Return whether ``[tear]`` tears a horizon as it was picked."""
-    tear = scenario.tear
-    return tear is not None and (not tear.horizons or name in tear.horizons)
-
-
-def filling_of(scenario: Scenario, torn: Sequence[str]) -> dict[str, bool | str]:
-    """Return what becomes of torn horizons in blocks without data, see `filling_by_horizon`."""
-    # Without [tear] nothing is filled.
-    fill = False if scenario.tear is None else scenario.tear.fill_empty_blocks
-    return filling_by_horizon(fill, torn)
-
-
-def rules_of(scenario: Scenario) -> tuple[Rule, ...]:
-    """Return the truncations of a scenario, checked: by faults and by horizons."""
-    faults, horizons = (
-        [entry.name for entry in entries] for entries in (scenario.faults, scenario.horizons)
-    )
-    return read_truncations(truncations_of(scenario), faults, horizons)
-
-
-def horizon_rules_of(scenario: Scenario) -> tuple[Rule, ...]:
-    """Return the truncations of faults by horizons."""
-    horizons = [entry.name for entry in scenario.horizons]
-    return tuple(rule for rule in rules_of(scenario) if rule.main in horizons)
-
-
-def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
-    """Return the faults that no horizon ends before they reach a horizon."""
-    horizons = [entry.name for entry in scenario.horizons]
-    # A fault that ends at a younger horizon does not reach the ones above it.
-    ending = faults_at(horizon, horizons, horizon_rules_of(scenario))
-    return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
-
-
-__all__ = [
-    "checked_scenario",
-    "faults_reaching",
-    "filling_of",
-    "horizon_rules_of",
-    "is_torn_as_picked",
-    "parsed",
-    "read_scenario",
-    "text_of",
-]
+__all__ = ["checked_scenario", "parsed", "read_scenario", "text_of"]

@@ -7,8 +7,8 @@ the dataclass. ``check.allowed`` is that statement, for messages and docs.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
@@ -19,8 +19,6 @@ from geosurf.model.empty_blocks import WAYS
 from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, check_size
 
-# keys that stand in no table
-TOP_LEVEL = ("title", "tolerance_m", "positive", "length_unit", "crs")
 # words between quotes in what a check allows
 BARE = re.compile(r'"(\w+)"')
 
@@ -284,20 +282,21 @@ def _entries(folder: Path) -> list[Path]:
     return sorted(folder.iterdir()) if folder.is_dir() else []
 
 
-def _words(allowed: tuple[str, ...]) -> str:
+def listed_words(allowed: tuple[str, ...]) -> str:
+    """Return words in quotes, with commas between them."""
     return ", ".join(repr(word) for word in allowed)
 
 
 def one_of(*allowed: str) -> Check:
     """Return the check for one word of a list."""
 
-    @check(f"one of {_words(allowed)}")
+    @check(f"one of {listed_words(allowed)}")
     def choice(at: KeyPath, value: Any) -> str | None:
         """The word, if it is allowed."""
         # A misspelt word gets a suggestion; other types get the list alone.
         if isinstance(value, str) and value not in allowed:
             guess = did_you_mean(value, allowed)
-            at.refuse(f"{at.keys} is {value!r}; it must be one of {_words(allowed)}.{guess}")
+            at.refuse(f"{at.keys} is {value!r}; it must be one of {listed_words(allowed)}.{guess}")
         return value if value in allowed else None
 
     return choice
@@ -306,7 +305,7 @@ def one_of(*allowed: str) -> Check:
 def some_of(*allowed: str) -> Check:
     """Return the check for a list of words, each at most once."""
 
-    @check(f"a list of any of {_words(allowed)}, each once")
+    @check(f"a list of any of {listed_words(allowed)}, each once")
     def choices(at: KeyPath, value: Any) -> tuple[str, ...] | None:
         """The words, if all are allowed and none comes twice."""
         if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
@@ -314,104 +313,7 @@ def some_of(*allowed: str) -> Check:
         for word in value:
             if word not in allowed:
                 guess = did_you_mean(word, allowed)
-                at.refuse(f"{at.keys} has {word!r}; it may have {_words(allowed)}.{guess}")
+                at.refuse(f"{at.keys} has {word!r}; it may have {listed_words(allowed)}.{guess}")
         return tuple(value) if len(set(value)) == len(value) else None
 
     return choices
-
-
-def table(kind: type) -> Check:
-    """Return the check for a table, ``[kind]``."""
-
-    @check("a table")
-    def one_table(at: KeyPath, value: Any) -> Any:
-        """The table as an object."""
-        if isinstance(value, list | bool):  # [[name]] and name = true are the usual slips
-            at.refuse(f"{at.keys} must be one table: write [{at.keys}] on a line of its own.")
-        return read_table(kind, at, value) if isinstance(value, Mapping) else None
-
-    # `page` and the parser find the keys of the table here.
-    one_table.kind = kind  # type: ignore[attr-defined]
-    return one_table
-
-
-def tables(kind: type) -> Check:
-    """Return the check for tables in order, ``[[kind]]``, which all have different names."""
-
-    @check("tables in double brackets")
-    def many_tables(at: KeyPath, value: Any) -> tuple[Any, ...] | None:
-        """The tables as objects."""
-        # [name] in place of [[name]] is the usual slip.
-        if not isinstance(value, list) or not all(isinstance(v, Mapping) for v in value):
-            name = at.keys
-            at.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")
-        return tuple(
-            read_table(kind, KeyPath(at.file, f"{at.keys}[{_label(row, entry)}]"), entry)
-            for row, entry in enumerate(value)
-        )
-
-    many_tables.kind = kind  # type: ignore[attr-defined]
-    return many_tables
-
-
-def _label(row: int, entry: Mapping[str, Any]) -> str:
-    """The name of a table, else its number, counted from 1."""
-    name = entry.get("name")
-    return repr(name) if isinstance(name, str) and name.strip() else f"number {row + 1}"
-
-
-def is_required(entry: Field[Any]) -> bool:
-    """Return whether a key has no default."""
-    return entry.default is MISSING
-
-
-def _belongs(word: str, at: KeyPath) -> str:
-    """Where a key belongs that is of the whole scenario; TOML puts it into the table above."""
-    if at.keys and word in TOP_LEVEL:
-        return f" {word!r} belongs to the whole scenario: write it above the first table."
-    return ""
-
-
-def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -> Any:
-    """Check all keys of a table and return its dataclass.
-
-    Parameters
-    ----------
-    kind : type
-        A dataclass of `geosurf.scenario.keys`.
-    at : KeyPath
-        The path of the table.
-    found : mapping
-        What TOML gave.
-    **more
-        Values of fields that have no key in the file.
-
-    Returns
-    -------
-    object of type `kind`
-
-    Raises
-    ------
-    ScenarioError
-        For an unknown key, a missing one, or a value that its check refuses.
-    """
-    # unknown keys first: a misspelt key also leaves another one missing
-    known = {entry.name: entry for entry in fields(kind) if "check" in entry.metadata}
-    where = f" in {at.keys}" if at.keys else ""
-    for word in found:
-        if word not in known:
-            at.refuse(
-                f"unknown key {word!r}{where}; known keys are {_words(tuple(known))}."
-                f"{did_you_mean(word, known) or _belongs(word, at)}"
-            )
-    # each value by the check of its key; defaults are those of the dataclass
-    checked = {
-        word: known[word].metadata["check"](at.inside(word), value) for word, value in found.items()
-    }
-
-    # Then keys that are missing, with what they take.
-    for word, entry in known.items():
-        if word not in found and is_required(entry):
-            allowed = entry.metadata["check"].allowed
-            at.refuse(f"{word!r} is missing{where}; give {allowed}.")
-    return kind(**checked, **more)

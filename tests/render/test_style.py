@@ -199,7 +199,7 @@ def test_cyrillic_greek_and_arabic_have_letters(top, name):
 
 
 def test_a_matplotlib_that_cannot_join_letters_is_warned_of(top, monkeypatch):
-    monkeypatch.setattr("geosurf.render.sheet._joins_letters", lambda: False)
+    monkeypatch.setattr("geosurf.render.letters._joins_letters", lambda: False)
     with pytest.warns(gs.GeosurfWarning, match="drawn from left to right.*matplotlib 3.11"):
         plot_map(top.renamed("قمة"), size=SMALL)._repr_png_()
 
