@@ -16,7 +16,8 @@ from geosurf.render.clip import Prism, as_modelled
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import check_look, draw_picture
 from geosurf.render.layers import Content, show_outline
-from geosurf.render.overlay import PictureOverlay, overlay_of, show_overlay
+from geosurf.render.overlay import PictureOverlay, overlay_of
+from geosurf.render.overlay_drawing import show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
 from geosurf.render.surface_layers import show_curves, show_patches, show_surfaces
 from geosurf.render.unit_layers import show_units

@@ -20,8 +20,9 @@ from geosurf.render import (
 )
 from geosurf.render.allan import _legend, _spread
 from geosurf.render.diagram import highest_in_view
+from geosurf.render.fault_rings import _dense, cut_by_faults
 from geosurf.render.furniture import Sheet
-from geosurf.render.isochores import _checked, _cut_by_faults, _dense
+from geosurf.render.isochores import _checked
 from geosurf.render.ticks import plain_number
 from tests.measure.worlds import faulted
 
@@ -134,11 +135,11 @@ def test_neither_contours_nor_colours_follow_a_fault_through_a_zone(scene):
     found = scene.thickness("Top/Base", 0.5)
     polygons = {name: scene.fault_polygons(name) for name in ("Top", "Base")}
     _, x, y = _checked(found)
-    cut = _cut_by_faults(x, y, polygons)
+    cut = cut_by_faults(x, y, polygons)
     whole = np.nansum(found.values, axis=0)
     np.testing.assert_allclose(whole[~cut], 10.0, atol=1e-9)
     assert 0.0 < (cut & (whole > 9.999)).mean() < 0.15  # a cell or two on either side
-    assert not _cut_by_faults(x, y, {}).any()
+    assert not cut_by_faults(x, y, {}).any()
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -172,7 +173,7 @@ def test_nodes_between_polygons_are_those_that_all_distances_find(seed):
         nearest = to[0].argmin(axis=1)
         expected |= to[0].min(axis=1) + to[1].min(axis=1) <= across[nearest] + 2.0
 
-    cut = _cut_by_faults(x, y, {"Top": top, "Base": base}).ravel()
+    cut = cut_by_faults(x, y, {"Top": top, "Base": base}).ravel()
     assert cut.any()
     assert (cut != expected).sum() == 0
 

@@ -16,7 +16,8 @@ from geosurf.render import palette, render_scene, render_surfaces, render_units
 from geosurf.render.colouring import Selection, check_colour_by
 from geosurf.render.map import plot_map
 from geosurf.render.names import shortened_apart
-from geosurf.render.overlay import PictureOverlay, _crossings, _projected
+from geosurf.render.overlay import PictureOverlay
+from geosurf.render.overlay_drawing import _crossings, _projected
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.theme import DARK_PAPER
 from geosurf.render.unit_layers import show_units
