@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import os
 import tempfile
-from dataclasses import dataclass, replace
-from importlib.util import find_spec
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from geosurf.conventions.packages import warning_without_pictures
-from geosurf.errors import DependencyError, GeosurfWarning, ScenarioError
 from geosurf.model import Certificate
-from geosurf.model.chunked import ChunkedLattice
-from geosurf.model.column import CONFORMABLE
 from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
 from geosurf.scenario.failure import pictured
-from geosurf.scenario.keys import FORMATS, Scenario
+from geosurf.scenario.keys import Scenario
+from geosurf.scenario.notes import model_notes
 from geosurf.scenario.output import new_results, require_writable
-from geosurf.scenario.output_keys import OutputSettings
+from geosurf.scenario.output_formats import (
+    NO_NETCDF,
+    refuse_lists,
+    without_lists,
+    writable_formats,
+    write_files,
+)
 from geosurf.scenario.pictures import choice_of_pictures, will_draw
 from geosurf.scenario.plan import input_files
 from geosurf.scenario.step_log import Progress, StepLog
@@ -28,24 +31,7 @@ from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.warning import warn
-from geosurf.write import write
 from geosurf.write._files import commit
-
-NO_NETCDF = GeosurfWarning(
-    "format",
-    "volumes.nc",
-    "File 'volumes.nc' was not written: it needs h5netcdf, which is not installed. 'volumes.csv' "
-    "has the same table.",
-    'Install it with: pip install "geosurf[io]"; or leave "nc" out of formats in [output].',
-)
-NO_TRIANGLES = GeosurfWarning(
-    "format",
-    "units.vtm",
-    "File 'units.vtm' was not written: it lists all triangles of units, and horizons stay in their "
-    "store.",
-    'Leave "vtm" out of formats in [output], or give every tenth node of the grids.',
-)
-LISTS = ("vtm", "ml", "epc")  # files that list all triangles
 
 
 @dataclass(frozen=True)
@@ -171,7 +157,7 @@ def run(
     # arguments and formats are checked before the first file is read
     log = StepLog(progress)
     asked = scenario
-    scenario = _with_formats_that_can_be_written(scenario)
+    scenario = writable_formats(scenario)
     wells = wells_of_scenario(scenario)
     choice = choice_of_pictures(scenario) if will_draw(scenario, pictures) else None
     cache = None if cache_dir is None else ResultCache(cache_dir)
@@ -186,8 +172,8 @@ def run(
         if scenario is not asked:
             with scene._graph.memory.collecting():
                 warn(NO_NETCDF)
-        scenario = _without_lists(scenario, scene)
-        _write_files(scene, scenario, folder)
+        scenario = without_lists(scenario, scene)
+        write_files(scene, scenario, folder)
         listed = ", ".join([*scenario.output.formats, *write_wells(scene, wells, folder)])
         log.step("write", listed, "")
 
@@ -292,7 +278,7 @@ def compute(
         log.begin("surface", name)
         scene.whole_surface(name)
         log.new_steps_of(scene)
-    _refuse_lists(scenario, scene)
+    refuse_lists(scenario, scene)
 
     # each stage is a property of the scene; reading it runs what is missing
     for stage in ("curves", "coverage", "units"):
@@ -318,28 +304,6 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     return {n: (volume_inside(s), unit_of_body(s, scene.units)) for n, s in shells.items()}
 
 
-def model_notes(scene: Scene) -> list[str]:
-    """Return what a user should look at: in torn horizons, in the column, in fluid contacts."""
-    # Notes are for people: what is a warning already is printed once.
-    torn = [
-        f"horizon {name!r}: {note}"
-        for name, sheet in scene.sheets.items()
-        for note in sheet.report.notes
-        if note not in map(str, sheet.warnings)  # those are printed as warnings
-    ]
-    return [*torn, *crossings(scene), *contacts_left_out(scene)]
-
-
-def crossings(scene: Scene) -> list[str]:
-    """Return a note on each pair of conformable horizons that cross: no rule allows it."""
-    # Crossings that a rule of the column explains are intended.
-    return [
-        f"{clip}. If this is not intended, list horizons youngest first, or set their rules."
-        for clip in scene.units.report["clipped"]
-        if clip.rule == CONFORMABLE
-    ]
-
-
 def _draw(
     scene: Scene,
     choice: dict[str, Any] | None,
@@ -363,72 +327,6 @@ def _draw(
     from geosurf.scene.stored_pictures import draw_with_cache
 
     return draw_with_cache(scene, folder, lambda file: log.step("draw", file), choice, cache)
-
-
-def contacts_left_out(scene: Scene) -> list[str]:
-    """Return a note on each fluid contact that is given for some blocks, and not for others."""
-    notes = []
-    # A few units are named, the rest counted: blocks may be many.
-    for name, left in scene.units.report["without_contact"].items():
-        more = f" and {len(left) - 6} more" if len(left) > 6 else ""
-        notes.append(
-            f"fluid contact {name!r} does not split {', '.join(left[:6])}{more}: it is not given "
-            "for their blocks. If this is not intended, add a table for these blocks, or one "
-            "without a block."
-        )
-    return notes
-
-
-def _with_formats_that_can_be_written(scenario: Scenario) -> Scenario:
-    """Return the scenario; without NetCDF if that is missing here, and nobody asked for it."""
-    # Asked before the run: the package is needed at its end only.
-    usual = OutputSettings().formats
-    if scenario.output.formats == usual and find_spec("h5netcdf") is None:
-        rest = tuple(word for word in usual if word != "nc")
-        return replace(scenario, output=replace(scenario.output, formats=rest))
-    for word, package in (("nc", "h5netcdf"), ("epc", "h5py")):
-        if word in scenario.output.formats and find_spec(package) is None:
-            raise DependencyError(
-                f"{scenario.path}: output.formats has {word!r}, which needs {package}. Leave it "
-                'out, or install it with: pip install "geosurf[io]"'
-            )
-    return scenario
-
-
-def _stored(scene: Scene) -> list[str]:
-    """Horizons that stay in their store."""
-    names = scene.horizon_names
-    return [one for one in names if isinstance(scene.surface(one).lattice, ChunkedLattice)]
-
-
-def _refuse_lists(scenario: Scenario, scene: Scene) -> None:
-    """Refuse files that list all triangles of horizons in their store, where they are asked for."""
-    asked = [word for word in scenario.output.formats if word in LISTS]
-    if set(asked) <= set(OutputSettings().formats) or not (stored := _stored(scene)):
-        return
-    raise ScenarioError(
-        f"{scenario.path}: output.formats has {', '.join(map(repr, asked))}, which list all "
-        f"triangles, and horizon {stored[0]!r} stays in its store. Leave them out, or give every "
-        "tenth node of the grid."
-    )
-
-
-def _without_lists(scenario: Scenario, scene: Scene) -> Scenario:
-    """The scenario without files that list all triangles, if horizons stay in their store."""
-    rest = tuple(word for word in scenario.output.formats if word not in LISTS)
-    if rest == scenario.output.formats or not _stored(scene):
-        return scenario
-    with scene._graph.memory.collecting():
-        warn(NO_TRIANGLES)
-    return replace(scenario, output=replace(scenario.output, formats=rest))
-
-
-def _write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
-    # keys of the scenario; the name of the file says what goes into it
-    for word in scenario.output.formats:
-        file, _ = FORMATS[word]
-        kind = file.partition(".")[0]
-        write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
 
 
 def _write_certificate(
