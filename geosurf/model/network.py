@@ -1,7 +1,8 @@
 """A fault network: how faults meet, miss each other and end, and proposals that can be applied.
 
-Proposals are made for faults as they are. Applied together they can contradict each other, or the
-geometry: a fault that is truncated at one main fault no longer reaches another. So they are tried.
+Proposals are made for faults as they are before horizons are torn at them. Applied together they
+can contradict each other, or the geometry: a fault that is truncated at one main fault no longer
+reaches another. So they are tried.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from geosurf.model.network_rows import (
     proposal_words,
     table_of,
 )
+from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
 from geosurf.warning import warn
 
@@ -47,11 +49,15 @@ class RuledScene(Protocol):
     def extend(self) -> Mapping[str, tuple[str, ...]]:
         """Faults that are continued, and on which sides."""
 
-    def whole_surface(self, name: str) -> TriSurface:
-        """Return one fault, before horizons truncate it."""
+    @property
+    def given_sheets(self) -> Mapping[str, Sheet]:
+        """Horizons that were given torn."""
+
+    def prepared_fault(self, name: str) -> TriSurface:
+        """Return one fault, extended and truncated, before horizons are torn."""
 
     def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
-        """Return the proposals for the faults as the model has them."""
+        """Return the proposals for the faults before horizons are torn."""
 
     def replace(self, **changes: Any) -> Any:
         """Return a new scene with some inputs changed."""
@@ -186,13 +192,16 @@ class FaultNetwork(Shown):
         Raises
         ------
         InputError
-            If that is not a scene, or has no fault that the network names.
+            If that is not a scene, or has no fault that the network names; if a horizon was given
+            torn at a fault that would change.
 
         Notes
         -----
         A proposal is accepted if the faults can be built with it and with all that was accepted
         before, and no fault loses more than half of its area by it. Proposals of one round are
         tried together; those that an error names are tried again one by one, after the others.
+
+        Faults are compared as they are before horizons are torn, so no trial tears one.
 
         Examples
         --------
@@ -218,7 +227,7 @@ class FaultNetwork(Shown):
                     f"the network names fault {name!r}, which the scene does not have; there are "
                     f"{list(scene.fault_names)}. Pass the scene that proposed it."
                 )
-            scene.whole_surface(name)  # its own rules must work before others are added
+            scene.prepared_fault(name)  # its own rules must work before others are added
 
         # rounds: truncations create new ends and contacts, which the next round judges; `known`
         # keeps a subject from being tried twice, so the loop ends
@@ -230,6 +239,7 @@ class FaultNetwork(Shown):
             fresh = [row for row in network.rows if row.changes and row.subject not in known]
             if not fresh:
                 return NetworkTrial(scene, tuple(decisions))
+            _require_untorn(scene, fresh)
             known |= {row.subject for row in fresh}
             scene = _tried(scene, fresh, turn, decisions)
             network = scene.propose_fault_network(reach=self.reach)
@@ -327,6 +337,20 @@ def _tried(
     return scene
 
 
+def _require_untorn(scene: RuledScene, rows: Sequence[NetworkRow]) -> None:
+    """Refuse proposals for faults at which a horizon was torn before the scene was made."""
+    changed = {name for row in rows for name in (row.fault, row.other)}
+    for horizon, sheet in scene.given_sheets.items():
+        for fault in sheet.faults:
+            if fault.name in changed:
+                raise InputError(
+                    f"horizon {horizon!r} is torn at fault {fault.name!r} already, and would not "
+                    "fit a changed fault. Apply the proposals first, and tear then: "
+                    "network.apply(Scene(horizons, faults)).replace(tear=True); in a scenario, "
+                    "apply = true in [network]."
+                )
+
+
 def _named_row(rows: Sequence[NetworkRow], named: tuple[str, ...]) -> NetworkRow | None:
     """The last row about the faults that an error names, if there is one."""
     # a row with both named faults is the likelier cause; the last of them, as later rows weigh less
@@ -355,7 +379,7 @@ def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[st
         # the new faults are built, since only geometry shows whether rules agree
         made = scene.replace(truncations=truncations, extend=extend)
         for name in made.fault_names:
-            before, after = scene.whole_surface(name), made.whole_surface(name)
+            before, after = scene.prepared_fault(name), made.prepared_fault(name)
             if after is not before:
                 left = _area(after) / _area(before)
 

@@ -16,6 +16,7 @@ from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
 from geosurf.scenario.truncations import faults_reaching, horizon_rules_of
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
+from geosurf.scene.given import torn_scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
@@ -132,7 +133,7 @@ def torn_horizons(
     if changed:  # all of them as the sheets have them: rules would change them again
         changes |= {"faults": faults, "extend": (), "lengthen": None}
         changes |= {"truncations": as_truncations(horizon_rules_of(scenario))}
-    torn = scene.replace(horizons=sheets, **changes)
+    torn = torn_scene(scene, sheets, **changes)
     torn._take_warnings(found)
     return torn
 

@@ -12,11 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from geosurf.arrangement import find_contacts
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
 from geosurf.faults.bridge import bridge_to
 from geosurf.faults.propose import check_reach, propose_network
 from geosurf.faults.rules import Rule
 from geosurf.model import Patches, TriSurface
+from geosurf.model.expected import name_of
 from geosurf.model.faults import (
     SIDES,
     ExtendedFault,
@@ -89,7 +92,10 @@ class FaultStage:
         return tuple(out)
 
     def propose(self, reach: float | None) -> FaultNetwork:
-        """Return contacts, near misses and dangling ends of the faults as the model has them."""
+        """Return contacts, near misses and dangling ends of the faults, before horizons are torn.
+
+        Tears make a fault as long as a horizon needs it, wherever it ends.
+        """
         check_reach(reach)
 
         # as extension and truncation leave them: proposals add to the rules that are there
@@ -189,6 +195,15 @@ class FaultStage:
         return group
 
 
+def known_fault(name: str, known: Sequence[str]) -> str:
+    """Return the name of a fault, if there is such a one."""
+    if name_of(name, "fault") not in known:
+        raise InputError(
+            f"no fault is called {name!r}; there are {list(known)}.{did_you_mean(name, known)}"
+        )
+    return name
+
+
 def _with_horizons(inputs: SceneInputs) -> dict[str, tuple[str, ...]]:
     """The sides on which faults are extended, with those that reach for a horizon."""
     sides = {name: set(words) for name, words in inputs.extend.items()}
@@ -228,4 +243,4 @@ def _describe_truncation(made: TruncatedFaults) -> str:
     return "; ".join(words) + ends + moved
 
 
-__all__ = ["FaultStage"]
+__all__ = ["FaultStage", "known_fault"]

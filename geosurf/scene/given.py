@@ -74,6 +74,29 @@ def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
     return scene._plain.box, scene._plain.aoi
 
 
+def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> Scene:
+    """
+    Return a scene with horizons that were torn at its faults, and with faults as these ended up.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its rules have made the faults ready.
+    horizons : mapping of str to Sheet
+    **changes
+        Further inputs, as `Scene.replace` takes them.
+
+    Returns
+    -------
+    Scene
+        It lists what the rules of `scene` did to the faults, and proposes for these.
+    """
+    torn = scene.replace(horizons=horizons, **changes)
+    if "faults" in changes:  # its own rules do nothing more
+        torn._plain.prepared_by = scene._plain.ruled_faults
+    return torn
+
+
 def keep_results_apart(scene: Scene) -> None:
     """Let a scene take results from its family, and give none to it: nobody will change it."""
     scene._plain.memory.shares = False
@@ -99,4 +122,5 @@ __all__ = [
     "keep_results_apart",
     "prepared_faults",
     "torn_like",
+    "torn_scene",
 ]

@@ -138,6 +138,11 @@ class Graph:
         )  # fmt: skip
 
     @property
+    def ruled_faults(self) -> FaultStage:
+        """What extends and truncates the faults; tears may have made them longer since."""
+        return self.prepared_by or self.faults
+
+    @property
     def surfaces(self) -> tuple[TriSurface, ...]:
         """All horizons, then all faults."""
         return tuple(self.surface(name) for name in self.inputs.names)
@@ -360,15 +365,13 @@ class Graph:
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts, known))
-        branches = (self.prepared_by or self.faults).rules
-        return end_inside(patches, self.column, self.inputs, branches, self._virtual)
+        rules = self.ruled_faults.rules
+        return end_inside(patches, self.column, self.inputs, rules, self._virtual)
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
-        actions = (self.prepared_by or self.faults).actions()
-        if not self.inputs.horizon_rules:
-            return actions
-        return (*actions, *self._patches_and_ends[1])
+        ended = self._patches_and_ends[1] if self.inputs.horizon_rules else ()
+        return (*self.ruled_faults.actions(), *ended)
 
     @cached_property
     def _walls(self) -> list[TriSurface]:
@@ -396,8 +399,7 @@ class Graph:
             shape = (*shape, str(self.inputs.compartments))
         if self.inputs.horizon_rules:  # sides of horizons follow the column
             names = (*self.inputs.names, *self.column.values())
-            branches = (self.prepared_by or self.faults).rules
-            shape = (*shape, self.inputs.horizon_rules, names, branches)
+            shape = (*shape, self.inputs.horizon_rules, names, self.ruled_faults.rules)
         return ("patches", *(self.memory.key_of(s) for s in surfaces), shape)
 
     # ---- patches -> units ----------------------------------------------------------------

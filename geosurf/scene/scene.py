@@ -25,6 +25,7 @@ from geosurf.model.tops import Tops
 from geosurf.model.view3d import View3D
 from geosurf.rebuild import trim_sheets
 from geosurf.scene import contact_volumes, measures
+from geosurf.scene.faults import known_fault
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.measured import SceneMeasures
@@ -334,6 +335,32 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         """
         return self._graph.whole(name)
 
+    def prepared_fault(self, name: str) -> TriSurface:
+        """Return one fault, extended and truncated, before tears make it longer.
+
+        Parameters
+        ----------
+        name : str
+            Of a fault.
+
+        Returns
+        -------
+        TriSurface
+            As `whole_surface`, but where a torn horizon needed a longer fault. No horizon is torn
+            for it.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
+        """
+        return self._plain.ruled_faults.surface(known_fault(name, self.fault_names))
+
+    @property
+    def given_sheets(self) -> Mapping[str, Sheet]:
+        """Horizons that were given torn, by name: the faults at which they end cannot change."""
+        return MappingProxyType(self._plain.sheets)
+
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:
         """All horizons, then all faults, triangulated."""
@@ -372,8 +399,13 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         -------
         FaultNetwork
             Prints as a table; its method `apply` gives the scene with the proposals.
+
+        Notes
+        -----
+        Proposals are for the faults as `prepared_fault` returns them, so `tear` changes none, and
+        no horizon is torn for them.
         """
-        return self._graph.faults.propose(reach)
+        return self._plain.ruled_faults.propose(reach)
 
     # ---- curves, patches, units ----------------------------------------------------------
 

@@ -67,7 +67,7 @@ def model_inputs(graph: Graph) -> tuple[Any, ...]:
     tops = graph.tops
     # what closed a sheet is marked on its map
     marked = [(name, *map(repr, sheet.warnings)) for name, sheet in graph.sheets.items()]
-    rules = (graph.prepared_by or graph.faults).rules
+    rules = graph.ruled_faults.rules
     settings = (
         graph.box, tuple(graph.column.items()), inputs.tolerance, inputs.voxel_size,
         inputs.self_intersections, inputs.slivers, inputs.horizon_rules, rules,

@@ -29,7 +29,7 @@ from geosurf.model.expected import path_of
 from geosurf.scenario.new.compartments import dividers_among
 from geosurf.scenario.new.found import OUT, Found, Question
 from geosurf.scenario.new.judge import Answers, judged
-from geosurf.scenario.new.network import truncations_among
+from geosurf.scenario.new.network import faults_of, truncations_among
 from geosurf.scenario.new.recognise import recognised
 from geosurf.scenario.new.text import scenario_text
 from geosurf.scenario.validate import read_scenario
@@ -121,8 +121,9 @@ def new_scenario(
         # Before anything is compared: without a horizon nothing else makes sense.
         _require_model(found)
         ready = judged(found, Answers(positive, length_unit))
-        ends = truncations_among(ready)
-        dividers = dividers_among(ready, ends)
+        faults = faults_of(ready)
+        ends = truncations_among(ready, faults)
+        dividers = dividers_among(faults, ends)
     # Paths in the text are relative to the folder of the scenario.
     text, questions = scenario_text(path.parent, ready, ends, dividers)
     try:

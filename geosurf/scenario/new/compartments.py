@@ -6,14 +6,11 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from geosurf.conventions.checks import are_points
 from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfError
 from geosurf.model.compartments import ENDS, VirtualWall
-from geosurf.scenario.new.judge import Ready
-from geosurf.scenario.new.network import End, box_around, joined_rules, surface_of
+from geosurf.scenario.new.network import End, joined_rules
 from geosurf.scene import Scene
-from geosurf.scene.footprint import footprint
 
 MOST = 12  # faults that are tried one by one where all of them together are refused
 
@@ -32,32 +29,21 @@ class Divider:
         return ", ".join(ends) or "continued up and down only"
 
 
-def dividers_among(ready: Ready, ends: Sequence[End]) -> list[Divider]:
+def dividers_among(scene: Scene | None, ends: Sequence[End]) -> list[Divider]:
     """
     Return the faults that virtual walls would continue, so that they divide the field.
 
-    Empty if no fault dies inside the field, or the walls cannot be built.
+    Empty if no fault dies inside the field, or the walls cannot be built. `scene` has the faults;
+    see `faults_of`.
     """
-    faults, horizons = ready.of("fault"), ready.of("horizon")
-    # Without elevations there is no geometry, and without horizons no field.
-    if ready.asks_direction or not faults or not horizons:
+    if scene is None:
         return []
+    extend, truncations = joined_rules(ends)
     try:
-        surfaces = {one.name: surface_of(one) for one in faults}
-        # Ends are looked for in the area of the model; only the map of the horizons counts there.
-        in_map = {
-            one.name: footprint(one.name, one.data, {}) if are_points(one.data) else one.data
-            for one in horizons
-        }
-        outline = Scene(in_map).aoi
-        extend, truncations = joined_rules(ends)
-        scene = Scene(
-            {}, surfaces, box_around([one.elevations for one in horizons]),
-            aoi=outline, extend=extend, truncations=truncations,
-        )  # fmt: skip
+        joined = scene.replace(extend=extend, truncations=truncations)
     except GeosurfError:
         return []  # the run names what is wrong
-    walls = _walls(scene, [*surfaces])
+    walls = _walls(joined, [*scene.fault_names])
     # A field without ends inside has nothing to ask.
     if not any(one.side in ENDS for one in walls):
         return []

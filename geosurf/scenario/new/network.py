@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.checks import are_points
 from geosurf.errors import GeosurfError
-from geosurf.model import TriSurface
+from geosurf.model import Lattice, TriSurface
 from geosurf.model.network_rows import NetworkRow
 from geosurf.scenario.new.found import Found
 from geosurf.scenario.new.judge import Ready
 from geosurf.scenario.new.shape import thinned
 from geosurf.scene import Scene
-from geosurf.triangulate import triangulate_fault
+from geosurf.scene.footprint import footprint
+from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
 SIDES = ("up", "down")  # of both faults: sticks that miss another fault often stop short there, too
 SHARE = 0.5  # of the largest throw of a fault: a fault with less at its end dies there
@@ -33,35 +35,43 @@ class End:
     share: float
 
 
-def truncations_among(ready: Ready) -> list[End]:
-    """Return faults that stop short of another, each with the share of its throw at that end."""
+def faults_of(ready: Ready) -> Scene | None:
+    """Return the faults in the box and area of the model, without horizons.
+
+    None where there are none, no elevations yet, or no box: then there is no geometry to look at.
+    """
     faults, horizons = ready.of("fault"), ready.of("horizon")
-    # Without elevations there is no geometry to look at.
-    if ready.asks_direction or len(faults) < 2 or not horizons:
+    if ready.asks_direction or not faults or not horizons:
+        return None
+    try:
+        # box and area as the run will have them, so that both propose the same
+        around = Scene({one.name: in_map(one) for one in horizons})
+        surfaces = {one.name: surface_of(one) for one in faults}
+        return Scene({}, surfaces, around.box, aoi=around.aoi)
+    except GeosurfError:
+        return None  # the run names what is wrong
+
+
+def truncations_among(ready: Ready, scene: Scene | None) -> list[End]:
+    """Return faults that stop short of another, each with the share of its throw at that end.
+
+    `scene` has the faults; see `faults_of`.
+    """
+    if scene is None or len(scene.fault_names) < 2:
         return []
     # A part of the nodes is enough to estimate throws.
-    clouds = [thinned(one.elevations, MOST) for one in horizons]
-    box = box_around(clouds)
+    clouds = [thinned(one.elevations, MOST) for one in ready.of("horizon")]
     try:
-        surfaces = {one.name: surface_of(one) for one in faults}
-        # Faults alone: horizons play no part in where faults meet.
-        network = Scene({}, surfaces, box).propose_fault_network()
+        network = scene.propose_fault_network()
     except GeosurfError:
         return []  # the run names what is wrong with them, with a picture
     # Only ends that a truncation would join; crossings and far ends stay as they are.
     ends = [
-        _end(row, surfaces[row.fault].vertices, clouds)
+        _end(row, scene.prepared_fault(row.fault).vertices, clouds)
         for row in network.rows
         if row.kind == "near miss" and row.proposal == "extend then truncate"
     ]
-    return _tried(ends, surfaces, box)
-
-
-def box_around(clouds: list[np.ndarray]) -> Any:
-    """A box around all data, with 50 m above and below so that no horizon lies in its walls."""
-    low = np.min([c.min(axis=0) for c in clouds], axis=0)
-    high = np.max([c.max(axis=0) for c in clouds], axis=0)
-    return (low[0], high[0], low[1], high[1], low[2] - 50.0, high[2] + 50.0)
+    return _tried(ends, scene)
 
 
 def joined_rules(ends: Sequence[End]) -> tuple[Any, Any]:
@@ -74,17 +84,17 @@ def joined_rules(ends: Sequence[End]) -> tuple[Any, Any]:
     return {name: SIDES for row in joined for name in (row.fault, row.other)}, rules
 
 
-def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
+def _tried(ends: list[End], scene: Scene) -> list[End]:
     """Join ends one after another, as far as the faults can be built with them."""
     done: list[End] = []
     for end in ends:
         if end.joined:
             # With all ends joined so far: rules may contradict each other only together.
             extend, rules = joined_rules([*done, end])
-            scene = Scene({}, surfaces, box, extend=extend, truncations=rules)
+            made = scene.replace(extend=extend, truncations=rules)
             try:
                 for name in extend:
-                    scene.whole_surface(name)
+                    made.prepared_fault(name)
             except GeosurfError:
                 # Not joined, and not an error: the scenario asks instead.
                 end = replace(end, joined=False)
@@ -92,17 +102,35 @@ def _tried(ends: list[End], surfaces: dict[str, Any], box: Any) -> list[End]:
     return done
 
 
-def surface_of(one: Found) -> Any:
+def in_map(one: Found) -> TriSurface:
+    """A horizon with elevations, for box and area; points as a grid."""
+    if are_points(one.data):
+        surface = footprint(one.name, one.data, {})
+    else:
+        surface = triangulate_horizon(one.data, name=one.name)
+    return _with_elevations(surface, one)
+
+
+def surface_of(one: Found) -> TriSurface:
     """A fault as a surface, with elevations."""
     surface = one.data
     # Sticks become a surface first.
     if not hasattr(surface, "triangles"):
         surface = triangulate_fault(surface, name=one.name)
-    surface = surface.renamed(one.name, "fault")
+    return _with_elevations(surface.renamed(one.name, "fault"), one)
+
+
+def _with_elevations(surface: TriSurface, one: Found) -> TriSurface:
+    """A surface whose z is as in its file, with elevations [m]."""
     if one.scale == 1.0:
         return surface
+    name, role, grid = surface.name, surface.role, surface.lattice
+    if grid is not None:
+        z = grid.elevation * one.scale
+        scaled = Lattice(grid.easting, grid.northing, z, grid.rising, grid.reverse)
+        return TriSurface(name, role, lattice=scaled)
     vertices = np.asarray(surface.vertices) * [1.0, 1.0, one.scale]
-    return TriSurface(name=one.name, role="fault", vertices=vertices, triangles=surface.triangles)
+    return TriSurface(name, role, vertices=vertices, triangles=surface.triangles)
 
 
 def _end(row: NetworkRow, vertices: np.ndarray, clouds: list[np.ndarray]) -> End:
@@ -148,4 +176,4 @@ def _throw_at(
     return float(np.median(steps)) if steps else np.nan
 
 
-__all__ = ["SIDES", "End", "box_around", "joined_rules", "surface_of", "truncations_among"]
+__all__ = ["SIDES", "End", "faults_of", "joined_rules", "surface_of", "truncations_among"]

@@ -1,0 +1,136 @@
+"""Proposals for faults are those for the faults as given: tears change none, and none is torn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.scenario import read_scenario
+from geosurf.scenario.build import build_scene, untorn_scene
+from geosurf.scenario.new import new_scenario
+from geosurf.scenario.new.judge import Ready
+from geosurf.scenario.new.network import faults_of
+
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+
+FAULTS = ("F1", "F2")
+
+
+@pytest.fixture(scope="module")
+def field():
+    """Two horizons 80 m apart; F1 is too short for both, and F2 stops short of F1."""
+    world = gs.synthetic.torn("normal", n=61)
+    top, (fault,) = world.horizons["Top"], world.faults.values()
+    whole = gs.triangulate_fault(fault, name="F1")
+    z = np.concatenate([line[:, 2] for line in world.truth["cutoffs"].values()])
+    horizons = {}
+    for name, by in (("Top", 40.0), ("Base", -40.0)):
+        horizons[name] = top + by
+        horizons[name].attrs = top.attrs
+    f1, normal = between(whole, z.min() - 20.0, z.max() + 20.0)
+
+    # upright, across the strike of F1, from 30 m beside its middle
+    middle, across = f1.vertices.mean(axis=0), normal[:2] / np.hypot(*normal[:2])
+    near, far = (middle[:2] + across * distance for distance in (30.0, 600.0))
+    low, high = z.min() - 10.0, z.max() + 10.0
+    corners = [(*near, low), (*far, low), (*far, high), (*near, high)]
+    f2 = gs.TriSurface("F2", "fault", corners, [[0, 1, 2], [0, 2, 3]])
+    return horizons, {"F1": f1, "F2": f2}
+
+
+def between(whole, low, high):
+    """The part of a plane fault between two levels, and its normal."""
+    middle = whole.vertices.mean(axis=0)
+    normal = np.linalg.svd(whole.vertices - middle, full_matrices=False)[2][2]
+    strike = np.array([-normal[1], normal[0], 0.0]) / np.hypot(*normal[:2])
+    dip = np.cross(normal, strike)
+    s = (whole.vertices - middle) @ strike
+    corners = [
+        middle + at * strike + (level - middle[2]) / dip[2] * dip
+        for at, level in ((s.min(), low), (s.max(), low), (s.max(), high), (s.min(), high))
+    ]
+    return gs.TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]]), normal
+
+
+def torn(scene):
+    """How many horizons a scene has torn."""
+    return sum(step.stage == "tear" and step.outcome == "ran" for step in scene.steps)
+
+
+def test_tears_change_no_proposal_and_trials_tear_nothing(field):
+    horizons, faults = field
+    plain = gs.Scene(horizons, faults)
+    scene = gs.Scene(horizons, faults, tear=2)
+    network = plain.propose_fault_network()
+    assert any(row.changes for row in network.rows)
+    assert scene.propose_fault_network() == network
+    expected, trial = network.trial(plain), network.trial(scene)
+    assert trial.decisions == expected.decisions
+    assert trial.accepted
+    assert torn(scene) == torn(trial.scene) == 0
+
+    # also once horizons are torn, which makes F1 longer
+    assert scene.whole_surface("F1").n_vertex > scene.prepared_fault("F1").n_vertex
+    count = torn(scene)
+    assert scene.propose_fault_network() == network
+    assert network.trial(scene).decisions == trial.decisions
+    assert torn(scene) == count > 0
+    np.testing.assert_array_equal(scene.prepared_fault("F1").vertices, faults["F1"].vertices)
+    with pytest.raises(InputError, match="no fault is called 'Top'"):
+        scene.prepared_fault("Top")
+
+
+@pytest.fixture(scope="module")
+def scenario(field, tmp_path_factory):
+    """The same field as a scenario in files; F2 ends at F1."""
+    horizons, faults = field
+    folder = tmp_path_factory.mktemp("field")
+    for name in horizons:
+        gs.write(horizons[name], folder / f"{name}.nc")
+    for name in faults:
+        gs.write(faults[name], folder / f"{name}.ts")
+    tables = [f'[[horizons]]\nname = "{name}"\nfile = "{name}.nc"\n' for name in horizons]
+    tables += [f'[[faults]]\nname = "{name}"\nfile = "{name}.ts"\n' for name in faults]
+    path = folder / "scenario.toml"
+    path.write_text("".join(tables) + "[tear]\ntrim_cells = 2\n", encoding="utf-8")
+    return path
+
+
+def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(scenario):
+    """Tears have made F1 longer, and the scene of the run has no rules: it still states both."""
+    rule = '[[truncations]]\nfault = "F2"\nmain = "F1"\nkeep = "hanging wall"\nextend = true\n'
+    ruled = scenario.with_name("ruled.toml")
+    ruled.write_text(scenario.read_text(encoding="utf-8") + rule, encoding="utf-8")
+    for path in (scenario, ruled):
+        untorn, _ = untorn_scene(read_scenario(path))
+        scene = build_scene(read_scenario(path))
+        assert scene.whole_surface("F1").n_vertex > untorn.whole_surface("F1").n_vertex
+        assert scene.propose_fault_network() == untorn.propose_fault_network()
+        assert scene.fault_actions == untorn.fault_actions
+    assert {action.fault for action in scene.fault_actions} == {"F2"}
+    assert len(scene.fault_actions) > 1
+
+
+def test_a_network_does_not_apply_to_horizons_that_were_given_torn(scenario):
+    """A changed fault would no longer fit them; that came to light when units were built."""
+    scene = build_scene(read_scenario(scenario))
+    network = scene.propose_fault_network()
+    with pytest.raises(InputError, match=r"is torn at fault 'F1' already.*apply = true"):
+        network.apply(scene)
+    assert network.without(*range(len(network.rows))).apply(scene) is scene
+
+
+def test_a_new_scenario_asks_about_what_its_run_would_propose(scenario, tmp_path):
+    """`geosurf new` judges the faults in the same box and area as the run."""
+    new = new_scenario(tmp_path, [scenario.with_name(f"{one}.nc") for one in ("Top", "Base")]
+                       + [scenario.with_name(f"{one}.ts") for one in FAULTS])  # fmt: skip
+    scene, _ = untorn_scene(read_scenario(scenario))
+    network = scene.propose_fault_network()
+    assert faults_of(Ready([*new.found])).propose_fault_network() == network
+    (short,) = (row for row in network.rows if row.kind == "near miss")
+    text = Path(new.path).read_text(encoding="utf-8")
+    assert f"'{short.fault}' stops {short.distance:.0f} m short of '{short.other}'" in text
