@@ -6,8 +6,7 @@ import numpy as np
 
 from geosurf.carve.cells import Cells, FullCells
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
-from geosurf.model import Lattice
+from geosurf.kernels.lattices.strips import FIRST, LAST
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.excerpt import list_triangles
 
@@ -51,14 +50,15 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
             all_runs = slice(n_triangle + first, n_triangle + first + len(strips.runs))
             some = np.flatnonzero(is_wanted[cells.face_of_element[all_runs]])
             runs = strips.runs[some]
-            n = runs[:, LAST] - runs[:, FIRST] + 1
-            if isinstance(lattice, ChunkedLattice) and int(n.sum()) > MOST:
+            n = int((runs[:, LAST] - runs[:, FIRST] + 1).sum())
+            if isinstance(lattice, ChunkedLattice) and n > MOST:
                 raise GeometryError(
-                    f"horizon {source.name!r} crosses others so often that {int(n.sum())} of its "
+                    f"horizon {source.name!r} crosses others so often that {n} of its "
                     "triangles are clipped, too many to list from its store. Take every tenth "
                     "node first: da[::10, ::10]."
                 )
-            keys, of_run = _keys_of_runs(lattice, runs, n), first + np.repeat(some, n)
+            keys, of_run = strips.keys_of(some)
+            of_run = of_run + first
         chosen.append((rows, keys, of_run))
 
     listed = list_triangles(pieces, chosen)
@@ -69,17 +69,6 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
         cells.surface_of[face], also, cells.cell_of_side[face], cells.n_cell, cells.patches,
         pieces, cells.face_of_element, cells.sums, listed.triangles, np.arange(len(face)), listed.x,
     )  # fmt: skip
-
-
-def _keys_of_runs(lattice: Lattice, runs: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """Keys of the triangles of runs with so many each: see `geosurf.kernels.lattices.strips`."""
-    start = np.cumsum(n) - n
-    place = np.arange(int(n.sum())) + np.repeat(runs[:, FIRST] - start, n)
-    half = 1 - (place & 1) if lattice.rising else place & 1
-    keys: np.ndarray = (
-        2 * (np.repeat(runs[:, ROW], n) * (lattice.shape[1] - 1) + (place >> 1)) + half
-    )
-    return keys
 
 
 __all__ = ["list_faces"]

@@ -67,20 +67,6 @@ def runs_of_keys(lattice: Lattice, strips: Strips, keys: np.ndarray) -> np.ndarr
     return np.where(held, at, -1)
 
 
-def keys_of_runs(
-    lattice: Lattice, strips: Strips, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the triangles of some runs, and the run of each."""
-    runs = strips.runs[rows]
-    length = runs[:, LAST] - runs[:, FIRST] + 1
-    start = np.cumsum(length) - length
-    of = np.repeat(np.arange(len(runs)), length)
-    place = np.arange(len(of)) - start[of] + runs[of, FIRST]
-    if lattice.rising:
-        place ^= 1
-    return runs[of, ROW] * 2 * (lattice.shape[1] - 1) + place, rows[of]
-
-
 def cell_guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
     """How easting and northing lead to rows and columns: empty for axes along those of the map.
 

@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.measure.columns import cross_columns, elevations
-from geosurf.measure.grid_cells import keys_at, keys_of_runs, runs_of_keys
+from geosurf.measure.grid_cells import keys_at, runs_of_keys
 from geosurf.measure.parts import groups_by_tile, stays_in_store
 from geosurf.model import Unit, Units
 from geosurf.model.pieces import Pieces
@@ -191,7 +191,7 @@ def _on_folded(
     source, strips = pieces.sources[i], pieces.strips[i]
     assert source.lattice is not None
     assert strips is not None
-    keys, run = keys_of_runs(source.lattice, strips, runs)
+    keys, run = strips.keys_of(runs)
     used, triangles = np.unique(source.lattice.corners_of_keys(keys), return_inverse=True)
     x, triangles = source.places_of_nodes(used) - pieces.origin, triangles.reshape(-1, 3)
     found = cross_columns(x, triangles, feet, middle)

@@ -36,6 +36,29 @@ class Strips(Noun):
     nodes: np.ndarray
     points: np.ndarray
 
+    def keys_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Keys of the triangles of some runs, and the run of each, int64 (n,)."""
+        from geosurf.kernels.lattices.strips import FIRST, LAST, ROW
+        from geosurf.kernels.search.tree import N_COL, RISING
+
+        runs = self.runs[rows]
+        length = runs[:, LAST] - runs[:, FIRST] + 1
+        of = np.repeat(np.arange(len(runs)), length)
+        place = np.arange(len(of)) + (runs[:, FIRST] - np.cumsum(length) + length)[of]
+        if self.places[RISING]:  # halves of a cell come in the other order along a strip
+            place ^= 1
+        return runs[of, ROW] * 2 * (int(self.places[N_COL]) - 1) + place, rows[of]
+
+    def without(self, gone: np.ndarray) -> Strips:
+        """The same without some runs, bool (n_run,), which hang together with no other one."""
+        stays = ~gone
+        if stays.all():
+            return self
+        number = np.cumsum(stays) - 1
+        joined = self.joined[stays[self.joined[:, 0]]]
+        start = np.concatenate([[0], np.cumsum(stays)])[self.start]
+        return replace(self, runs=self.runs[stays], start=start, joined=number[joined])
+
 
 @dataclass(frozen=True, eq=False)
 class Pieces(Noun):

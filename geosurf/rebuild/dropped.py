@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.model import Patches, frozen
-from geosurf.model.pieces import Strips
+from geosurf.model.pieces import Pieces, Strips
 from geosurf.rebuild.listed import Listed
 
 
@@ -58,15 +59,15 @@ def drop_triangles(patches: Patches, keep: np.ndarray) -> Patches:
         parent_of_triangle=frozen(patches.parent_of_triangle[keep], np.int64),
         patch_of_triangle=frozen(rank[patch], np.int64),
         curve_edges=frozen(number[curve], np.int64),
-        report=_with_area(patches.report, mesh, keep),
+        report=_with_area(patches.report, _areas(mesh, np.flatnonzero(~keep))),
     )
 
 
 def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
     """
-    Return patches without some that have no runs, as `drop_triangles` does.
+    Return patches without some of them, as `drop_triangles` does, without a list of all triangles.
 
-    Runs of grids stay, and so do rings of half-edges: those of the dropped triangles are left out.
+    Other runs of grids stay runs, and rings of half-edges stay without those that are dropped.
 
     Parameters
     ----------
@@ -74,7 +75,6 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
     mesh : Listed
         Its listed triangles.
     keep : ndarray of bool, shape (n_patch,)
-        Patches with runs have to stay.
     """
     pieces = patches.pieces
     if (pieces.twin != np.arange(len(pieces.twin))).any() or patches.report.get(
@@ -96,7 +96,17 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         stays, mesh.triangles, pieces.surface, pieces.key, mesh.patch_of_triangle, patch_of,
         pieces.ring, pieces.link, len(mesh.local),
     )  # fmt: skip
-    of_run = patch_of[pieces.patch[len(mesh.triangles) :]]
+
+    # runs of what is dropped go; what is behind the others' edges gets their new numbers
+    of_run = pieces.patch[len(mesh.triangles) :]
+    run_stays = keep[of_run]
+    strips = [
+        None if one is None else _numbered(one.without(~run_stays[first:last]), number)
+        for one, (first, last) in zip(pieces.strips, pairwise(pieces.first_run), strict=True)
+    ]
+    number_of_run = np.concatenate([[0], np.cumsum(run_stays)])
+    behind = np.flatnonzero(link >= 0)
+    link[behind] = number_of_run[link[behind]]
     made = replace(
         pieces,
         x=mesh.local.take(np.flatnonzero(number >= 0), axis=0),
@@ -106,10 +116,14 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         twin=np.arange(len(triangles)),
         ring=ring,
         link=link,
-        strips=[None if one is None else _numbered(one, number) for one in pieces.strips],
-        patch=np.concatenate([patch, of_run]),
+        strips=strips,
+        first_run=number_of_run[pieces.first_run],
+        patch=np.concatenate([patch, patch_of[of_run[run_stays]]]),
     )
-    return Patches.of_pieces(made, number[curve], _with_area(patches.report, mesh, stays))
+    areas = _areas(mesh, np.flatnonzero(~stays))
+    for i, more in _areas_of_runs(pieces, ~run_stays).items():
+        areas[i] = np.concatenate([areas.get(i, more[:0]), more])
+    return Patches.of_pieces(made, number[curve], _with_area(patches.report, areas))
 
 
 def _numbered(strips: Strips, number: np.ndarray) -> Strips:
@@ -142,18 +156,41 @@ def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return connected_components(links, directed=False)[1], mesh.curve_edges[numbers[~plain]]
 
 
-def _with_area(report: Mapping[str, Any], mesh: Listed, keep: np.ndarray) -> dict[str, Any]:
-    """A report with the areas that were dropped before and now, by surface [m2]."""
+def _with_area(report: Mapping[str, Any], areas: Mapping[int, np.ndarray]) -> dict[str, Any]:
+    """A report with the areas that were dropped before and now, by surface [m2].
+
+    `areas` has those of the triangles that are dropped now.
+    """
     before: Mapping[int, float] = report.get("dropped_area", {})
-    now = _dropped(mesh, np.flatnonzero(~keep))
+    now = {i: math.fsum(of) for i, of in areas.items()}  # does not depend on the order
     added = {i: before.get(i, 0.0) + now.get(i, 0.0) for i in sorted({*before, *now})}
     return {**report, "dropped_area": added}
 
 
-def _dropped(mesh: Listed, rows: np.ndarray) -> dict[int, float]:
-    """Area of the dropped triangles of each surface [m2]."""
-    # Half the norm of the cross product of two sides [m2]; `fsum` does not depend on the order.
-    a, b, c = (mesh.local[mesh.triangles[rows, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+def _areas(mesh: Listed, rows: np.ndarray) -> dict[int, np.ndarray]:
+    """Areas of some triangles, by surface [m2]."""
+    area = _area(mesh.local[mesh.triangles[rows]])
     surface = mesh.surface_of_triangle[rows]
-    return {int(i): math.fsum(area[surface == i]) for i in np.unique(surface)}
+    return {int(i): area[surface == i] for i in np.unique(surface)}
+
+
+def _areas_of_runs(pieces: Pieces, gone: np.ndarray) -> dict[int, np.ndarray]:
+    """Areas of the triangles of some runs, bool (n_run,), by surface [m2]."""
+    found = {}
+    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
+        mine = np.flatnonzero(gone[pieces.first_run[i] : pieces.first_run[i + 1]])
+        if strips is None or not len(mine):
+            continue
+        assert source.lattice is not None  # only lattices have strips
+        nodes = source.lattice.corners_of_keys(strips.keys_of(mine)[0])
+        places = source.places_of_nodes(nodes.ravel()) - pieces.origin
+        found[i] = _area(places.reshape(-1, 3, 3))
+    return found
+
+
+def _area(corners: np.ndarray) -> np.ndarray:
+    """Areas (n,) of triangles with some corners (n, 3, 3) [m2]."""
+    # half the norm of the cross product of two sides
+    a, b, c = corners.transpose(1, 0, 2)
+    area: np.ndarray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return area

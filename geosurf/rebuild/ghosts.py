@@ -64,8 +64,6 @@ def trim_sheets(patches: Patches) -> Patches:
     for i, joined, stays in _parts_of_sheets(mesh, None, has_runs):
         mine = mesh.patch_of_triangle[mesh.rows(i)]
         keep[mine] = stays[joined[mine]]
-    if not keep[has_runs].all():  # such as a part that lies in another wedge
-        return drop_triangles(patches, kept_parts(patches)[0])
     return drop_patches(patches, mesh, keep)
 
 

@@ -36,9 +36,9 @@ def thrown(n, holes):
     return sheets, faults, (west, east, south, north, bottom, top)
 
 
-def torn(n):
+def torn(n, kind="normal"):
     """A world whose gridded horizons were smeared over faults with tips inside."""
-    world = gs.synthetic.torn(n=n)
+    world = gs.synthetic.torn(kind, n=n)
     sheets = {
         name: gs.tear_horizon(horizon, world.faults, name=name)
         for name, horizon in world.horizons.items()
@@ -50,6 +50,8 @@ WORLDS = {
     "thrown": lambda: thrown(25, False),
     "absent nodes": lambda: thrown(25, True),
     "torn": lambda: torn(31),
+    # whole triangles between both walls, which are dropped in runs
+    "wide gap": lambda: torn(31, "gentle"),
 }
 
 
