@@ -30,7 +30,7 @@ from geosurf.scene.given import (
     torn_like,
 )
 from geosurf.scene.tearing import longer_faults
-from geosurf.sheets import throw_horizon
+from geosurf.sheets.throw.throw_horizon import throw_horizon, throw_horizon_uncut
 
 OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
 
@@ -42,6 +42,9 @@ class Model(Protocol):
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
+
+    def build_uncut(self, change: Change) -> Scene | None:
+        """Return the same with sheets that nobody has cut yet; None if there are none."""
 
     def framed(self, base: Scene, reach: float) -> bool:
         """Keep area and box of the base case, taller by a reach [m]; whether these are new."""
@@ -111,29 +114,37 @@ class SceneModel:
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation; it shares with the others what does not change."""
+        scene = self._unthrown(change)
+        if change.throws:
+            return self._thrown(scene, change, throw_horizon)
+        return torn_like(scene, self.longer, self.plans) if self.plans else scene
+
+    def build_uncut(self, change: Change) -> Scene | None:
+        """Return the same with sheets that nobody has cut yet; None if nothing is thrown."""
+        if not change.throws:
+            return None
+        return self._thrown(self._unthrown(change), change, throw_horizon_uncut)
+
+    def _unthrown(self, change: Change) -> Scene:
+        """A scene with the inputs of a realisation, without throws."""
         # What did not change is not handed over: the scene keeps its results.
         contacts = {**self.contacts, **change.contacts}
         changes = {"contacts": contacts} if change.contacts else {}
-        scene = self.scene.replace(
+        return self.scene.replace(
             horizons=change.horizons(), faults=change.faults, **changes, **self._frame
         )
-        if change.throws:
-            return self._thrown(scene, change)
-        return torn_like(scene, self.longer, self.plans) if self.plans else scene
 
-    def _thrown(self, scene: Scene, change: Change) -> Scene:
+    def _thrown(self, scene: Scene, change: Change, throw: Callable[..., Sheet]) -> Scene:
         """A scene with all horizons torn by the throws of a realisation."""
         # As the scene has them, extended and truncated: sheets have to end on these.
         faults = [scene.surface(name) for name in change.throws]
         throws = {
-            name: throw.of(None) if isinstance(throw, Factor) else throw
-            for name, throw in change.throws.items()
+            name: given.of(None) if isinstance(given, Factor) else given
+            for name, given in change.throws.items()
         }
         moved = change.horizons()
         sheets = {
-            name: throw_horizon(
-                moved.get(name) or self.horizon(name).surface, faults, throws, name=name
-            )
+            name: throw(moved.get(name) or self.horizon(name).surface, faults, throws, name=name)
             for name in self.horizon_names
         }
         # Sheets replace the continuous horizons that they were made from.
@@ -208,6 +219,10 @@ class BuiltModel:
                 "a geosurf.Scene."
             )
         return scene
+
+    def build_uncut(self, change: Change) -> Scene | None:
+        """None: a function builds scenes as it likes."""
+        return None
 
     def framed(self, base: Scene, reach: float) -> bool:
         """Change nothing: the function chooses the box."""

@@ -20,11 +20,13 @@ from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.models import Model, add_to
 from geosurf.ensemble.record import Record, UnitKey
-from geosurf.errors import GeosurfError, InputError
+from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import keep_results_apart
+from geosurf.sheets.throw.throw_horizon import is_proven
 from geosurf.warning import silenced
 
+_BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
 KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"
 
 
@@ -126,17 +128,40 @@ class Plan:
             try:
                 for one in self.prepared:
                     one.apply(change)
-                scene = self.model.build(change)
-                if self.model.is_data:
-                    keep_results_apart(scene)
-                record = _with_tears(self.measure(scene, change.numbers), scene)
+                record = self._built_in_model(change, warnings) or self._built(change)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))
             # A realisation that breaks an invariant is a failed one, and the others go on.
-            except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
+            except _BROKEN as error:
                 record = Record.failed(change.numbers, f"{type(error).__name__}: {error}")
         # Equal warnings count once.
         return record.numbered(realization, len(set(warnings)))
+
+    def _built(self, change: Change) -> Record:
+        """Build and measure a realisation."""
+        scene = self.model.build(change)
+        if self.model.is_data:
+            keep_results_apart(scene)
+        return _with_tears(self.measure(scene, change.numbers), scene)
+
+    def _built_in_model(self, change: Change, warnings: list[GeosurfWarning]) -> Record | None:
+        """The same where the model alone shows that its sheets are closed; else None.
+
+        Sheets are cut once, not twice. Whatever goes wrong here is decided by `_built`.
+        """
+        before = len(warnings)
+        try:
+            scene = self.model.build_uncut(change)
+            if scene is None:
+                return None
+            keep_results_apart(scene)
+            record = _with_tears(self.measure(scene, change.numbers), scene)
+            if is_proven(scene.sheets.values()):
+                return record
+        except (GeosurfError, *_BROKEN):
+            pass
+        del warnings[before:]
+        return None
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
         """Return volumes of all units, and maps if they are requested."""

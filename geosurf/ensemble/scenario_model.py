@@ -103,6 +103,10 @@ class ScenarioModel(SceneModel):
             remember=remember,
         )
 
+    def build_uncut(self, change: Change) -> Scene | None:
+        """None: a scenario tears its horizons in its own way."""
+        return None
+
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""
         digest = hashlib.sha256()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +61,8 @@ class Sheet(Shown):
         footwall.
     sectors : tuple of Sector
         Wedges between faults that cross so close to the horizon that one may be without it.
+    prove : callable or None
+        Of a sheet that was not cut alone: what its model has to show, see `trim_sheets`.
     """
 
     name: str
@@ -77,6 +80,7 @@ class Sheet(Shown):
     plan: TearPlan | None = None
     walls: Mapping[str, np.ndarray] | None = None
     sectors: tuple[Sector, ...] = ()
+    prove: Callable[[TornLattice], Callable[[Any], None]] | None = None
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:
@@ -134,6 +138,7 @@ class Sheet(Shown):
         made = TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
         made.crs, made.sectors = self.crs, self.sectors
         made.torn = TornLattice.of(lattice, np.sort(gone), self.copies, self.ghosts)
+        made.proof = None if self.prove is None else self.prove(made.torn)
         return made
 
     def surface_among(self, others: Callable[[str], TriSurface | None] | None) -> TriSurface:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -83,6 +83,7 @@ class TriSurface(Shown):
         self.checked = False  # whether all triangles are known to have an area
         self.sectors: tuple[Sector, ...] = ()
         self.torn: TornLattice | None = None  # of a torn sheet: the lattice that most of it is
+        self.proof: Callable[[Any], None] | None = None  # of a sheet that a model has to close
 
         # lattice without arrays: vertices and triangles follow by rule, when somebody reads them
         if vertices is None or triangles is None:

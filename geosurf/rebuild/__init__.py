@@ -10,6 +10,7 @@ soundness.py       which triangles could cross after rounding: those are tested 
 repair.py          vertices moved where rounding would make triangles cross
 moves.py           warning: vertices that a repair moved
 ghosts.py          `trim_sheets`: torn horizons trimmed at their faults
+closed_sheets.py   what a model shows about torn sheets that were not cut alone
 dropped.py         `drop_triangles`: patches without some of their triangles
 listed.py          the triangles of patches that are listed one by one
 wall_sides.py      parts of torn sheets on the wrong side of a fault

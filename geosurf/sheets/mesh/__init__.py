@@ -13,6 +13,7 @@ last_links.py      nodes at the ends of tears that end early, on their own sides
 cut.py             the exact cut of a torn mesh by its faults
 islands.py         parts of the mesh that can be cut separately
 leaks.py           edges at which a cut sheet ends anywhere except on its faults
+proof.py           the same seen in a model that cuts the sheet
 finish.py          faults in, `Sheet` out; errors of sheets that do not close
 =================  ===============================================================================
 """

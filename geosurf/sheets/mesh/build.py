@@ -19,13 +19,13 @@ from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.carry_on import CarryOn
-from geosurf.sheets.mesh.cut import Cut, band_of, cut_band
+from geosurf.sheets.mesh.cut import Cut, IsOwn, band_of, cut_band
 from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.known import Known
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs, repaired
 from geosurf.sheets.mesh.rings import levelled
 from geosurf.sheets.mesh.tear_ends import End, torn_limits
-from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts
 
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 MANY = 20  # holes
@@ -154,22 +154,14 @@ def build(
     Built
         The first that is closed, or the last attempt.
     """
-    triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))
-
-    # cut-offs lie as far from their trace as the widest gap or overlap: the band holds them all
-    widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
-    reach = int(np.ceil(max(widest, default=0.0))) + 3
-    meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
-    blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
-    known = Known(picks.frame, triangles, blocks, float(reach))
-    setting = Setting(picks, list(faults), triangles, reach, carry_on, known, walls)
+    setting = _setting(picks, state, faults, rising, carry_on, walls)
 
     # Attempts: solve where ends have changed, tear, cut, then plan repairs from the holes.
     repairs = start
     solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     if is_solved:
         solved_for = start.shortened, start.untorn
-    fewest, since = len(triangles.present), 0
+    fewest, since = len(setting.triangles.present), 0
     before: list[Sequence[Hole]] = []
     for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
@@ -196,6 +188,48 @@ def build(
             break
         repairs = more
     return built
+
+
+def uncut(
+    picks: Picks,
+    state: Heights,
+    faults: Sequence[TriSurface],
+    rising: bool,
+    carry_on: CarryOn,
+    walls: dict[str, np.ndarray] | None,
+) -> tuple[Built, IsOwn]:
+    """The mesh of the first attempt of `build`, which nobody has cut, and what is on its own side.
+
+    Whoever cuts it has to look whether it is closed: see `geosurf.sheets.mesh.proof`.
+    """
+    setting = _setting(picks, state, faults, rising, carry_on, walls)
+    torn, ghosts, cuts = _meshed(setting, state, NO_REPAIRS)
+    outer = outer_ghosts(torn, setting.triangles)
+    nothing = Cut([], [], [], [])
+    built = Built(
+        state, setting.triangles, torn, ghosts, nothing, cuts, outer, NO_REPAIRS, 0, walls
+    )
+    return built, lambda nodes: setting.known.is_own(nodes, state)
+
+
+def _setting(
+    picks: Picks,
+    state: Heights,
+    faults: Sequence[TriSurface],
+    rising: bool,
+    carry_on: CarryOn,
+    walls: dict[str, np.ndarray] | None,
+) -> Setting:
+    """What stays the same in all attempts, for the arguments of `build`."""
+    triangles = Triangles(picks.frame.shape, rising, np.isfinite(state.values))
+
+    # cut-offs lie as far from their trace as the widest gap or overlap: the band holds them all
+    widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
+    reach = int(np.ceil(max(widest, default=0.0))) + 3
+    meshes = [mesh_in_frame(fault, picks.frame) for fault in faults]
+    blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
+    known = Known(picks.frame, triangles, blocks, float(reach))
+    return Setting(picks, list(faults), triangles, reach, carry_on, known, walls)
 
 
 def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
@@ -226,8 +260,8 @@ def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: Sol
     return solve_again(state, limits, repairs.untorn)
 
 
-def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
-    """Tear the mesh with some repairs, carry its sheets on, and cut them exactly."""
+def _meshed(setting: Setting, state: Heights, repairs: Repairs) -> tuple[Torn, np.ndarray, Cuts]:
+    """The mesh with some repairs, heights of its ghosts, and the links that it is torn at."""
     triangles, picks = setting.triangles, setting.picks
     every = state.network.cuts
     limits = torn_limits(state, repairs.shortened, triangles.rising)
@@ -241,7 +275,13 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     # Traces whose tears end before their faults: their ghosts do not bend at the tip.
     early = {trace for (trace, _), n_link in repairs.shortened.items() if n_link > 0}
     ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state, early)
-    ghosts = levelled(torn, ghosts, state.values, repairs.level, picks.frame)
+    return torn, levelled(torn, ghosts, state.values, repairs.level, picks.frame), cuts
+
+
+def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
+    """Tear the mesh with some repairs, carry its sheets on, and cut them exactly."""
+    triangles, picks = setting.triangles, setting.picks
+    torn, ghosts, cuts = _meshed(setting, state, repairs)
 
     # the exact cut
     band = band_of(torn, triangles, picks.frame, state.values, ghosts, setting.reach, setting.walls)

@@ -75,12 +75,37 @@ def leaks_of(
     """Outer edges with a ghost end, cut by a fault, of which a part is in `keep`."""
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     t, mine = patches.triangles[rows], corner[rows]
+    found = open_edges(t, mine, rim, keep, len(patches.local), torn, triangles)
+    met = _faults_at(patches, {point for points in found.values() for point in points})
+    return [(*e, frozenset().union(*(met[p] for p in points))) for e, points in found.items()]
 
+
+def open_edges(
+    t: np.ndarray,
+    corner: np.ndarray,
+    rim: Rim,
+    keep: np.ndarray,
+    n_point: int,
+    torn: Torn,
+    triangles: Triangles,
+) -> dict[Pair, set[int]]:
+    """Outer edges with a ghost end that are cut, of which a part is in `keep`, and points on them.
+
+    Parameters
+    ----------
+    t : ndarray (n, 3)
+        Triangles of the cut sheet, as points 0 .. n_point - 1.
+    corner : ndarray (n, 3)
+        Vertices of `torn` at their corners, -1 for points that the cut made.
+    rim : tuple
+        See `free_edges`.
+    keep : ndarray of bool (n,)
+    """
     # name (n_point,): the vertex of the sheet before the cut, -1 for points that the cut made
-    name = np.full(len(patches.local), -1)
-    name[t[mine >= 0]] = mine[mine >= 0]
+    name = np.full(n_point, -1)
+    name[t[corner >= 0]] = corner[corner >= 0]
     # free edges with a point that was made, then all of those that go on from their ends
-    made = np.zeros(len(patches.local), dtype=bool)
+    made = np.zeros(n_point, dtype=bool)
     made[t] = name[t] < 0
     one, two, _ = _with_marked(rim, made)
     starts = distinct(one, two)
@@ -95,7 +120,7 @@ def leaks_of(
         onward.setdefault(b, []).append((a, kept))
 
     # walk from each old vertex over new points to the next old one: one outer edge, in pieces
-    found: dict[tuple[int, int], set[int]] = {}
+    found: dict[Pair, set[int]] = {}
     for a in starts.tolist():
         for step, kept in onward[a]:
             before, here, any_kept = a, step, kept
@@ -114,8 +139,7 @@ def leaks_of(
                 found.setdefault(edge, set()).update(passed)
     # At the rim of the data a sheet may end anywhere.
     inner = _inner([edge for edge in sorted(found) if edge[1] >= torn.n_node], torn, triangles)
-    met = _faults_at(patches, {point for edge in inner for point in found[edge]})
-    return [(*edge, frozenset().union(*(met[p] for p in found[edge]))) for edge in inner]
+    return {edge: found[edge] for edge in inner}
 
 
 def _with_marked(rim: Rim, marked: np.ndarray) -> Rim:

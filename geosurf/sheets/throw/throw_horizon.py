@@ -7,7 +7,7 @@ exact cut are those of sheets as picked.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,10 +32,11 @@ from geosurf.sheets.mesh.finish import (
     refuse_lost_cutoffs,
     sheet_of,
 )
+from geosurf.sheets.mesh.proof import Proof
 from geosurf.sheets.report.cutoffs import longest
 from geosurf.sheets.report.describe import count_tips, fault_cuts
 from geosurf.sheets.throw.attempt import Attempt
-from geosurf.sheets.throw.best_attempt import best_attempt
+from geosurf.sheets.throw.best_attempt import best_attempt, first_uncut
 from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
 from geosurf.sheets.throw.movement import Movement, movement_of
 from geosurf.sheets.throw.sectors import cutoffs_to_expect, sectors_of, too_coarse
@@ -124,6 +125,67 @@ def throw_horizon(
     >>> [bool(np.allclose(sheet.cuts[f].throw, t)) for f, t in (("F1", 60.0), ("F2", 40.0))]
     [True, True]
     """
+    movement, crs = _movement(
+        horizon, faults, throw, name, reach, hanging_wall, direction, positive, length_unit
+    )
+    return replace(_sheet(movement), crs=crs)
+
+
+def throw_horizon_uncut(
+    horizon: Any, faults: Sequence[TriSurface], throw: Mapping[str, Any], name: str
+) -> Sheet:
+    """
+    Tear a horizon as `throw_horizon` does, and leave it to the model whether it is closed.
+
+    The model makes the same cuts. Its sheet has the mesh of the first attempt of `throw_horizon`,
+    and neither cut-offs nor a report.
+
+    Parameters
+    ----------
+    horizon, faults, throw, name
+        As for `throw_horizon`.
+
+    Returns
+    -------
+    Sheet
+        With `Sheet.prove`, unless no fault tears it. A model without an error proves nothing: see
+        `is_proven`.
+
+    Raises
+    ------
+    HorizonError, InputError, GeometryError
+        As from `throw_horizon`.
+    """
+    movement, crs = _movement(horizon, faults, throw, name, None, 1.0, "local", None, None)
+    first, built, is_own = first_uncut(movement)
+    if built is None or is_own is None:
+        return replace(_untorn(first), crs=crs)
+    names = [fault.name for fault in movement.faults]
+    sheet = sheet_of(movement.picks, built, movement.faults, _no_cuts(movement), ThrowReport())
+    return replace(
+        sheet, crs=crs, sectors=sectors_of(first),
+        prove=lambda lattice: Proof(built, is_own, names, lattice),
+    )  # fmt: skip
+
+
+def is_proven(scene_sheets: Iterable[Sheet]) -> bool:
+    """Whether a model has shown of all of its uncut sheets that they end on their faults."""
+    proofs = [sheet.surface.proof for sheet in scene_sheets]
+    return all(proof is None or proof.done for proof in proofs)
+
+
+def _movement(
+    horizon: Any,
+    faults: Mapping[str, Any] | Sequence[TriSurface],
+    throw: Mapping[str, Any],
+    name: str | None,
+    reach: float | Mapping[str, float] | None,
+    hanging_wall: float | Mapping[str, float],
+    direction: str | Mapping[str, str],
+    positive: str | None,
+    length_unit: str | None,
+) -> tuple[Movement, str | None]:
+    """How the faults move a horizon, and its coordinate reference system."""
     # the horizon before faulting: one value per node of a lattice
     surfaces = fault_surfaces(faults)
     picks = picks_of(horizon, name, positive, length_unit)
@@ -157,8 +219,7 @@ def throw_horizon(
     mine = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
     turning = [across.get(fault.name, "local") == "local" for fault in mine]
-    movement = movement_of(picks, mine, slips, turning, sizes)
-    return replace(_sheet(movement), crs=crs)
+    return movement_of(picks, mine, slips, turning, sizes), crs
 
 
 def _check_names(
@@ -243,10 +304,7 @@ def _untorn(best: Attempt) -> Sheet:
     """The sheet where no fault has throw: the horizon itself."""
     movement, none = best.movement, np.empty(0)
     frame, values = movement.frame, best.state.values.reshape(movement.frame.shape)
-    cuts = {
-        fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
-        for fault in movement.faults
-    }
+    cuts = _no_cuts(movement)
     return Sheet(
         name=movement.picks.name,
         lattice=Lattice(frame.easting, frame.northing, values, movement.rising),
@@ -258,6 +316,15 @@ def _untorn(best: Attempt) -> Sheet:
         cuts=cuts,
         report=_report(best, best.state, cuts),
     )
+
+
+def _no_cuts(movement: Movement) -> dict[str, FaultCut]:
+    """Of each fault that it cuts nothing."""
+    none = np.empty(0)
+    return {
+        fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
+        for fault in movement.faults
+    }
 
 
 def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:
