@@ -62,8 +62,8 @@ def trim_sheets(patches: Patches) -> Patches:
     has_runs = np.zeros(mesh.n_patch, dtype=bool)
     has_runs[patches.pieces.patch[len(mesh.triangles) :]] = True
     keep = np.ones(mesh.n_patch, dtype=bool)
-    unproven = [sheet for sheet in sheets if sheet.proof is not None]
-    corner = np.full(mesh.triangles.shape, -1) if unproven else None
+    proofs = [sheet.proof for sheet in sheets if sheet.proof is not None]
+    corner = np.full(mesh.triangles.shape, -1) if proofs else None
     seen = []
     for i, joined, stays in _parts_of_sheets(mesh, corner, has_runs):
         mine = mesh.patch_of_triangle[mesh.rows(i)]
@@ -72,8 +72,8 @@ def trim_sheets(patches: Patches) -> Patches:
             seen.append(sheet_in_model(patches, mesh, i, corner[mesh.rows(i)], keep[mine]))
     # whole runs may be clearly on their own side: only listed triangles are shown
     shown = bool(keep[has_runs].all())
-    for sheet, found in zip(unproven, seen, strict=True):
-        sheet.proof(found if shown else None)
+    for proof, found in zip(proofs, seen, strict=True):
+        proof(found if shown else None)
     return drop_patches(patches, mesh, keep)
 
 
