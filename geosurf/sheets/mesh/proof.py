@@ -1,14 +1,13 @@
 """Whether a torn sheet that nobody has cut ends on its faults: seen in the model that cuts it.
 
-`build` looks for leaks after a cut of its own. The cut of a model shows the same edges. What it
-finds in order is in order; of everything else it says that a cut of the sheet alone has to decide.
+`build` looks for leaks after a cut of its own. The cut of a model shows the same edges. A sheet that
+is closed there is closed; of every other one a cut of the sheet alone has to decide.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from geosurf.errors import GeosurfError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model.base import all_of, any_of
 from geosurf.model.torn_lattice import TornLattice
@@ -17,10 +16,6 @@ from geosurf.rebuild.wall_sides import WALL
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.cut import IsOwn, walls_of_vertices
 from geosurf.sheets.mesh.leaks import open_edges
-
-
-class NotProven(GeosurfError):
-    """A sheet that has to be cut alone, with attempts to close it: nothing is known to be wrong."""
 
 
 class Proof:
@@ -44,25 +39,17 @@ class Proof:
         self.done = False
 
     def __call__(self, found: SheetInModel | None) -> None:
-        """Look at a sheet in a model; None where the model cannot show it.
-
-        Raises
-        ------
-        NotProven
-            If anything might be open.
-        """
+        """Look at a sheet in a model; None where the model cannot show it."""
         if found is None or (
             found.has_false_rim or self._loses_a_wall(found) or self._drops_own(found)
         ):
-            raise NotProven("this sheet has to be cut alone.")
+            return
         number = self.lattice.node_of_vertex
         corner = np.where(found.corner >= 0, number[found.corner], -1)
-        if open_edges(
+        self.done = not open_edges(
             found.triangles, corner, found.rim, found.stays, len(found.on_fault),
             self.built.torn, self.built.triangles,
-        ):  # fmt: skip
-            raise NotProven("this sheet has to be cut alone.")
-        self.done = True
+        )  # fmt: skip
 
     def _loses_a_wall(self, found: SheetInModel) -> bool:
         """Whether a fault that tears the sheet has no cut-off of one of its walls."""
@@ -95,4 +82,4 @@ class Proof:
         return found
 
 
-__all__ = ["NotProven", "Proof"]
+__all__ = ["Proof"]
