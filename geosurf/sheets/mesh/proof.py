@@ -1,7 +1,7 @@
 """Whether a torn sheet that nobody has cut ends on its faults: seen in the model that cuts it.
 
-`build` looks for leaks after a cut of its own. The cut of a model shows the same edges. A sheet that
-is closed there is closed; of every other one a cut of the sheet alone has to decide.
+`build` looks for leaks after a cut of its own. The cut of a model shows the same edges: a sheet
+that is closed there is closed. Of every other one a cut of the sheet alone decides.
 """
 
 from __future__ import annotations
