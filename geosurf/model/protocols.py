@@ -145,11 +145,11 @@ class ReportedModel(MeasuredModel, Protocol):
 
     @property
     def tolerance(self) -> float | None:
-        """The largest error of curves of smooth surfaces [m]; None: the exact curves."""
+        """The largest error of curves and of horizons in the model [m]; None: all is exact."""
 
     @property
     def volume_error_bound(self) -> float:
-        """By how much horizons with fewer triangles may change the volume of units [m3]."""
+        """By how much horizons with fewer nodes may change the volume of units [m3]."""
 
     @property
     def coverage(self) -> dict[str, float]:

@@ -225,13 +225,15 @@ def balance(units: Units) -> str:
 
 
 def accuracy(scene: ReportedModel) -> list[str]:
-    """Return what simplified horizons do to volumes, and how near lines to a tolerance are."""
+    """Return what horizons with fewer nodes do to volumes, and how near lines are."""
     found = []
     if scene.volume_error_bound > 0.0:
         bound = number(scene.volume_error_bound / 1e6, 3)
+        off = max(map(_largest_error, map(scene.surface, scene.horizon_names)))
         found.append(
-            "Simplified horizons change the volume of any unit, or of several units together, by "
-            f"at most {bound} million m³."
+            f"Horizons have fewer nodes than their grids, and are at most {off:.2g} m off. That "
+            "changes the volume of any unit, or of several units together, by at most "
+            f"{bound} million m³."
         )
     tolerance = scene.tolerance
     if tolerance is None:
@@ -247,6 +249,12 @@ def accuracy(scene: ReportedModel) -> list[str]:
         f"Largest error of a line: {lines}."
     )
     return found
+
+
+def _largest_error(horizon: TriSurface) -> float:
+    """The largest vertical distance of a horizon from all nodes of its grid [m]."""
+    errors = horizon.vertex_data.get("vertical_error")
+    return 0.0 if errors is None else float(errors.max(initial=0.0))
 
 
 def curve_table(curves: Curves) -> Table:

@@ -231,8 +231,10 @@ class Scenario:
     # What concerns the whole model.
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
     tolerance_m: float | None = key(
-        "Largest error of the intersection lines of smooth surfaces through all nodes. Left out: "
-        "the exact lines of their triangles. Volumes are exact in both cases.",
+        "Largest error of intersection lines, which are those of smooth surfaces through all "
+        "nodes, and largest vertical error of horizons, of which the model may have every k-th "
+        "node. The report states what that changes. Left out: all nodes and their triangles, "
+        "exactly.",
         values.above_zero,
         unit="m",
         default=None,

@@ -12,7 +12,7 @@
                      └─> surfaces <───┘
                            │    │
  tolerance ─> curves  <────┘    └─────> enclosed <── fluid contacts, walls of the box
-        pair by pair                       │
+        pair by pair                       │         (with a tolerance: every k-th node)
                                         patches, faults ended at horizons      horizon_ends.py
                                            │
                                          units ──> measures                measures.py
@@ -51,6 +51,7 @@ from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, curves_of_pair
+from geosurf.scene.decimated import decimated
 from geosurf.scene.ended import Ended, describe, end_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
@@ -110,14 +111,21 @@ class Graph:
         """Return a horizon or fault as the model has it."""
         name = name_of(name, "surface")
         virtual = fault_of(name) in self.inputs.compartments and name not in self.inputs.names
-        if name in self.ending_at_horizons or virtual:
-            return self.patches.surface(name)
-        return self.whole(name)
+        ends = name in self.ending_at_horizons or virtual
+        return self.patches.surface(name) if ends else self._in_model(name)
+
+    def _in_model(self, name: str) -> TriSurface:
+        """Return a horizon or fault with the nodes that the model has, before it is split."""
+        return (name in self.inputs.horizons and self._decimated.get(name)) or self.whole(name)
+
+    @cached_property
+    def _decimated(self) -> dict[str, TriSurface]:
+        """Horizons of which the model has every k-th node only, by name."""
+        return decimated(self.inputs, self.memory, self.whole)
 
     def whole(self, name: str) -> TriSurface:
         """Return a horizon or fault before horizons truncate faults: so it is split."""
-        # horizons as tied to tops, faults as extended and truncated: the model's surfaces, with all
-        # nodes
+        # horizons as tied to tops, faults as extended and truncated, with all nodes
         name = name_of(name, "surface")
         if name in self.inputs.horizons:
             return self.tied(name)[0]
@@ -187,8 +195,7 @@ class Graph:
     @cached_property
     def given_area(self) -> np.ndarray | None:
         """The area as it is given, or the default one; None if it is an axis-parallel rectangle."""
-        # by default the outline that horizons share; None where that is a rectangle along the axes,
-        # which the box describes alone
+        # by default the outline that horizons share; None where it is a rectangle along the axes
         if self.inputs.aoi is None:
             default = self.default_area
             return None if default is None or default.axis_parallel else default.outline
@@ -250,12 +257,10 @@ class Graph:
 
     def tied(self, name: str) -> tuple[TriSurface, TieReport | None]:
         """A horizon with all its nodes, tied to its tops if that is requested; and how."""
-        # no settings or no tops of this horizon: the surface itself, no copy
         plain, settings = self.untied(name), self.inputs.tie
         if settings is None or self.tops is None or not len(self.tops.of(name)):
             return plain, None
 
-        # all faults that reach it: a correction must not cross any of them
         faults = [self.faults.surface(fault) for fault in self.inputs.faults_at(name)]
         sheet = self.sheets.get(name)
         return remembered_tie(self.memory, name, plain, sheet, faults, self.tops, settings)
@@ -279,8 +284,8 @@ class Graph:
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
         wholes, inside = self.wholes, [self._ends_inside(name) for name in self.inputs.names]
-        origin = self.origin_for(wholes)
-        return curves_of_all(self.inputs, wholes, origin, inside, self._shared, self._searched)
+        how = self.origin_for(wholes), inside, self._shared, self._searched
+        return curves_of_all(self.inputs, wholes, *how)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet."""
@@ -303,7 +308,6 @@ class Graph:
             self.memory.note("curves", subject, "skipped", f"{boxes} do not meet")
             return None
 
-        # the key: both surfaces, their frame, and the options of the search
         origin, keys = self.origin_for(pair), map(self.memory.key_of, pair)
         options = {"voxel_size": self.inputs.voxel_size, "tolerance": self.inputs.tolerance}
         return self.memory.get_or_compute(
@@ -380,8 +384,8 @@ class Graph:
     @cached_property
     def _enclosed(self) -> tuple[TriSurface, ...]:
         """All that is split: surfaces, fluid contacts and walls."""
-        virtual = (wall.surface for wall in self._virtual)
-        return (*self.wholes, *virtual, *self.fluids[0], *self._walls)
+        given = (*map(self._in_model, self.inputs.names), *(wall.surface for wall in self._virtual))
+        return (*given, *self.fluids[0], *self._walls)
 
     @cached_property
     def _origin(self) -> np.ndarray:
@@ -414,7 +418,6 @@ class Graph:
             lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
         )  # fmt: skip
 
-        # faults that bound no unit are named: their names may be missing in blocks
         where = "model box" if self.aoi is None else "area of interest"
         for fault in units.report["outside"]:
             words = f"does not reach the {where}, and parts nothing"

@@ -52,7 +52,7 @@ def to_pyvista(graph: Graph) -> pyvista.MultiBlock:
 
 
 def volume_error_bound(graph: Graph) -> float:
-    """Return the volume between simplified horizons and all their nodes, inside the box [m3].
+    """Return the volume between horizons with fewer nodes and all their nodes, in the box [m3].
 
     Examples
     --------

@@ -102,8 +102,9 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         faults ``F2 (1)`` and ``F2 (2)``. See docs/guides/fault_ends.md.
     tolerance : float, optional
         [m]. `curves` are those of smooth surfaces through all nodes, to this error, instead of
-        the exact ones of their triangles: docs/how_it_works/tolerance.md. Patches, units and
-        volumes are exact with and without it.
+        the exact ones of their triangles. The model has every k-th node only of large horizons
+        that are nowhere farther off than this, vertically; `volume_error_bound` states the effect.
+        See docs/how_it_works/tolerance.md.
     tops : xarray.Dataset, table or path, optional
         Well tops, as from `read_tops`: `misfit` compares them with the horizons.
     slivers : float, "merge" or mapping, optional
@@ -263,7 +264,7 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
 
     @property
     def tolerance(self) -> float | None:
-        """The largest error of curves of smooth surfaces [m]; None: the exact curves."""
+        """The largest error of curves and of horizons in the model [m]; None: all is exact."""
         return self._inputs.tolerance
 
     @property
@@ -305,7 +306,8 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         -------
         TriSurface
             Faults are extended and truncated. A fault that a horizon truncates is taken from
-            `patches`.
+            `patches`. With a tolerance, horizons may have every k-th node only, and their largest
+            error in ``vertex_data["vertical_error"]`` [m].
 
         Raises
         ------
@@ -315,7 +317,7 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         return self._graph.surface(name)
 
     def whole_surface(self, name: str) -> TriSurface:
-        """Return one horizon or fault by name, before horizons truncate faults.
+        """Return one horizon or fault by name with all nodes, before horizons truncate faults.
 
         Parameters
         ----------
@@ -431,7 +433,7 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         Curves or None
             With a tolerance, those of the smooth surfaces through all nodes (`intersect_surfaces`):
             ``Curves.error_bound`` and ``Curves.places`` have their accuracy. Patches and units
-            meet in the exact curves.
+            meet in the curves of the triangles that they have.
 
         Raises
         ------
@@ -474,9 +476,9 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
     def volume_error_bound(self) -> float:
         """By how much the volume of units, one or several, may differ from that of all nodes [m3].
 
-        The volume inside the box between each horizon that ``triangulate_horizon(...,
-        tolerance=)`` has simplified and its grid, all horizons together; 0 if there are none. It
-        holds where both models have the same units.
+        The volume inside the box between each horizon of which `tolerance`, or
+        ``triangulate_horizon(..., tolerance=)``, has left out nodes, and its grid, or more; all
+        horizons together, 0 if there are none. It holds where both models have the same units.
 
         Examples
         --------

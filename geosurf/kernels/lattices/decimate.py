@@ -1,0 +1,139 @@
+"""How far a lattice of some rows and columns is from the lattice of all of them.
+
+Both have diagonals that rise. In rows and columns (not in metres), triangles of a coarse cell of
+p x p fine cells consist of whole fine triangles: the difference of the surfaces is linear on each
+of these, and largest at a node. In a coarse cell of p x q cells it is linear on the parts into
+which the coarse diagonal divides fine triangles: it is largest at a node, or where that diagonal
+crosses a row, a column or a fine diagonal. The integral of its absolute value over a fine triangle
+is at most its area times the mean of three nodes, since absolute values are convex.
+
+Where nodes are not at even steps, see `geosurf.triangulate.decimate`.
+
+Notation
+    z          elevation of nodes (n_row, n_col), all present
+    rows cols  those that are kept, from the first to the last
+    block      what lies between two rows that are kept
+    a b c d    corners of a coarse cell, counter-clockwise from (i, j)
+    s, t       part of a coarse cell along columns and along rows, 0 to 1
+    work       scratch rows of WIDTH numbers
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+
+WIDTH = 512  # columns that are looked at together: their scratch rows fit into the nearest cache
+
+# scratch rows, by column: part s; heights at t = 0 and their change up to t = 1, below and above
+# the diagonal; the largest difference and the sum of differences
+_S, _BELOW, _BELOW_UP, _ABOVE, _ABOVE_UP, _LARGEST, _SUM, _N_WORK = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+@scalar
+def _prepare(z, i, k, cols, first, last, work):
+    """Planes of the coarse cells `first` to `last` between rows i and k, column by column."""
+    start = cols[first]
+    for cell in range(first, last):
+        j, m = cols[cell], cols[cell + 1]
+        a, b, c, d = z[i, j], z[i, m], z[k, m], z[k, j]
+        # the last column of a cell is the first of the next one
+        for col in range(j, m + 1 if cell == last - 1 else m):
+            at, s = col - start, (col - j) / (m - j)
+            work[_S * WIDTH + at] = s
+            work[_BELOW * WIDTH + at] = a + s * (b - a)
+            work[_BELOW_UP * WIDTH + at] = c - b
+            work[_ABOVE * WIDTH + at] = a + s * (c - d)
+            work[_ABOVE_UP * WIDTH + at] = d - a
+            work[_LARGEST * WIDTH + at] = 0.0
+            work[_SUM * WIDTH + at] = 0.0
+
+
+@scalar
+def _add_row(row, t, weight, n, work):
+    """Compare one row of nodes with the planes."""
+    for k in range(min(n, WIDTH)):  # selections without branches are vectorised
+        below = work[_BELOW * WIDTH + k] + t * work[_BELOW_UP * WIDTH + k]
+        above = work[_ABOVE * WIDTH + k] + t * work[_ABOVE_UP * WIDTH + k]
+        off = abs(row[k] - (below if work[_S * WIDTH + k] >= t else above))
+        most = work[_LARGEST * WIDTH + k]
+        work[_LARGEST * WIDTH + k] = off if off > most else most
+        work[_SUM * WIDTH + k] += weight * off
+
+
+@scalar
+def _at_diagonal(z, i, j, p, q):
+    """The largest difference where the diagonal of a coarse cell crosses fine edges."""
+    low, high = z[i, j], z[i + p, j + q]
+    largest = 0.0
+    for row in range(1, p):
+        x = row * q / p
+        on = min(int(x), q - 1)
+        here, next_one = z[i + row, j + on], z[i + row, j + on + 1]
+        off = abs(here + (x - on) * (next_one - here) - (low + row / p * (high - low)))
+        largest = off if off > largest else largest
+    for col in range(1, q):
+        y = col * p / q
+        on = min(int(y), p - 1)
+        here, next_one = z[i + on, j + col], z[i + on + 1, j + col]
+        off = abs(here + (y - on) * (next_one - here) - (low + col / q * (high - low)))
+        largest = off if off > largest else largest
+
+    # fine diagonals are `wide` columns farther on than rows, the coarse one by more and more
+    for k in range(1, abs(q - p)):
+        t = k / abs(q - p)
+        wide = k if q > p else -k
+        on = min(int(t * p), p - 1) if q > p else min(int(t * q), q - 1) + k
+        here, next_one = z[i + on, j + on + wide], z[i + on + 1, j + on + wide + 1]
+        off = abs(here + (t * p - on) * (next_one - here) - (low + t * (high - low)))
+        largest = off if off > largest else largest
+    return largest
+
+
+@scalar
+def _cell_of_work(work, j, q):
+    """Largest difference and sum of one coarse cell; its sides count for two cells."""
+    largest, total = 0.0, 0.0
+    for k in range(j, j + q + 1):
+        off = work[_LARGEST * WIDTH + k]
+        largest = off if off > largest else largest
+        total += work[_SUM * WIDTH + k]
+    return largest, total - 0.5 * (work[_SUM * WIDTH + j] + work[_SUM * WIDTH + j + q])
+
+
+@entry("d2 l1 l1 l1 d -> d2 d2 l")
+def differences_of_rows_and_columns(z, rows, cols, order, limit):
+    """Largest difference of each coarse cell [m], the sum of differences at its nodes [m], those at
+    its sides counted half; and a block with a larger difference than the limit, or -1.
+
+    Blocks are looked at in an order, up to the first with a larger one. Cells between kept columns
+    are narrower than WIDTH.
+    """
+    n_block, n_cell = rows.shape[0] - 1, cols.shape[0] - 1
+    largest, sums = np.zeros((n_block, n_cell)), np.zeros((n_block, n_cell))
+    work = np.empty(_N_WORK * WIDTH)
+    for block in order:
+        i, k = rows[block], rows[block + 1]
+        worst, first = 0.0, 0
+        while first < n_cell:
+            # whole cells that fit into the scratch rows
+            last = first + 1
+            while last < n_cell and cols[last + 1] - cols[first] < WIDTH:
+                last += 1
+            start, n = cols[first], cols[last] - cols[first] + 1
+            _prepare(z, i, k, cols, first, last, work)
+            for row in range(i, k + 1):
+                weight = 0.5 if row == i or row == k else 1.0
+                _add_row(z[row, start : start + n], (row - i) / (k - i), weight, n, work)
+            for cell in range(first, last):
+                j, q = cols[cell], cols[cell + 1] - cols[cell]
+                most, total = _cell_of_work(work, j - start, q)
+                if q != k - i:
+                    most = max(most, _at_diagonal(z, i, j, k - i, q))
+                largest[block, cell], sums[block, cell] = most, total
+                worst = max(worst, most)
+            first = last
+        if worst > limit:
+            return largest, sums, block
+    return largest, sums, -1

@@ -1,0 +1,221 @@
+"""Scenes with a tolerance: models of every k-th node, within proven bounds, in the same order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas
+import pytest
+import xarray
+
+import geosurf as gs
+from geosurf.model import Lattice
+from geosurf.report.tables import accuracy
+from geosurf.triangulate.decimate import kept_nodes, measure_differences, strides_of
+
+FAULT = gs.TriSurface(
+    "F1", "fault", [[90, -50, -900], [110, 250, -900], [110, 250, 0], [90, -50, 0]],
+    [[0, 1, 2], [0, 2, 3]],
+)  # fmt: skip
+N = 201  # nodes along a side of 200 m: the smallest grid of which every second node is enough
+
+
+def grid_of(z, axis=None):
+    axis = np.linspace(0.0, 200.0, len(z)) if axis is None else axis
+    attrs = {"units": "m", "positive": "up"}
+    return xarray.DataArray(
+        z, {"northing": axis, "easting": axis}, ("northing", "easting"), attrs=attrs
+    )
+
+
+def waves(level, n=N, phase=0.0):
+    x = np.linspace(0.0, 200.0, n)
+    return level + 8.0 * np.sin(x / 30 + phase)[:, None] * np.cos(x / 40)
+
+
+def scene_of(horizons, tolerance, **more):
+    return gs.Scene(
+        {k: grid_of(z) for k, z in horizons.items()}, {"F1": FAULT}, tolerance=tolerance, **more
+    )
+
+
+# ---- the bound -------------------------------------------------------------------------
+
+
+def heights(x, y, z, east, north):
+    """Elevation of a lattice with rising diagonals at some places: the plane of each triangle."""
+    j = np.clip(np.searchsorted(x, east, "right") - 1, 0, len(x) - 2)
+    i = np.clip(np.searchsorted(y, north, "right") - 1, 0, len(y) - 2)
+    s, t = (east - x[j]) / (x[j + 1] - x[j]), (north - y[i]) / (y[i + 1] - y[i])
+    a, b, c, d = z[i, j], z[i, j + 1], z[i + 1, j + 1], z[i + 1, j]
+    return np.where(s >= t, a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d))
+
+
+def places_in(x, y, x0, x1, y0, y1):
+    """Nodes, points of a raster, and points along the diagonal, of a coarse cell."""
+    e, n = np.meshgrid(x[(x >= x0) & (x <= x1)], y[(y >= y0) & (y <= y1)])
+    t = np.linspace(0.0, 1.0, 1201)
+    u, v = np.meshgrid((np.arange(60) + 0.5) / 60, (np.arange(60) + 0.5) / 60)
+    raster = x0 + u * (x1 - x0), y0 + v * (y1 - y0)
+    line = x0 + t * (x1 - x0), y0 + t * (y1 - y0)
+    both = zip((e, n), line, raster, strict=True)
+    return [np.concatenate([p.ravel() for p in part]) for part in both]
+
+
+@pytest.mark.parametrize("uneven", [0.0, 0.2])
+@pytest.mark.parametrize("seed", range(12))
+def test_the_bound_is_that_of_a_search_by_brute_force(seed, uneven):
+    rng = np.random.default_rng(seed)
+    shape = rng.integers(7, 30, 2)
+    x, y = (np.arange(n) * 2.0 + 1e5 + uneven * rng.uniform(-1, 1, n) for n in shape[::-1])
+    z = rng.normal(0, 1, shape) if seed % 2 else np.add.outer(np.cos(y / 4), (x - x[0]) ** 2 / 90)
+    rows, cols = kept_nodes(shape[0], int(rng.integers(2, 7))), kept_nodes(shape[1], 4)
+    found = measure_differences(Lattice(x, y, z), rows, cols, np.inf)
+    few = z[np.ix_(rows, cols)]
+    for i, j in np.ndindex(found.largest.shape):
+        x0, x1, y0, y1 = x[cols[j]], x[cols[j + 1]], y[rows[i]], y[rows[i + 1]]
+        e, n = places_in(x, y, x0, x1, y0, y1)
+        off = np.abs(heights(x, y, z, e, n) - heights(x[cols], y[rows], few, e, n))
+        volume = off[-3600:].mean() * (x1 - x0) * (y1 - y0)
+        assert off.max() <= found.largest[i, j] + 1e-12
+        assert volume <= found.volume[i, j] * 1.02 + 1e-12
+        if not uneven:  # no larger than it has to be
+            assert found.largest[i, j] <= 1.02 * off.max() + 1e-9
+            assert found.volume[i, j] <= 8 * volume + 1e-6
+
+
+def test_what_is_too_far_off_is_found_wherever_it_is():
+    z, rows = np.zeros((61, 61)), kept_nodes(61, 5)
+    for seed in range(30):
+        i, j = np.random.default_rng(seed).integers(0, 61, 2)
+        z[:], z[i, j] = 0.0, 1.0
+        found = measure_differences(Lattice(np.arange(61.0), np.arange(61.0), z), rows, rows, 0.5)
+        assert isinstance(found, float)
+        assert abs(found * 60 - i) <= 5
+
+
+def test_strides_leave_enough_nodes():
+    assert strides_of((1001, 1001))[0] == 10
+    for n, stride in ((300, 7), (1001, 10), (12, 5), (2, 2)):
+        steps = np.diff(kept_nodes(n, stride))
+        assert steps.sum() == n - 1
+        assert steps.max() <= stride
+        assert steps.max() - steps.min() <= 1
+
+
+# ---- models ----------------------------------------------------------------------------
+
+
+def test_a_model_of_fewer_nodes_is_within_its_bound_and_certified():
+    horizons = {"Top": waves(-300.0), "Base": waves(-400.0, phase=1.0)}
+    exact, quick = scene_of(horizons, None), scene_of(horizons, 0.5)
+    assert quick.box == exact.box
+    assert quick.surface("Top").n_vertex == 101**2
+    assert quick.whole_surface("Top").n_vertex == N**2
+    off = float(abs(quick.volumes - exact.volumes).max())
+    assert 0.0 < off <= quick.volume_error_bound < 2 * 0.5 * 200.0**2
+    assert quick.check().ok
+    assert "decimate" in quick.explain()
+
+    # curves are those of all nodes, whatever the model has
+    alone = gs.intersect_surfaces([exact.surface("Top"), exact.surface("F1")], tolerance=0.5)
+    both = quick.curves_between("Top", "F1")
+    assert both.points.tobytes() == alone.points.tobytes()
+    assert float(both.error_bound.max()) <= 0.5
+    (first, _) = accuracy(quick)
+    error = max(quick.surface(name).vertex_data["vertical_error"].max() for name in horizons)
+    assert f"at most {error:.2g} m off" in first
+
+
+def test_the_largest_error_is_that_of_the_nodes():
+    quick = scene_of({"Top": waves(-300.0)}, 0.5)
+    few = quick.surface("Top")
+    axis = np.linspace(0.0, 200.0, N)
+    e, n = np.meshgrid(axis, axis)
+    here = heights(few.lattice.easting, few.lattice.northing, few.lattice.elevation, e, n)
+    true = np.abs(here - waves(-300.0)).max()
+    assert true <= few.vertex_data["vertical_error"].max() <= true * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("flaw", ["rough", "one node", "a step of a fault", "a hole", "few nodes"])
+def test_what_needs_all_nodes_has_them(flaw):
+    z = waves(-300.0, n=151 if flaw == "few nodes" else N)
+    if flaw == "rough":
+        z += np.random.default_rng(1).normal(0, 1, z.shape)
+    elif flaw == "one node":
+        z[77, 121] += 0.8
+    elif flaw == "a step of a fault":
+        z[:, 131:] -= 5.0
+    elif flaw == "a hole":
+        z[:4, :4] = np.nan
+    box = (0.0, 150.0, 30.0, 180.0, -500.0, -100.0)
+    exact, other = (
+        gs.Scene({"Top": grid_of(z)}, {"F1": FAULT}, box, tolerance=t) for t in (None, 0.5)
+    )
+    for key in ("vertices", "triangles", "surface_of_triangle", "parent_of_triangle"):
+        assert getattr(exact.patches, key).tobytes() == getattr(other.patches, key).tobytes()
+    assert exact.volumes.values.tobytes() == other.volumes.values.tobytes()
+    assert other.volume_error_bound == 0.0
+
+
+def test_a_plane_stays_what_it_is():
+    axis = np.linspace(0.0, 200.0, N)
+    plane = -300.0 + np.add.outer(0.25 * axis, -0.5 * axis)
+    quick = scene_of({"Top": plane}, 0.5)
+    assert quick.surface("Top").n_vertex == 101**2
+    west, east, south, north, bottom, _ = quick.box
+    below = sum(unit.volume for name, unit in quick.units.items() if name.startswith("below"))
+    expected = (plane.mean() - bottom) * (east - west) * (north - south)
+    assert below == pytest.approx(expected, rel=1e-12)
+    assert quick.volume_error_bound < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_horizons_on_one_frame_keep_their_order_and_where_they_coincide(seed):
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0.0, 200.0, N)
+    z, found = waves(-300.0), {}
+    for k in range(3):
+        found[f"H{k}"] = z
+        pinched = np.maximum(20.0 * np.sin(np.add.outer(x, x) / rng.uniform(40, 90) + k), 0.0)
+        z = z - pinched
+    quick = scene_of(found, 2.0)
+    few = [quick.surface(name).lattice for name in found]
+    assert {one.shape for one in few} == {(101, 101)}
+    for (name, upper), (other, lower) in zip([*found.items()], [*found.items()][1:], strict=False):
+        a, b = (quick.surface(one).lattice.elevation for one in (name, other))
+        assert (a >= b).all()
+        np.testing.assert_array_equal(a == b, (upper == lower)[::2, ::2])
+    clipped = quick.units.report["clipped"]
+    assert not [one for one in clipped if getattr(one, "area", 0.0) > 0.0]
+    assert quick.check().ok
+
+
+def test_one_horizon_that_needs_all_nodes_keeps_them_for_its_frame_alone():
+    hole = waves(-400.0)
+    hole[:3, :3] = np.nan
+    far = grid_of(waves(-500.0, n=251))
+    aoi = [[20, 20], [180, 20], [180, 180], [20, 180]]
+    quick = scene_of({"Top": waves(-300.0), "Base": hole}, 0.5, aoi=aoi)
+    quick = quick.replace(horizons={"Deep": far})
+    sizes = [quick.surface(name).n_vertex for name in ("Top", "Base", "Deep")]
+    assert sizes == [N**2, N**2 - 9, 126**2]
+
+
+def test_horizons_that_are_tied_to_tops_have_all_nodes():
+    tops = {"well": ["W1"], "horizon": ["Top"], "easting": [50.0], "northing": [50.0],
+            "elevation": [-301.0]}  # fmt: skip
+    quick = scene_of({"Top": waves(-300.0)}, 0.5, tops=pandas.DataFrame(tops), tie={"range": 60.0})
+    assert quick.surface("Top").n_vertex == N**2
+    assert abs(float(quick.misfit().misfit[0])) <= 0.1
+
+
+def test_a_changed_horizon_is_looked_at_again():
+    scene = scene_of({"Top": waves(-300.0), "Base": waves(-400.0)}, 0.5)
+    assert scene.surface("Base").n_vertex == 101**2
+    rough = waves(-400.0) + np.random.default_rng(2).normal(0, 1, (N, N))
+    other = scene.replace(horizons={"Base": grid_of(rough)})
+    assert other.surface("Top").n_vertex == N**2
+    assert other.replace(tolerance=20.0).surface("Top").n_vertex == 101**2
+    again = other.replace(horizons={"Base": grid_of(waves(-400.0))})
+    assert again.surface("Top").n_vertex == 101**2
+    assert again.units is scene.units
