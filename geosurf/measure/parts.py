@@ -28,6 +28,7 @@ def groups_by_tile(pieces: Pieces, feet: np.ndarray) -> Iterator[np.ndarray]:
     """
     lattice = _first_chunked(pieces)
     assert lattice is not None
+    lattice = lattice.unmoved
     starts = lattice.store.row_starts[:-1], lattice.store.col_starts[:-1]
     if isinstance(lattice, ChunkedMap):
         at = lattice.cells_at(feet)

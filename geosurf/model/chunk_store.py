@@ -46,8 +46,10 @@ class Store:
     scale: float
     as_is: bool = False
 
-    def holds_values_of(self, other: Store) -> bool:
+    def holds_values_of(self, other: Store | AxisStore) -> bool:
         """Whether two are known to have the same values: those of one Dask array."""
+        if isinstance(other, AxisStore):
+            return False
         mine, theirs = (getattr(of.data, "name", None) for of in (self, other))
         same = self.data is other.data or (mine is not None and mine == theirs)
         return same and (self.turned, self.scale) == (other.turned, other.scale)
@@ -107,6 +109,40 @@ class Store:
 
 
 @dataclass(frozen=True, eq=False)
+class AxisStore:
+    """Eastings or northings of all nodes of a grid with axes, as a `Store` has coordinates.
+
+    Attributes
+    ----------
+    axis : ndarray of float64
+        [m].
+    along : int
+        0: one for each row; 1: one for each column.
+    shape : (int, int)
+        Number of rows and columns of nodes.
+    """
+
+    axis: np.ndarray
+    along: int
+    shape: tuple[int, int]
+
+    def holds_values_of(self, other: Store | AxisStore) -> bool:
+        """Whether two have the same values."""
+        if not isinstance(other, AxisStore) or self.along != other.along:
+            return False
+        return self.shape == other.shape and np.array_equal(self.axis, other.axis)
+
+    def read(
+        self, rows: tuple[int, int], cols: tuple[int, int], out: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Coordinates [m] of some rows and columns (first, last + 1), float64; written to `out`."""
+        if out is None:
+            out = np.empty((rows[1] - rows[0], cols[1] - cols[0]))
+        out[...] = self.axis[slice(*cols)] if self.along else self.axis[slice(*rows), None]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
 class ChunkBounds:
     """What one pass over all chunks found.
 
@@ -145,4 +181,4 @@ class ChunkBounds:
     of_map: np.ndarray
 
 
-__all__ = ["STAYS", "ChunkBounds", "Store"]
+__all__ = ["STAYS", "AxisStore", "ChunkBounds", "Store"]

@@ -11,10 +11,8 @@ a first axis of three: easting, northing and elevation (`geosurf.model.chunked_m
 from __future__ import annotations
 
 import math
-import threading
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -24,40 +22,38 @@ from geosurf.conventions.memory import give_back_memory
 from geosurf.errors import HorizonError
 from geosurf.model.base import frozen
 from geosurf.model.chunk_store import ChunkBounds, Store
+from geosurf.model.held_chunks import Held
 from geosurf.model.holes import Holes, TriangleNumbers
 from geosurf.model.lattice import Lattice
+from geosurf.model.moved_nodes import MovedNodes
 from geosurf.model.survey import Survey
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from concurrent.futures import Future
 
-CACHE = 64 << 20  # bytes of chunks that one grid holds: the last ones that were used
 KNOWN = 8_000_000  # nodes next to curves that are held one by one
 _FEW = 1 << 14  # nodes that were looked up, and are held
 AHEAD = 1 << 25  # nodes of a band that is read ahead: 256 MB
-_NONE = np.empty(0, dtype=np.int64)
-
-
-@dataclass(eq=False)
-class _Held:
-    """Chunks and nodes that were read last."""
-
-    chunks: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict)
-    size: int = 0
-    nodes: tuple[np.ndarray, np.ndarray] = (_NONE, np.empty(0))
-    every: dict[bytes, np.ndarray] = field(default_factory=dict)
-    lock: threading.RLock = field(default_factory=threading.RLock)
-
-    def __reduce__(self) -> Any:
-        return _Held, ()
 
 
 class ChunkedLattice(Lattice):
-    """A lattice with straight axes and elevations in a store."""
+    """A lattice with straight axes and elevations in a store.
+
+    Attributes
+    ----------
+    store : Store
+    bounds : ChunkBounds
+    fingerprint : str
+        Of all nodes.
+    moved : MovedNodes or None
+        What a repair has moved (`geosurf.model.chunked_moves`). Chunks, and nodes that are held,
+        are as the store has them: whatever leaves the lattice has nodes where they have moved to.
+    """
 
     store: Store
     bounds: ChunkBounds
     fingerprint: str
+    moved: MovedNodes | None = None
 
     @classmethod
     def of(
@@ -71,7 +67,7 @@ class ChunkedLattice(Lattice):
         easting, northing = (frozen(axis, np.float64) for axis in axes)
         return cls._made(
             easting=easting, northing=northing, rising=True, reverse=None, store=store,
-            bounds=bounds, fingerprint=fingerprint, _held=_Held(),
+            bounds=bounds, fingerprint=fingerprint, _held=Held(),
         )  # fmt: skip
 
     @classmethod
@@ -81,20 +77,27 @@ class ChunkedLattice(Lattice):
         return made
 
     _shared: ClassVar[tuple[str, ...]] = (
-        "easting",
-        "northing",
-        "store",
-        "bounds",
-        "fingerprint",
+        "easting", "northing", "store", "bounds", "fingerprint", "moved", "given", "map_height",
         "_held",
-    )
+    )  # fmt: skip
+
+    def changed(self, **parts: Any) -> Self:
+        """Return the lattice with other parts, and what is held of chunks and nodes."""
+        same = {key: self.__dict__[key] for key in self._shared if key in self.__dict__}
+        turn = {"rising": self.rising, "reverse": self.reverse}
+        return self._made(**{**same, **turn, **parts})
+
+    @property
+    def unmoved(self) -> ChunkedLattice:
+        """The lattice before a repair moved nodes."""
+        given: ChunkedLattice = self.__dict__.get("given", self)
+        return given
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Self:
         """Return the lattice with another diagonal; what is known of nodes is shared."""
         if rising == self.rising and reverse is self.reverse:
             return self
-        same = {key: self.__dict__[key] for key in self._shared}
-        return self._made(**same, rising=rising, reverse=reverse)
+        return self.changed(rising=rising, reverse=reverse)
 
     @property
     def elevation(self) -> np.ndarray:
@@ -130,7 +133,7 @@ class ChunkedLattice(Lattice):
     def elevations_at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         """Elevations [m] of some rows and columns, which rise: one pass over the chunks."""
         known: dict[bytes, np.ndarray] = self.__dict__["_held"].every
-        key = rows.tobytes() + cols.tobytes()
+        key = self.fingerprint.encode() + rows.tobytes() + cols.tobytes()
         if key not in known:  # pictures of one size ask for the same nodes
             found = np.empty((len(rows), len(cols)))
             done = 0
@@ -231,9 +234,17 @@ class ChunkedLattice(Lattice):
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of nodes, row by row."""
-        row, col = np.divmod(np.asarray(nodes, dtype=np.int64).reshape(-1), self.shape[1])
-        z = self._values_of(row * self.shape[1] + col)
-        return np.stack([self.easting[col], self.northing[row], z], axis=1)
+        flat = np.asarray(nodes, dtype=np.int64).reshape(-1)
+        row, col = np.divmod(flat, self.shape[1])
+        places = np.stack([self.easting[col], self.northing[row], self._values_of(flat)], axis=1)
+        return self._with_moves(flat, places)
+
+    def _with_moves(self, nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Places (n, 3) of nodes as the store has them, with those that have moved put in."""
+        if self.moved is not None:
+            mask, row = self.moved.among(nodes)
+            places[mask] = self.moved.places[row]
+        return places
 
     def values_at(self, part: Lattice, nodes: np.ndarray) -> np.ndarray:
         """Values of some nodes of a part in memory, as `remember` keeps them."""
@@ -242,18 +253,25 @@ class ChunkedLattice(Lattice):
 
     def remember(self, nodes: np.ndarray, values: np.ndarray) -> None:
         """Keep values of some nodes, one row each, which are then not read again."""
-        held: _Held = self.__dict__["_held"]
-        with held.lock:
-            known, z = held.nodes
-            most = KNOWN // math.prod(self._lead)
-            if len(known) + len(nodes) > most or not len(known):
-                known, z = _NONE, values[:0]
-            both, first = np.unique(np.concatenate([known, nodes]), return_index=True)
-            held.nodes = both, np.concatenate([z, values])[first]
+        if self.moved is not None:  # what is held is as in the store
+            mask, _ = self.moved.among(nodes)
+            nodes, values = nodes[~mask], values[~mask]
+        self._hold(nodes, values)
+
+    @property
+    def held_nodes(self) -> np.ndarray:
+        """Nodes whose values are known, rising."""
+        held: Held = self.__dict__["_held"]
+        return held.nodes[0]
+
+    def _hold(self, nodes: np.ndarray, values: np.ndarray) -> None:
+        """Keep values of some nodes as the store has them."""
+        held: Held = self.__dict__["_held"]
+        held.add_nodes(nodes, values, KNOWN // math.prod(self._lead))
 
     def _values_of(self, nodes: np.ndarray) -> np.ndarray:
         """Values of nodes, one row each: known ones, then chunk by chunk."""
-        held: _Held = self.__dict__["_held"]
+        held: Held = self.__dict__["_held"]
         known, values = held.nodes
         wanted, inverse = np.unique(nodes, return_inverse=True)
         z = np.empty((len(wanted), *self._lead))
@@ -276,7 +294,7 @@ class ChunkedLattice(Lattice):
                 picked = chunk[..., row[some] - r, col[some] - c]
                 z[missing[some]] = np.moveaxis(picked, -1, 0)
             if len(missing) <= _FEW:  # many are a part of the model that is asked for once
-                self.remember(wanted[missing], z[missing])
+                self._hold(wanted[missing], z[missing])
         found: np.ndarray = z[inverse.reshape(-1)]
         return found
 
@@ -297,30 +315,17 @@ class ChunkedLattice(Lattice):
 
     def _chunk(self, i: int, j: int) -> np.ndarray:
         """Values of a chunk, from those that were used last if it is among them."""
-        held: _Held = self.__dict__["_held"]
-        with held.lock:
-            if (i, j) in held.chunks:
-                held.chunks.move_to_end((i, j))
-                return held.chunks[i, j]
-        rows, cols = (
-            (int(of[k]), int(of[k + 1]))
+        held: Held = self.__dict__["_held"]
+        (r, s), (c, d) = (
+            of[k : k + 2].tolist()
             for of, k in ((self.store.row_starts, i), (self.store.col_starts, j))
         )
-        chunk = self._same(self._read(rows, cols), rows, cols)
-        with held.lock:
-            if (i, j) not in held.chunks:
-                held.chunks[i, j] = chunk
-                held.size += chunk.nbytes
-            while held.size > CACHE and len(held.chunks) > 1:
-                held.size -= held.chunks.popitem(last=False)[1].nbytes
-        return chunk
+        return held.chunk((i, j), lambda: self._same(self._read((r, s), (c, d)), (r, s), (c, d)))
 
     def forget_chunks(self) -> None:
         """Give up the chunks that were used last."""
-        held: _Held = self.__dict__["_held"]
-        with held.lock:
-            held.chunks.clear()
-            held.size = 0
+        held: Held = self.__dict__["_held"]
+        held.forget_chunks()
 
     def _same(self, values: np.ndarray, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
         """Values that were read, or an error if nodes have gone since the store was opened."""
@@ -366,7 +371,10 @@ class ChunkedLattice(Lattice):
         return self._part(rows, cols, z)
 
     def _part(self, rows: tuple[int, int], cols: tuple[int, int], z: np.ndarray) -> Lattice:
-        """A lattice in memory of some rows and columns with their elevations."""
+        """A lattice in memory of some rows and columns with their values, which it may change."""
+        if self.moved is not None:  # their elevations: axes stay
+            of, at = self.moved.within(rows, cols, self.shape[1])
+            z.flat[at] = self.moved.places[of, 2]
         axes = self.easting[slice(*cols)], self.northing[slice(*rows)]
         return Lattice(*axes, z, self.rising, self.reverse)
 

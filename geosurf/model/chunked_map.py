@@ -7,6 +7,7 @@ the bytes of a grid in memory whatever made the coordinates.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, ClassVar, NoReturn
@@ -15,8 +16,9 @@ import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model.base import frozen
-from geosurf.model.chunk_store import ChunkBounds, Store
-from geosurf.model.chunked import ChunkedLattice, _Held
+from geosurf.model.chunk_store import AxisStore, ChunkBounds, Store
+from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.held_chunks import Held
 from geosurf.model.lattice import Lattice
 
 BLOCK = 64  # cells along a side of a block
@@ -53,12 +55,13 @@ class ChunkedMap(ChunkedLattice):
     Attributes
     ----------
     stores : (Store, Store, Store)
-        Of easting, northing and elevation.
+        Of easting, northing and elevation. The first two may be axes (`of_axes`).
     """
 
-    stores: tuple[Store, Store, Store]
+    stores: tuple[Store | AxisStore, Store | AxisStore, Store]
     _shared: ClassVar[tuple[str, ...]] = (
-        "store", "stores", "bounds", "fingerprint", "_held", "map_height", "right_handed",
+        "store", "stores", "bounds", "fingerprint", "moved", "given", "map_height", "right_handed",
+        "_held",
     )  # fmt: skip
 
     _bytes_of_node: ClassVar = 24
@@ -73,9 +76,28 @@ class ChunkedMap(ChunkedLattice):
         """Make a lattice of three stores and what one pass over them found."""
         height, right_handed, rising = bounds.of_map[:3].tolist()
         return cls._made(
-            store=stores[2], stores=stores, bounds=bounds, fingerprint=fingerprint, _held=_Held(),
+            store=stores[2], stores=stores, bounds=bounds, fingerprint=fingerprint, _held=Held(),
             map_height=height, right_handed=bool(right_handed), rising=bool(rising), reverse=None,
         )  # fmt: skip
+
+    @classmethod
+    def of_axes(cls, lattice: ChunkedLattice) -> ChunkedMap:
+        """Give each node of a lattice with axes an easting and a northing; steps may differ."""
+        x, y, bounds = lattice.easting, lattice.northing, lattice.bounds
+        stores = AxisStore(x, 1, lattice.shape), AxisStore(y, 0, lattice.shape), lattice.store
+        rows, cols = (of[1:] - 1 for of in (lattice.store.row_starts, lattice.store.col_starts))
+        last = (
+            np.stack(np.broadcast_arrays(x, y[rows, None], bounds.last_rows)),
+            np.stack(np.broadcast_arrays(x[cols, None], y, bounds.last_cols)),
+        )
+        made = cls._made(
+            store=lattice.store, stores=stores, fingerprint=lattice.fingerprint, _held=Held(),
+            bounds=replace(bounds, last_rows=last[0], last_cols=last[1]), right_handed=True,
+            map_height=lattice.map_height, rising=lattice.rising, reverse=lattice.reverse,
+        )  # fmt: skip
+        known = lattice.held_nodes
+        made.remember(known, lattice.places_of_nodes(known))
+        return made
 
     @property
     def easting(self) -> Any:
@@ -110,7 +132,8 @@ class ChunkedMap(ChunkedLattice):
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of nodes, row by row."""
-        return self._values_of(np.asarray(nodes, dtype=np.int64).reshape(-1))
+        flat = np.asarray(nodes, dtype=np.int64).reshape(-1)
+        return self._with_moves(flat, self._values_of(flat))
 
     def values_at(self, part: Lattice, nodes: np.ndarray) -> np.ndarray:
         """Values of some nodes of a part in memory, as `remember` keeps them."""
@@ -168,8 +191,16 @@ class ChunkedMap(ChunkedLattice):
     def map_bands(self) -> Iterator[tuple[Span, np.ndarray, np.ndarray]]:
         """Yield rows (first, last + 1), and easting and northing of all of their nodes."""
         for rows in pairwise(self.store.row_starts.tolist()):
-            x, y = (of.read(rows, (0, self.shape[1])) for of in self.stores[:2])
-            yield rows, x, y
+            yield rows, *self.map_of_rows(rows)
+
+    def map_of_rows(self, rows: Span) -> tuple[np.ndarray, np.ndarray]:
+        """Easting and northing of all nodes of some rows (first, last + 1)."""
+        cols = 0, self.shape[1]
+        x, y = (of.read(rows, cols) for of in self.stores[:2])
+        if self.moved is not None:
+            of, at = self.moved.within(rows, cols, self.shape[1])
+            x.flat[at], y.flat[at] = self.moved.places[of, :2].T
+        return x, y
 
     def map_at(self, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Easting and northing [m] of some rows and columns, which rise, each (n_row, n_col)."""
@@ -187,7 +218,7 @@ class ChunkedMap(ChunkedLattice):
         if isinstance(other, ChunkedMap):
             pairs = zip(self.stores[:2], other.stores[:2], strict=True)
             if all(one.holds_values_of(two) for one, two in pairs):
-                return True
+                return self._moves_map_as(other)
         elif other.easting.ndim == 1:
             return False
 
@@ -200,11 +231,19 @@ class ChunkedMap(ChunkedLattice):
             known[id(other)] = other, self._has_map_of(other)
         return known[id(other)][1]
 
+    def _moves_map_as(self, other: ChunkedMap) -> bool:
+        """Whether nodes that have moved are in the same places in the map."""
+        some = [one.moved.nodes for one in (self, other) if one.moved is not None]
+        if not some:
+            return True
+        nodes = distinct(*some)
+        return np.array_equal(self.map_places(nodes), other.map_places(nodes))
+
     def _has_map_of(self, other: Lattice) -> bool:
         """Compare all nodes in the map."""
         for rows, x, y in self.map_bands():
             if isinstance(other, ChunkedMap):
-                p, q = (of.read(rows, (0, self.shape[1])) for of in other.stores[:2])
+                p, q = other.map_of_rows(rows)
             else:
                 p, q = (of[slice(*rows)] for of in other.horizontal())
             if not (np.array_equal(x, p) and np.array_equal(y, q)):
@@ -227,6 +266,10 @@ class ChunkedMap(ChunkedLattice):
         return out
 
     def _part(self, rows: Span, cols: Span, z: np.ndarray) -> Lattice:
+        if self.moved is not None:
+            of, at = self.moved.within(rows, cols, self.shape[1])
+            row, col = np.divmod(at, cols[1] - cols[0])
+            z[:, row, col] = self.moved.places[of].T
         part = Lattice(z[0], z[1], z[2], self.rising, self.reverse)
         # what was found for the whole holds for a part: steps of a few cells say less of it
         part.__dict__.update(map_height=self.map_height, right_handed=self.right_handed)

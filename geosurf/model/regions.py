@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.chunked_map import ChunkedMap
 from geosurf.model.lattice import Lattice
 
@@ -36,6 +37,8 @@ class Feet:
 
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that a line goes through, their rims included."""
+        if isinstance(lattice, ChunkedLattice) and lattice.moved is not None:
+            return distinct(self.cells(lattice.unmoved), lattice.moved.cells(lattice.shape))
         if isinstance(lattice, ChunkedMap):
             return lattice.cells_around(self.places)
         if lattice.easting.ndim == 2:
@@ -85,6 +88,8 @@ class Line:
 
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that the line meets, and some next to it."""
+        if isinstance(lattice, ChunkedLattice) and lattice.moved is not None:
+            return distinct(self.cells(lattice.unmoved), lattice.moved.cells(lattice.shape))
         if lattice.easting.ndim == 2:
             return _cells_of_map(self, lattice)
         x, y = lattice.easting, lattice.northing
@@ -135,6 +140,8 @@ class Boxes:
 
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that meet a box."""
+        if isinstance(lattice, ChunkedLattice) and lattice.moved is not None:
+            return distinct(self.cells(lattice.unmoved), lattice.moved.cells(lattice.shape))
         if lattice.easting.ndim == 2:
             return _cells_of_map(self, lattice)
         found = [np.empty(0, dtype=np.int64)]

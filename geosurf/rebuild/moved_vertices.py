@@ -10,8 +10,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from geosurf.conventions import place
+from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
+from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.chunked_moves import with_moved_nodes
+from geosurf.model.moved_nodes import cells_around
 from geosurf.rebuild.equal_vertices import first_of_equals
 
 
@@ -39,20 +44,20 @@ def shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
 
 def moved_surface(
     surface: TriSurface,
-    marked: np.ndarray,
+    rows: np.ndarray,
     move: Callable[..., np.ndarray],
     step: float,
     held: Sequence[np.ndarray],
 ) -> TriSurface:
-    """The surface with marked vertices moved to multiples of a step, as `move` does.
+    """The surface with some vertices moved to multiples of a step, as `move` does.
 
-    `held` has coordinates of each axis that stay. What lies on them stays on them, and what is
-    closer than a step comes to lie on them: the box of the user does not move.
+    `rows` are rising: of vertices, or nodes of a grid that stays in its store. `held` has
+    coordinates of each axis that stay. What lies on them stays on them, and what is closer than a
+    step comes to lie on them: the box of the user does not move.
     """
-    rows = np.flatnonzero(marked)
     if not len(rows):
         return surface
-    before = _places(surface, rows)
+    before = places_of(surface, rows)
     there = move(before, step)
     for axis, values in enumerate(held):
         if len(values):
@@ -79,9 +84,11 @@ def _nodes(lattice: Lattice, rows: np.ndarray) -> np.ndarray:
     return rows if lattice.whole else np.flatnonzero(lattice.present.ravel())[rows]
 
 
-def _places(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
-    """World coordinates (n, 3) of some vertices."""
+def places_of(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
+    """World coordinates (n, 3) of some vertices, given as for `moved_surface`."""
     lattice = surface.lattice
+    if isinstance(lattice, ChunkedLattice):
+        return lattice.places_of_nodes(rows)
     if type(lattice) is not Lattice or "vertices" in surface.__dict__:
         return surface.vertices[rows]
     return lattice.places_of_nodes(_nodes(lattice, rows))
@@ -90,28 +97,47 @@ def _places(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
 def _as_grid(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface | None:
     """The grid with moved nodes; None if some nodes are in one place, or a triangle shuts."""
     lattice = surface.lattice
-    if type(lattice) is not Lattice or first_of_equals(surface) is not None:
-        return None
-    nodes = _nodes(lattice, rows)
-    x, y, z = (np.array(part) for part in (*lattice.horizontal(), lattice.elevation))
-    for values, new in zip((x, y, z), there.T, strict=True):
-        values.flat[nodes] = new
-    grid = Lattice(x, y, z, rising=lattice.rising, reverse=lattice.turned)
-    if _shuts(grid, nodes):
-        return None
+    if isinstance(lattice, ChunkedLattice):
+        nodes, grid = rows, with_moved_nodes(lattice, rows, there)
+        if grid is None or _shuts(grid, nodes):
+            raise _stays(surface, there[0])
+    else:
+        if type(lattice) is not Lattice or first_of_equals(surface) is not None:
+            return None
+        nodes = _nodes(lattice, rows)
+        grid = _in_memory(lattice, nodes, there)
+        if _shuts(grid, nodes):
+            return None
     marks = dict(surface.vertex_data)
     return TriSurface(surface.name, surface.role, lattice=grid, vertex_data=marks or None)
 
 
+def _in_memory(lattice: Lattice, nodes: np.ndarray, there: np.ndarray) -> Lattice:
+    """A grid in memory with moved nodes; each has coordinates of its own."""
+    x, y, z = (np.array(part) for part in (*lattice.horizontal(), lattice.elevation))
+    for values, new in zip((x, y, z), there.T, strict=True):
+        values.flat[nodes] = new
+    return Lattice(x, y, z, rising=lattice.rising, reverse=lattice.turned)
+
+
 def _shuts(lattice: Lattice, nodes: np.ndarray) -> bool:
     """Whether a triangle at some nodes has two corners in one place."""
-    keys = lattice.keys
-    corners = lattice.corners_of_keys(keys)
-    mark = np.zeros(lattice.n_node, dtype=bool)
-    mark[nodes] = True
-    near = corners[mark[corners].any(axis=1)]
-    places = lattice.places_of_nodes(near.ravel()).reshape(-1, 3, 3)
+    cells = cells_around(nodes, lattice.shape)
+    corners = lattice.corners_of_keys(np.concatenate([2 * cells, 2 * cells + 1]))
+    near = corners[np.isin(corners, nodes).any(axis=1)]
+    places = lattice.places_of_nodes(near.ravel()).reshape(-1, 3, 3)  # absent nodes equal none
     return bool((places == np.roll(places, 1, axis=1)).all(axis=2).any())
+
+
+def _stays(surface: TriSurface, at: np.ndarray) -> HorizonError:
+    """The error for a horizon in its store that a repair cannot keep as a grid."""
+    return HorizonError(
+        f"horizon {surface.name!r} almost touches another surface at {place(at)}, and its nodes "
+        "are so close there that a repair would fold it. geosurf repairs that in memory only. Load "
+        "it with da.load(), or select fewer nodes, as in da[::2, ::2].",
+        place=at,
+        surfaces=[surface.name],
+    )
 
 
 def _as_list(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface:

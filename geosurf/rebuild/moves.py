@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Patches, TriSurface
+from geosurf.model.chunked import ChunkedLattice
 
 _REPORTED = 1e-6  # metres: smaller moves are below any measurement; most repairs move by 2 nm
 
@@ -33,12 +34,14 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
 
     names, far, place = [], 0.0, None
     for old, new in zip(given, patches.sources, strict=True):
-        steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
+        before, after = _places_of(old, new)
+        steps = np.linalg.norm(after - before, axis=1)
+        if not steps.any():
+            continue
+        names.append(old.name)
         row = int(steps.argmax())
-        if steps[row] > 0.0:
-            names.append(old.name)
         if steps[row] > far:
-            far, place = float(steps[row]), old.vertices[row]
+            far, place = float(steps[row]), before[row]
 
     n = patches.report["moved_vertices"]
     count = "1 vertex" if n == 1 else f"{n} vertices"
@@ -53,3 +56,12 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
         place,
     )
     return (warning,)
+
+
+def _places_of(old: TriSurface, new: TriSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Where vertices were and are (n, 3); of a grid in its store, those that have moved."""
+    lattice = new.lattice
+    if not isinstance(lattice, ChunkedLattice):
+        return old.vertices, new.vertices
+    nodes = np.empty(0, dtype=np.int64) if lattice.moved is None else lattice.moved.nodes
+    return old.places_of_nodes(nodes), new.places_of_nodes(nodes)

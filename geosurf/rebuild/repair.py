@@ -23,14 +23,14 @@ from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import place
-from geosurf.errors import HorizonError, RoundingError, SurfaceError
+from geosurf.errors import RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
-from geosurf.rebuild.moved_vertices import moved_surface, rounded, shifted
+from geosurf.rebuild.moved_vertices import moved_surface, places_of, rounded, shifted
 from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
 
@@ -88,7 +88,7 @@ def cut_soundly(
     # The steps get coarser; each one begins with the given surfaces, not with those that were
     # moved.
     given = contacts.surfaces
-    moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
+    moved = [np.empty(0, dtype=np.int64) for _ in given]
     first, held = (contacts, bad), _held(given)
 
     tries: list[tuple[Callable[..., np.ndarray], float]] = [(rounded, step) for step in STEPS]
@@ -128,7 +128,9 @@ def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
-    """Mark the vertices of some faces and of all that they cross, wherever they occur.
+    """Add the vertices of some faces and of all that they cross, wherever they occur.
+
+    Of a surface that stays in its store they are nodes.
 
     Searches differ in contacts on edges and corners of both triangles: lattices of one survey are
     not asked for what neighbouring cells have in common, nor for a surface's own neighbours. What
@@ -141,8 +143,8 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
 
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
-    for surface, marked, (nodes, of_node) in zip(
-        contacts.surfaces, moved, contacts.nodes, strict=True
+    for k, (surface, (nodes, of_node)) in enumerate(
+        zip(contacts.surfaces, contacts.nodes, strict=True)
     ):
         # The model box does not move.
         if surface.role == "wall":
@@ -150,29 +152,15 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         vertices = nodes[ids[of_node]]
         if len(vertices) == 0:
             continue
-        if isinstance(surface.lattice, ChunkedLattice):
-            raise _stays(surface, vertices[0])
-        if surface.lattice is not None:
-            vertices = surface.lattice.vertex_of_node.ravel()[vertices]
+        if not isinstance(surface.lattice, ChunkedLattice):
+            if surface.lattice is not None:
+                vertices = surface.lattice.vertex_of_node.ravel()[vertices]
 
-        # All copies of a vertex move together.
-        first = first_of_equals(surface)
-        if first is not None:
-            vertices = first[vertices]
-        marked[vertices] = True
-
-
-def _stays(surface: TriSurface, node: int) -> HorizonError:
-    """The error for a horizon in its store, of which a repair would move nodes."""
-    (at,) = surface.places_of_nodes(np.array([node]))
-    return HorizonError(
-        f"horizon {surface.name!r} almost touches another surface at {place(at)}, so that float64 "
-        "cannot represent the exact result. geosurf repairs that by moving nodes, but not of a "
-        "horizon that stays in its store. Round its elevations, as in (da * 1024).round() / 1024, "
-        "or load it with da.load().",
-        place=at,
-        surfaces=[surface.name],
-    )
+            # All copies of a vertex move together.
+            first = first_of_equals(surface)
+            if first is not None:
+                vertices = first[vertices]
+        moved[k] = np.union1d(moved[k], vertices)
 
 
 def _held(surfaces: Sequence[TriSurface]) -> list[np.ndarray]:
@@ -188,9 +176,9 @@ def _moves(
 ) -> dict[str, float]:
     """Number of moved vertices and the largest move [m]."""
     moves = [
-        np.linalg.norm(new.vertices[mask] - old.vertices[mask], axis=1)
-        for old, new, mask in zip(given, surfaces, moved, strict=True)
-        if mask.any()
+        np.linalg.norm(places_of(new, rows) - places_of(old, rows), axis=1)
+        for old, new, rows in zip(given, surfaces, moved, strict=True)
+        if len(rows)
     ]
     far = np.concatenate(moves)
     return {"moved_vertices": int((far > 0).sum()), "largest_move": float(far.max(initial=0.0))}

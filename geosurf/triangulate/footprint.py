@@ -60,8 +60,6 @@ class Footprint:
         Eastings and northings of the nodes of an unrotated grid.
     torn : bool
         Whether gaps inside may be those of faults: of meshes, this is unknown.
-    fixed : bool
-        Whether it is rotated and stays in a store, where no node can be moved.
     """
 
     name: str
@@ -69,7 +67,6 @@ class Footprint:
     axes: Axes | None
     lines: tuple[np.ndarray, np.ndarray] | None
     torn: bool
-    fixed: bool = False
 
     @property
     def area(self) -> float:
@@ -97,7 +94,7 @@ def footprint_of(horizon: TriSurface) -> Footprint:
     if lattice is None:
         return Footprint(horizon.name, _rim_of_mesh(horizon), None, None, torn=True)
     rim, axes, lines = _rim_of_lattice(lattice), _axes_of(lattice), _lines_of(lattice)
-    return Footprint(horizon.name, rim, axes, lines, torn=False, fixed=lattice.reads_map)
+    return Footprint(horizon.name, rim, axes, lines, torn=False)
 
 
 def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:

@@ -319,7 +319,7 @@ def _inside_all(
     """The outline in the world, inside of all horizons; whether it is an axis-parallel rectangle.
 
     Sides along nodes of all unrotated grids stay there, the others move inward: those along rows
-    farther if nodes are fixed.
+    farther.
     """
     outline = cells.to_world(ring.astype(np.float64))
 
@@ -328,10 +328,9 @@ def _inside_all(
     inward = np.full(len(ring), 2.0 * off)
     lines = [horizon.lines for horizon in horizons]
     ahead = np.roll(ring, -1, axis=0) - ring
-    if any(horizon.fixed for horizon in horizons):
-        # by the same length, corners would come to lie beside diagonals of square cells, nearly:
-        # nodes have to be moved there
-        inward[ahead[:, 1] == 0] *= 1.5
+    # by the same length, corners would come to lie beside diagonals of square cells, nearly: nodes
+    # would have to be moved there
+    inward[ahead[:, 1] == 0] *= 1.5
     for axis in (0, 1):
         nodes = _common_lines([None if of is None else of[axis] for of in lines])
         for k in np.flatnonzero(ahead[:, axis] == 0).tolist():

@@ -28,8 +28,9 @@ from geosurf.carve.certificate.lines import Half, lines_of, lines_of_units
 from geosurf.carve.certificate.near_runs import candidates
 from geosurf.carve.volume import exact_volume
 from geosurf.conventions.memory import give_back_memory
-from geosurf.model import Check, Patches, Units
-from geosurf.model.pieces import Pieces
+from geosurf.model import Check, Patches, TriSurface, Units
+from geosurf.model.chunked import ChunkedLattice
+from geosurf.model.pieces import Pieces, Strips
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -51,11 +52,28 @@ def same_runs(one: Patches, two: Patches) -> bool:
                 of = ("places", "absent", "runs", "start", "nodes", "points")
                 yield from (getattr(strips, name) for name in of)
 
-    same = one.sources == two.sources and [s is None for s in first.strips] == [
-        s is None for s in second.strips
-    ]
+    same = [s is None for s in first.strips] == [s is None for s in second.strips]
+    same = same and len(one.sources) == len(two.sources)
+    both = zip(one.sources, two.sources, first.strips, strict=True) if same else ()
+    same = same and all(_same_nodes(p, q, strips) for p, q, strips in both)
     pairs = zip(arrays(one, first), arrays(two, second), strict=True) if same else ()
     return bool(same) and all(np.array_equal(p, q) and p.tobytes() == q.tobytes() for p, q in pairs)
+
+
+def _same_nodes(p: TriSurface, q: TriSurface, strips: Strips | None) -> bool:
+    """Whether two sources are one; or equal grids, such as those whose nodes a repair has moved."""
+    a, b = p.lattice, q.lattice
+    if p is q or a is b:
+        return True
+    if a is None and b is None:  # without runs, all its points and triangles are in the pieces
+        return strips is None
+    if a is None or b is None or (a.rising, a.turned) != (b.rising, b.turned):
+        return False
+    if isinstance(a, ChunkedLattice) or isinstance(b, ChunkedLattice):
+        known = [one.fingerprint for one in (a, b) if isinstance(one, ChunkedLattice)]
+        return len(known) == 2 and known[0] == known[1]
+    both = zip(a.coordinates, b.coordinates, strict=True)
+    return bool((a.places == b.places).all()) and all(x.tobytes() == y.tobytes() for x, y in both)
 
 
 def checks_by_runs(
