@@ -5,7 +5,7 @@ there (5.4 GB for 20 000 x 20 000 nodes); it stays for the next run. Each row is
 own: reading all chunks once, then curves and volumes without and with bounds next to the store,
 then measures of a model that is there already. With ``--rim`` horizons end at oblique lines, beyond
 which nodes are absent (NaN). With ``--rotated`` each node has coordinates of its own in the store,
-which are read with the elevations; thickness maps are left out there.
+which are read with the elevations.
 """
 
 from __future__ import annotations
@@ -185,8 +185,6 @@ def main() -> None:
     row("curves and volumes, first time", "volumes", path, once)
     row("curves and volumes, again", "volumes", path, once)
     for way, name in MEASURES.items():
-        if asked.rotated and "map" in way:
-            continue
         row(name, way, path, once)
 
 

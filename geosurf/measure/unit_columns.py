@@ -16,10 +16,13 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.measure.columns import cross_columns, elevations
 from geosurf.measure.grid_cells import keys_at, runs_of_keys
 from geosurf.measure.parts import groups_by_tile, stays_in_store
-from geosurf.model import Unit, Units
-from geosurf.model.pieces import Pieces
+from geosurf.model import Lattice, Unit, Units
+from geosurf.model.chunked_map import ChunkedMap
+from geosurf.model.pieces import Pieces, Strips
+from geosurf.model.regions import Feet
 
 AT_ONCE = 1 << 18  # lines whose triangles of grids are in memory
+_SLACK = 2.0**-48  # of the largest coordinate: more than rounding moves a foot
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,9 +165,14 @@ def _on_grids(
         if low == high or strips is None or lattice is None:
             continue
         runs = wanted[low:high] - first
+        if isinstance(lattice, ChunkedMap):  # coordinates are read near the lines alone
+            of = _keys_near(lattice, strips, runs, feet, pieces.origin)
+            found.append(_on_some(pieces, sides, i, *of, feet, middle))
+            continue
         keys = keys_at(lattice, pieces.origin, feet, middle)
         if keys is None:  # a grid that folds on the map: its triangles are searched
-            found.append(_on_folded(pieces, sides, i, runs, feet, middle))
+            of = strips.keys_of(runs)
+            found.append(_on_some(pieces, sides, i, *of, feet, middle))
             continue
 
         # runs that bound none of the units are left out
@@ -179,20 +187,35 @@ def _on_grids(
     return found
 
 
-def _on_folded(
+def _keys_near(
+    lattice: Lattice, strips: Strips, runs: np.ndarray, feet: np.ndarray, origin: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Keys of the triangles of some runs that lines may pass, and the run of each."""
+    # around each foot, since local coordinates are rounded
+    places = feet + origin[:2]
+    slack = _SLACK * float(np.abs(places).max(initial=0.0))
+    around = [places + slack * np.array(to) for to in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
+    cells = Feet(np.concatenate(around)).cells(lattice)
+    keys = (2 * cells[:, None] + np.arange(2)).reshape(-1)
+    run = runs_of_keys(lattice, strips, keys)
+    is_wanted = np.zeros(len(strips.runs) + 1, dtype=bool)  # the last one: in no run
+    is_wanted[runs] = True
+    some = is_wanted[run]
+    return keys[some], run[some]
+
+
+def _on_some(
     pieces: Pieces,
     sides: np.ndarray,
     i: int,
-    runs: np.ndarray,
+    keys: np.ndarray,
+    run: np.ndarray,
     feet: np.ndarray,
     middle: np.ndarray,
 ) -> _Met:
-    """Lines through some runs of a grid that may fold on the map, such as a fault."""
-    source, strips = pieces.sources[i], pieces.strips[i]
-    assert source.lattice is not None
-    assert strips is not None
-    keys, run = strips.keys_of(runs)
-    used, triangles = np.unique(source.lattice.corners_of_keys(keys), return_inverse=True)
+    """Lines through some triangles of a grid by key, and the run of each."""
+    source = pieces.sources[i]
+    used, triangles = np.unique(source.corners_of_keys(keys), return_inverse=True)
     x, triangles = source.places_of_nodes(used) - pieces.origin, triangles.reshape(-1, 3)
     found = cross_columns(x, triangles, feet, middle)
     at = found.triangle

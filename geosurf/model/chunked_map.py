@@ -65,9 +65,6 @@ class ChunkedMap(ChunkedLattice):
     )  # fmt: skip
 
     _bytes_of_node: ClassVar = 24
-    _streamed: ClassVar = (
-        "Curves, units, volumes, certificates, sections and samples of a grid with 2-D coordinates"
-    )
 
     @classmethod
     def of_stores(

@@ -59,6 +59,7 @@ def measured(scene: gs.Scene) -> dict[str, object]:
         "curves": scene.curves.local.tobytes(), "checks": scene.check().checks,
         "sample": scene.sample(points).to_dict(),
         "section": scene.section([(w, s), (e, n)]).to_dict(),
+        "thickness": scene.thickness("Top/Base", STEP / 3.0).to_dict(),
     }  # fmt: skip
 
 
