@@ -23,7 +23,7 @@ class Held:
     nodes : (ndarray of int64, ndarray of float64)
         Nodes, rising, and their values.
     every : dict
-        Elevations of some rows and columns, by what was asked for.
+        Elevations of some rows and columns, by these.
     """
 
     chunks: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict)
