@@ -103,13 +103,14 @@ class TriSurface(Shown):
         """Set values on vertices, or raise an error that names the wrong array."""
         how = "give a mapping of names to arrays"
         expect(given, Mapping, f"surface {self.name!r} takes a mapping as vertex_data", how)
+        n = len(self.vertices) if "vertices" in self.__dict__ else self.n_vertex
         for key, value in given.items():
             # copied and frozen: vertex data must stay in step with vertices
             array = np.asarray(value)
-            if array.shape[:1] != (len(self.vertices),):
+            if array.shape[:1] != (n,):
                 raise SurfaceError(
                     f"surface {self.name!r}: vertex_data[{key!r}] has shape {array.shape}, "
-                    f"expected ({len(self.vertices)}, ...): one value per vertex."
+                    f"expected ({n}, ...): one value per vertex."
                 )
             self.vertex_data[key] = frozen(np.array(array), array.dtype)
 

@@ -117,6 +117,13 @@ class Survey:
         around: np.ndarray = self.nodes[-1]
         return around
 
+    @property
+    def relief(self) -> float:
+        """The largest difference in elevation inside of a block [m]: no step is higher."""
+        # an empty block has its lower bound above its upper one
+        leaves = self.nodes[: int(self.levels[0, 1] * self.levels[0, 2])]
+        return float((leaves[:, 5] - leaves[:, 2]).max(initial=0.0))
+
     @cached_property
     def finite(self) -> bool:
         """Whether no coordinate is infinite."""

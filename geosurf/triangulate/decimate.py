@@ -117,14 +117,13 @@ def measure_differences(
     n = len(rows) - 1
     order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
     order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
-    largest, sums, failed = differences_of_rows_and_columns(
+    few, largest, sums, failed = differences_of_rows_and_columns(
         lattice.elevation, rows, cols, order, limit
     )
     if failed >= 0:
         return (failed + 0.5) / n
 
     # uneven steps and rounding
-    few = lattice.elevation[np.ix_(rows, cols)]
     parts = [_uneven(lattice.northing, rows), _uneven(lattice.easting, cols)]
     steps = [float(np.abs(np.diff(few, axis=axis)).max()) for axis in (0, 1)]
     size = float(np.abs(lattice.survey.box[2::3]).max())

@@ -107,7 +107,7 @@ def _check(surface: TriSurface) -> None:
     spacing = _spacing(surface)
 
     # Even the steepest step is below 45 degrees, and no extreme value is a usual mark.
-    if not ends and _steepest(surface) <= spacing:
+    if not ends and (_bounded_step(surface) <= spacing or _steepest(surface) <= spacing):
         return
 
     # Marks that are far from all other values need no neighbours to be recognised.
@@ -253,6 +253,11 @@ def _along_edges(surface: TriSurface, values: np.ndarray) -> np.ndarray:
     """Differences of values of vertices along the edges of triangles, side by side (3 n,)."""
     t = surface.triangles
     return np.concatenate([values[t[:, (k + 1) % 3]] - values[t[:, k]] for k in range(3)])
+
+
+def _bounded_step(surface: TriSurface) -> float:
+    """No step in elevation between neighbours is larger [m]; of a lattice without its nodes."""
+    return np.inf if surface.lattice is None else surface.lattice.survey.relief
 
 
 def _steepest(surface: TriSurface) -> float:

@@ -209,3 +209,4 @@ def test_the_steepest_step_is_that_of_all_differences(seed):
     every = [np.abs(np.diff(z, axis=axis)).ravel() for axis in (0, 1)]
     expected = np.nanmax(np.append(np.concatenate(every), 0.0))
     assert steepest_step(lattice.coordinates[2], lattice.places) == expected
+    assert lattice.survey.relief >= expected

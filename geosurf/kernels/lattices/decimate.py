@@ -32,12 +32,16 @@ _S, _BELOW, _BELOW_UP, _ABOVE, _ABOVE_UP, _LARGEST, _SUM, _N_WORK = 0, 1, 2, 3, 
 
 
 @scalar
-def _prepare(z, i, k, cols, first, last, work):
-    """Planes of the coarse cells `first` to `last` between rows i and k, column by column."""
+def _prepare(z, i, k, cols, first, last, work, low, high):
+    """Planes of the coarse cells `first` to `last` between rows i and k, column by column.
+
+    `low` and `high` get the elevations of kept nodes in both rows.
+    """
     start = cols[first]
     for cell in range(first, last):
         j, m = cols[cell], cols[cell + 1]
         a, b, c, d = z[i, j], z[i, m], z[k, m], z[k, j]
+        low[cell], low[cell + 1], high[cell], high[cell + 1] = a, b, d, c
         # the last column of a cell is the first of the next one
         for col in range(j, m + 1 if cell == last - 1 else m):
             at, s = col - start, (col - j) / (m - j)
@@ -102,15 +106,17 @@ def _cell_of_work(work, j, q):
     return largest, total - 0.5 * (work[_SUM * WIDTH + j] + work[_SUM * WIDTH + j + q])
 
 
-@entry("d2 l1 l1 l1 d -> d2 d2 l")
+@entry("d2 l1 l1 l1 d -> d2 d2 d2 l")
 def differences_of_rows_and_columns(z, rows, cols, order, limit):
-    """Largest difference of each coarse cell [m], the sum of differences at its nodes [m], those at
-    its sides counted half; and a block with a larger difference than the limit, or -1.
+    """Elevations of kept nodes [m]; the largest difference of each coarse cell [m]; the sum of
+    differences at its nodes [m], those at its sides counted half; and a block with a larger
+    difference than the limit, or -1.
 
     Blocks are looked at in an order, up to the first with a larger one. Cells between kept columns
     are narrower than WIDTH.
     """
     n_block, n_cell = rows.shape[0] - 1, cols.shape[0] - 1
+    few = np.empty((n_block + 1, n_cell + 1))
     largest, sums = np.zeros((n_block, n_cell)), np.zeros((n_block, n_cell))
     work = np.empty(_N_WORK * WIDTH)
     for block in order:
@@ -122,7 +128,7 @@ def differences_of_rows_and_columns(z, rows, cols, order, limit):
             while last < n_cell and cols[last + 1] - cols[first] < WIDTH:
                 last += 1
             start, n = cols[first], cols[last] - cols[first] + 1
-            _prepare(z, i, k, cols, first, last, work)
+            _prepare(z, i, k, cols, first, last, work, few[block], few[block + 1])
             for row in range(i, k + 1):
                 weight = 0.5 if row == i or row == k else 1.0
                 _add_row(z[row, start : start + n], (row - i) / (k - i), weight, n, work)
@@ -135,5 +141,5 @@ def differences_of_rows_and_columns(z, rows, cols, order, limit):
                 worst = max(worst, most)
             first = last
         if worst > limit:
-            return largest, sums, block
-    return largest, sums, -1
+            return few, largest, sums, block
+    return few, largest, sums, -1
