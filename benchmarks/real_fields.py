@@ -48,7 +48,10 @@ part of this repository. The export is that of [your field in 20 lines](../guide
   (`tests/scenario/test_new.py`).
 """
 
-ANSWERED = "What `geosurf new` asks as a comment, uncommented: one question in each run."
+ANSWERED = """\
+What `geosurf new` asks as a comment, uncommented: one question in each run, with `--cache-dir` as
+`geosurf new` advises. So torn horizons and pictures that an answer leaves as they were come from
+the run before."""
 
 # name, folder, what `geosurf new` gets
 FIELDS = (
@@ -120,7 +123,8 @@ def done(command: str, folder: Path, limit: int | None = None) -> Done:
 
 def field_of(name: str, at: str, files: str, folder: Path, answers: bool) -> Row:
     """Run the commands of one field."""
-    run = f"geosurf run {at}/scenario.toml -o {at}/out"
+    cache = f" --cache-dir {at}/cache" if answers else ""
+    run = f"geosurf run {at}/scenario.toml -o {at}/out{cache}"
     row = Row(name, [done(f"geosurf new {at} {files}", folder)])
     row.commands.append(done(run, folder))
     if row.run.code == 0:
@@ -129,7 +133,7 @@ def field_of(name: str, at: str, files: str, folder: Path, answers: bool) -> Row
     for k, question in enumerate(re.findall(r"# QUESTION: (.*)", text) if answers else []):
         path = folder / at / f"answer_{k}.toml"
         path.write_text(answered(text, k), encoding="utf-8")
-        answer = done(f"geosurf run {at}/{path.name} -o {at}/out_{k}", folder, LIMIT)
+        answer = done(f"geosurf run {at}/{path.name} -o {at}/out_{k}{cache}", folder, LIMIT)
         row.answers.append((question, answer))
     return row
 
@@ -193,15 +197,21 @@ def _positions(data: Any) -> np.ndarray:
 
 def _covered(cloud: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Whether data lie around some places (n, 2)."""
+    from matplotlib.tri import Triangulation
     from scipy.spatial import Delaunay, cKDTree
 
     spacing = np.median(cKDTree(cloud).query(cloud, k=2)[0][:, 1])
-    mesh = Delaunay(cloud - cloud.mean(axis=0))
+    middle = cloud.mean(axis=0)
+    mesh = Delaunay(cloud - middle)
     corners = mesh.points[mesh.simplices]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    where = mesh.find_simplex(at - cloud.mean(axis=0))
-    inside: np.ndarray = (where >= 0) & (edges.max(axis=1)[where] < GAP * spacing)
-    return inside
+    edges = corners - np.roll(corners, 1, axis=1)
+    short = np.linalg.norm(edges, axis=2).max(axis=1) < GAP * spacing
+    # three nodes along a rim make a triangle without area
+    solid = np.abs(np.cross(edges[:, 0], edges[:, 1])) > 1e-6 * spacing**2
+    # trapezoids: `Delaunay.find_simplex` takes minutes on nodes of a rotated grid
+    find = Triangulation(*mesh.points.T, mesh.simplices[short & solid]).get_trifinder()
+    covered: np.ndarray = find(*(at - middle).T) >= 0
+    return covered
 
 
 # ---------------------------------------------------------------------- the page

@@ -77,6 +77,9 @@ def _end(new: NewScenario, options: argparse.Namespace) -> Iterable[str]:
     run = f"geosurf run {shlex.quote(str(new.path))} -o {shlex.quote(str(new.path.parent / 'out'))}"
     if new.runs:
         yield f"{new.path} is written. Next: {run}"
+        if new.questions:  # so there will be a second run
+            cache = shlex.quote(str(new.path.parent / "cache"))
+            yield f"With --cache-dir {cache}, a run after an answer redoes only what it changes."
         return
     again = " ".join(map(shlex.quote, ["new", str(options.folder), *options.files]))
     if len(again) > MOST_REPEATED:

@@ -32,6 +32,7 @@ NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
 _SHOWN = 1_000_000  # nodes of a grid in its store that are looked at
 ASSUMED: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
 STRANGE = "geosurf knows no format with this content or suffix; docs/formats.md lists all."
+SCENARIO = "This looks like a scenario, no data: `geosurf validate` lists its mistakes."
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
         except GeosurfError as error:
             # the reader's own sentence says what is wrong, or which argument it needs
             sentence = str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
-            doubts.append(STRANGE if "it reads ." in sentence else sentence)
+            doubts.append(_strange(path) if "it reads ." in sentence else sentence)
 
     found = points[np.isfinite(points).all(axis=1)]
     if not len(points):
@@ -137,6 +138,11 @@ def info(path: str | PathLike[str]) -> FileInfo:
         names = ("easting", "northing", "z")
         extent = {name: [low[k], high[k]] for k, name in enumerate(names)}
     return FileInfo(str(path), size, key, function, dict(notes), len(found), extent, doubts)
+
+
+def _strange(path: str | PathLike[str]) -> str:
+    """What to do with a file that no reader takes."""
+    return SCENARIO if str(path).lower().endswith(".toml") else STRANGE
 
 
 def kind_of_file(path: Path) -> tuple[str, str]:

@@ -97,7 +97,13 @@ def torn_horizons(
     # tearing may extend faults: sheets and scene must have the same ones
     def make(name: str, faults: dict[str, TriSurface], fill: bool | Sheet) -> Sheet:
         """The sheet of one horizon at the faults that reach it."""
-        return remember(name, {key: faults[key] for key in reaching[name]}, fill, as_picked)
+        sheet = remember(name, {key: faults[key] for key in reaching[name]}, fill, as_picked)
+        done(name, sheet)  # now, so that the line has the time of this tear
+        return sheet
+
+    def done(name: str, sheet: Sheet) -> None:
+        """Report a tear; a second line where longer faults tear a horizon again."""
+        on_step("tear", name, f"at {', '.join(sheet.cuts)}")
 
     def starts(stage: str, name: str, number: int, count: int) -> None:
         """Report a tear that begins."""
@@ -112,8 +118,7 @@ def torn_horizons(
             on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
                 sheets[name] = _by_throw(scene, throws[name], name, horizon, cache)
-    for name in sheets:
-        on_step("tear", name, f"at {', '.join(sheets[name].cuts)}")
+            done(name, sheets[name])
     if not sheets:
         return scene
 
