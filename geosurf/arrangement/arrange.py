@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +19,7 @@ from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNINDEXED
 
 _MOST_CROSSINGS = 1 << 14  # room for points that may be made; it grows where that is too little
-_RECORDS_OF_A_THREAD = 50_000  # 10 ms of work; each thread copies all points
+_RECORDS_OF_A_THREAD = 15_000  # 3 to 5 ms of work; each thread copies all points
 _OF_A_RECORD = 8  # times the work of a face that has only one, each
 
 
@@ -69,26 +70,25 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         If a point does not lie in its own face: a broken promise of ours.
     """
     records = contacts.records if records is None else records
-    records, offsets = group_records(records, len(contacts.t), len(contacts.x))
-    cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
+    n_face = len(contacts.t)
+    sizes = np.bincount(records[:, 0], minlength=n_face) if len(records) else np.zeros(n_face, int)
 
     # k segments of one face cross in k * k / 4 points at most if they are of two sheets
-    sizes = np.diff(offsets)
     extra = 64 + min(int((sizes * sizes // 4).sum()), _MOST_CROSSINGS + len(records) // 4)
-    n_part = min(n_threads(), max(len(records) // _RECORDS_OF_A_THREAD, 1))
-    ends = _divided(sizes, n_part)
+    least = _RECORDS_OF_A_THREAD + len(contacts.x) // 16
+    ends = list(pairwise(_divided(sizes, min(n_threads(), max(len(records) // least, 1)))))
+    growth = 1
     while True:
-        rows = [
-            (contacts, records[offsets[i] : offsets[j]], offsets[i : j + 1] - offsets[i], extra)
-            for i, j in pairwise(ends)
-        ]
-        parts = map_threads(_cut_part, rows)
+        # large arrays are made here: a thread has a heap of its own, which begins empty
+        parts = [_room(contacts, sizes[i:j], growth, growth * extra) for i, j in ends]
+        rows = [(contacts, records, *row, one) for row, one in zip(ends, parts, strict=True)]
+        map_threads(_cut_part, rows)
         if all(part.count != FULL for part in parts) and _joined(contacts, parts):
             break
-        extra *= 4
-    for part, start in zip(parts, ends, strict=False):
+        growth *= 4
+    for part in parts:
         if part.count <= BROKEN:
-            raise _broken(contacts, cut[start + BROKEN - part.count])
+            raise _broken(contacts, part.cut[BROKEN - part.count])
 
     # Only rows in use; the vertices come first, then the named points.
     first = parts[0]
@@ -100,13 +100,13 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     )
     return Children(
         first.x[: contacts.n_vertex + n_point], first.d[:n_point], _one(triangles), _one(parents),
-        cut, _one(doubtful), int(first.m[COLLISIONS]), first.m,
+        _one([part.cut for part in parts]), _one(doubtful), int(first.m[COLLISIONS]), first.m,
     )  # fmt: skip
 
 
 @dataclass
 class _Part:
-    """Arrays of one call of `cut_faces`, see there; and its results."""
+    """Arrays of one call of `cut_faces`, see there; then its results, and the faces it has cut."""
 
     x: np.ndarray
     d: np.ndarray
@@ -114,30 +114,32 @@ class _Part:
     w: np.ndarray
     names: np.ndarray
     places: np.ndarray
+    n_local: int
     children: np.ndarray
     parents: np.ndarray
-    count: int
-    doubtful: np.ndarray
+    count: int = 0
+    doubtful: np.ndarray = field(default_factory=partial(np.empty, 0, np.int64))
+    cut: np.ndarray = field(default_factory=partial(np.empty, 0, np.int64))
 
 
 def _divided(sizes: np.ndarray, n_part: int) -> list[int]:
     """Where parts of about the same work begin, and the end, of faces with so many records."""
+    if n_part == 1:
+        return [0, len(sizes)]
     # a face with one segment needs no triangulation
     work = np.cumsum(np.where(sizes == 1, 1, _OF_A_RECORD * sizes))
     inner = [int(np.searchsorted(work, work[-1] * k / n_part)) for k in range(1, n_part)]
     return [0, *inner, len(sizes)]
 
 
-def _cut_part(contacts: Contacts, records: np.ndarray, offsets: np.ndarray, extra: int) -> _Part:
-    """Cut some faces, with room for so many points where their segments cross."""
-    n, n_old = len(contacts.x), len(contacts.d)
+def _room(contacts: Contacts, sizes: np.ndarray, growth: int, extra: int) -> _Part:
+    """Room to cut faces with so many records, and for so many points where segments cross."""
+    n, n_old, n_record = len(contacts.x), len(contacts.d), int(sizes.sum())
 
     # Points of old rows stay; room for crossings follows them and grows by four where it is too
     # little.
     x = np.empty((n + extra, 3))
-    x[:n] = contacts.x
     d = np.empty((n_old + extra, 4), dtype=np.int64)
-    d[:n_old] = contacts.d
     m = contacts.m.copy()
     # Hash tables of the crossings, by name (the features that make them) and by place.
     names = np.empty((table_size(extra), 5), dtype=np.int64)
@@ -145,16 +147,23 @@ def _cut_part(contacts: Contacts, records: np.ndarray, offsets: np.ndarray, extr
     m[UNINDEXED] = n
 
     # The workspace is for the largest face; each point adds two children at most.
-    n_local = 2 * int(np.diff(offsets).max(initial=0)) + extra + 16
+    most = min(extra, growth * (_MOST_CROSSINGS + 64))
+    n_local = 2 * int(sizes.max(initial=0)) + most + 16
     w = face_workspace(int(m[LIMBS]), n_local)
-    children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
+    children = np.empty((6 * n_record + 4 * extra + 64, 3), dtype=np.int64)
     parents = np.empty(len(children), dtype=np.int64)
+    return _Part(x, d, m, w, names, places, n_local, children, parents)
 
-    count, doubtful = cut_faces(
-        x, contacts.t, contacts.e, d, m, w, names, places, records, offsets, n_local,
-        children, parents,
+
+def _cut_part(contacts: Contacts, records: np.ndarray, low: int, high: int, part: _Part) -> None:
+    """Cut faces `low` to `high` - 1."""
+    part.x[: len(contacts.x)], part.d[: len(contacts.d)] = contacts.x, contacts.d
+    records, offsets = group_records(records, low, high, len(contacts.x))
+    part.cut = records[offsets[:-1], 0]
+    part.count, part.doubtful = cut_faces(
+        part.x, contacts.t, contacts.e, part.d, part.m, part.w, part.names, part.places,
+        records, offsets, part.n_local, part.children, part.parents,
     )  # fmt: skip
-    return _Part(x, d, m, w, names, places, children, parents, count, doubtful)
 
 
 def _joined(contacts: Contacts, parts: list[_Part]) -> bool:

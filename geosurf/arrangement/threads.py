@@ -33,6 +33,8 @@ def n_threads() -> int:
 def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = True) -> list[Any]:
     """Return ``[work(*row) for row in rows]``, on several threads if that is worth it.
 
+    The thread that asks is one of them: it takes rows from the end that no other one has begun.
+
     Examples
     --------
     >>> map_threads(divmod, [(7, 2), (9, 4)])
@@ -43,8 +45,28 @@ def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = T
         return [work(*row) for row in rows]
     from concurrent.futures import ThreadPoolExecutor  # a tenth of a short process's own imports
 
-    with ThreadPoolExecutor(n) as pool:
-        return list(pool.map(lambda row: work(*row), rows))
+    with ThreadPoolExecutor(n - 1) as pool:
+        futures = [pool.submit(work, *row) for row in rows]
+        k, last = len(rows), []
+        try:
+            while k > 0 and futures[k - 1].cancel():
+                k -= 1
+                last.append(work(*rows[k]))
+        finally:  # of several errors the first one is raised, as with one thread
+            first = [future.result() for future in futures[:k]]
+    return first + last[::-1]
+
+
+def in_ranges(n: int, least: int) -> list[tuple[int, int]]:
+    """Divide the numbers below n into a range for each thread, of at least so many; or into one.
+
+    Examples
+    --------
+    >>> in_ranges(7, 8)
+    [(0, 7)]
+    """
+    n_part = max(1, min(n_threads(), n // least))
+    return [(n * k // n_part, n * (k + 1) // n_part) for k in range(n_part)]
 
 
 @contextmanager

@@ -4,6 +4,7 @@
 units.py             `carve_units`: the steps from patches to units
 cells.py             cells of space and the faces between them (Weiler model, Levy 2024)
 half_faces.py        which sides of triangles face each other across an edge
+seams.py             where parts end, and the order of triangles around edges
 isolated.py          pieces of surface that touch nothing else, located by rays
 rays.py              exact vertical rays through triangles
 measures.py          volume below, area and bounds of each face

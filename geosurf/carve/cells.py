@@ -21,7 +21,7 @@ from geosurf.arrangement.earlier import Earlier
 from geosurf.carve import measures
 from geosurf.carve.face_sums import FaceSums
 from geosurf.carve.floating_in_store import place_in_store
-from geosurf.carve.half_faces import Parents, Parts, find_parts, joined_sides
+from geosurf.carve.half_faces import Parts, find_parts, joined_sides
 from geosurf.carve.isolated import place_floating
 from geosurf.carve.outside import (
     box_of,
@@ -30,6 +30,7 @@ from geosurf.carve.outside import (
     owned_by_walls,
     walls_are_a_box,
 )
+from geosurf.carve.seams import Parents
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
 from geosurf.model.chunked import ChunkedLattice

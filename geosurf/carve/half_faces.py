@@ -8,34 +8,27 @@ over edges inside of one surface, facing one way, so that all of it sees the sam
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from geosurf.arrangement.earlier import Kept
-from geosurf.conventions import place
-from geosurf.errors import InvariantError
-from geosurf.kernels.exact.predicates import frame_of
+from geosurf.arrangement.threads import in_ranges, map_threads
+from geosurf.carve.seams import Parents, edges_at, sorted_seams
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.parts import (
     count_turns,
     count_turns_among,
     first_elements,
-    mark_around,
-    number_parents,
-    open_edges,
-    open_edges_among,
     parts_of,
 )
-from geosurf.kernels.meshes.seams import (
-    DONE,
-    NEEDS_EXACT,
-    carry_seams,
-    join_seams,
-    sort_seams,
-)
+from geosurf.kernels.meshes.seams import carry_seams, join_seams
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
+
+_SEAMS = 20_000  # edges of a thread, at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,27 +52,6 @@ class Parts:
     first: np.ndarray
     surface: np.ndarray
     of_patch: np.ndarray | None
-
-
-@dataclass(frozen=True, eq=False)
-class Parents:
-    """Input triangles that triangles around open edges, and the first of parts, are parts of.
-
-    Attributes
-    ----------
-    of_triangle : ndarray of int64, shape (n_triangle,)
-        -1 for other triangles.
-    corners : ndarray of float64, shape (n_parent, 3, 3)
-        Local coordinates.
-    """
-
-    of_triangle: np.ndarray
-    corners: np.ndarray
-
-    def __getitem__(self, triangles: np.ndarray) -> np.ndarray:
-        """Corners (n, 3, 3) of the input triangles of some triangles."""
-        found: np.ndarray = self.corners[self.of_triangle[triangles]]
-        return found
 
 
 def find_parts(pieces: Pieces, bounds: np.ndarray, kept: Kept | None) -> Parts:
@@ -194,54 +166,48 @@ def joined_sides(
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
-    sides, piece = np.arange(2 * len(parts.first)), np.arange(len(parts.first))
+    came = None if kept is None else kept.came
+    before = None if came is None else came.before.seams
+    halves = None if came is None or before is None else came.halves
+    open_at = edges_at(pieces, parts.of_element, halves)
+    first = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
+    sort = partial(sorted_seams, patches, pieces, parts.of_element, first, open_at)
+    if came is None or before is None:
+        start, seams, parents = sort()
+    else:
+        # those of the pieces before come first: their order does not matter
+        (start, seams, parents), (start0, seams0) = map_threads(
+            lambda task: task(),
+            [(sort,), (partial(carry_seams, *before, came.after),)],
+            worth=len(before[1]) > _SEAMS,
+        )
+        start = np.concatenate([start0[:-1], start + start0[-1]])
+        seams = np.concatenate([seams0, seams])
+    if kept is not None:
+        kept.seams = start, seams
+    return *_joined(pieces, parts, start, seams), parents
+
+
+def _joined(
+    pieces: Pieces, parts: Parts, start: np.ndarray, seams: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is seen from the front and the back of each part, and its connected piece."""
+    # parts are few: each range of edges joins all of them for itself
+    n, rows = len(parts.first), in_ranges(len(start) - 1, _SEAMS)
+    forests = [(np.arange(2 * n), np.arange(n)) for _ in rows]
+    of = parts.of_element
+    map_threads(
+        join_seams,
+        [(start[i : j + 1], seams, of, *own) for (i, j), own in zip(rows, forests, strict=True)],
+    )
 
     # the rim of a surface inside the model: front and back see each other around it
     torn = _with_rims(pieces, parts)
-    sides[2 * torn + 1] = 2 * torn
-    of = pieces.triangles, pieces.ring, pieces.link, parts.of_element
-    came = None if kept is None else kept.came
-    seams0 = None if came is None else came.before.seams
-    if came is None or seams0 is None:
-        open_at = open_edges(*of)
-    else:
-        open_at = open_edges_among(*of, came.halves)
-    wanted = np.zeros(len(pieces.triangles), dtype=bool)
-    wanted[parts.first[: np.searchsorted(parts.first, len(wanted))]] = True
-    n_around = mark_around(pieces.ring, open_at, wanted)
-    parents = parents_of(pieces, wanted)
-    px = parents.corners.reshape(-1, 3)
-    pt = np.arange(len(px)).reshape(-1, 3)
-    start, seams = (np.empty(n, dtype=np.int64) for n in (len(open_at) + 1, n_around))
-
-    # floats decide nearly always; the exact frame is made when they first cannot
-    m = w = np.empty(0, dtype=np.int64)
-    while True:
-        found = sort_seams(
-            pieces.x, pieces.triangles, pieces.ring, open_at, parts.of_element,
-            parents.of_triangle, px, pt, m, w, start, seams,
-        )  # fmt: skip
-        if found != NEEDS_EXACT:
-            break
-        m, w = frame_of(px)
-    if found != DONE:
-        name = patches.names[pieces.surface[found // 3]]
-        where = place(pieces.x[pieces.triangles[found // 3, found % 3]] + patches.origin)
-        raise InvariantError(
-            f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
-            "please report this with the surfaces."
-        )
-
-    # those of the pieces before come first: their order does not matter
-    seams = seams[: start[-1]]
-    if came is not None and seams0 is not None:
-        start0, seams0 = carry_seams(*seams0, came.after)
-        start = np.concatenate([start0[:-1], start + start0[-1]])
-        seams = np.concatenate([seams0, seams])
-    join_seams(start, seams, parts.of_element, sides, piece)
-    if kept is not None:
-        kept.seams = start, seams
-    return _roots(sides).reshape(-1, 2), _roots(piece), parents
+    sides = [np.stack([2 * torn + 1, 2 * torn], axis=1)]
+    sides += [np.stack([np.arange(2 * n), own], axis=1) for own, _ in forests]
+    piece = [np.stack([np.arange(n), own], axis=1) for _, own in forests]
+    seen = join_pairs(np.concatenate(sides), 2 * n)
+    return seen.reshape(-1, 2), join_pairs(np.concatenate(piece), n)
 
 
 def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
@@ -251,26 +217,3 @@ def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
         return np.empty(0, dtype=np.int64)
     of_run = parts.of_element[len(pieces.triangles) :][np.concatenate(rims) == 1]
     return distinct(of_run[of_run >= 0])
-
-
-def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
-    """Find the input triangles of the triangles that are wanted: a few around curves."""
-    surface, key = pieces.surface, pieces.key
-
-    number, first = number_parents(surface, key, wanted)
-    corners = np.empty((3 * len(first), 3))
-    cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
-    for source, low, high in zip(pieces.sources, cut[:-1], cut[1:], strict=True):
-        nodes = source.corners_of_keys(key[first[low:high]]).ravel()
-        places = source.places_of_nodes(nodes)
-        np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
-    return Parents(number, corners.reshape(-1, 3, 3))
-
-
-def _roots(forest: np.ndarray) -> np.ndarray:
-    """The root of each element of a union-find forest, by pointer jumping."""
-    while True:
-        onward = forest[forest]
-        if np.array_equal(onward, forest):
-            return forest
-        forest = onward

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.threads import map_threads
+from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.kernels.lattices.strips import ROW
 from geosurf.kernels.meshes import level_volumes
 from geosurf.kernels.meshes import volumes as kernels
@@ -23,6 +26,7 @@ LOOKS_UP, LOOKS_DOWN = slice(8, 10), slice(10, 12)
 
 
 _MANY_RUNS = 1000  # of all lattices, from which they are summed in threads
+_TRIANGLES = 50_000  # of a thread, at least: half a millisecond of work
 
 
 def below(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> np.ndarray:
@@ -47,8 +51,11 @@ def below(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> 
         the map times its mean height; over a closed shell, these add up to the volume inside.
     """
     found = np.zeros((len(asked), 3))
-    kernels.volume_below_triangles(pieces.x, *_triangles(pieces, face), asked, level, found)
-    for lattice, of, sums in _sums(pieces, face, asked, level + pieces.origin[2]):
+    first = [
+        partial(kernels.volume_below_triangles, pieces.x, *some, asked, level, found)
+        for some in _triangles(pieces, face)
+    ]
+    for lattice, of, sums in _sums(pieces, face, asked, level + pieces.origin[2], first=first):
         kernels.add_runs(lattice.places, sums, of, found)
     return found
 
@@ -70,7 +77,10 @@ def extent(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     """
     found = np.zeros((len(asked), 12))
     found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
-    kernels.extent_triangles(pieces.x, *_triangles(pieces, face), asked, found)
+    map_threads(
+        kernels.extent_triangles,
+        [(pieces.x, *some, asked, found) for some in _triangles(pieces, face)],
+    )
     for lattice, runs, of in _runs(pieces, face, asked):
         kernels.extent_runs(*lattice.coordinates, lattice.places, runs, of, pieces.origin, found)
     return found
@@ -94,7 +104,10 @@ def beside_level(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: flo
         that look up, the first is positive and the second negative.
     """
     found = np.zeros((len(asked), 4))
-    level_volumes.volume_beside_triangles(pieces.x, *_triangles(pieces, face), asked, level, found)
+    map_threads(
+        level_volumes.volume_beside_triangles,
+        [(pieces.x, *some, asked, level, found) for some in _triangles(pieces, face)],
+    )
     for lattice, runs, of in _runs(pieces, face, asked):
         height = level + pieces.origin[2]
         level_volumes.volume_beside_runs(
@@ -106,30 +119,51 @@ def beside_level(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: flo
 def heights(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     """Lowest and highest local elevation of faces, float64 (n_face, 2) [m]; as for `below`."""
     found = np.repeat([[np.inf, -np.inf]], len(asked), axis=0)
-    level_volumes.heights_of_triangles(pieces.x, *_triangles(pieces, face), asked, found)
-    for _, of, ends in _sums(pieces, face, asked):
+    first = [
+        partial(level_volumes.heights_of_triangles, pieces.x, *some, asked, found)
+        for some in _triangles(pieces, face)
+    ]
+    for _, of, ends in _sums(pieces, face, asked, first=first):
         level_volumes.widen_by_runs(ends, of, float(pieces.origin[2]), found)
     return found
 
 
-def _triangles(pieces: Pieces, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All triangles and the face of each; kernels pass over those that belong to none."""
-    return pieces.triangles, face[: len(pieces.triangles)]
+def _triangles(pieces: Pieces, face: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """All triangles and the face of each; kernels pass over those that belong to none.
+
+    In ranges of whole surfaces, which have no face in common: threads add up one range each.
+    """
+    surface = pieces.surface
+    ends = [0]
+    for _, end in in_ranges(len(surface), _TRIANGLES):
+        if end > ends[-1]:
+            ends.append(int(np.searchsorted(surface, surface[end - 1], side="right")))
+    return [(pieces.triangles[i:j], face[i:j]) for i, j in pairwise(ends)]
 
 
 def _sums(
-    pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float | None = None
+    pieces: Pieces,
+    face: np.ndarray,
+    asked: np.ndarray,
+    level: float | None = None,
+    *,
+    first: list[Callable[[], Any]],
 ) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
-    """For each lattice the faces that its runs belong to, and what `_of_runs` finds of them."""
+    """For each lattice the faces that its runs belong to, and what `_of_runs` finds of them.
+
+    The tasks `first` are done before, or in other threads.
+    """
     if any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources):
+        for task in first:
+            task()
         for lattice, runs, of in _runs(pieces, face, asked):  # one band in memory at a time
             yield lattice, of, _of_runs(lattice, runs, level)
         return
     parts = list(_runs(pieces, face, asked))
     worth = pieces.first_run[-1] > _MANY_RUNS
-    rows = [(lattice, runs, level) for lattice, runs, _ in parts]
-    found = map_threads(_of_runs, rows, worth=bool(worth))
-    for (lattice, _, of), sums in zip(parts, found, strict=True):
+    tasks: list[Callable[[], Any]] = [partial(_of_runs, one, runs, level) for one, runs, _ in parts]
+    found = map_threads(lambda task: task(), [(task,) for task in first + tasks], worth=bool(worth))
+    for (lattice, _, of), sums in zip(parts, found[len(first) :], strict=True):
         yield lattice, of, sums
 
 

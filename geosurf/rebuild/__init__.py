@@ -3,6 +3,7 @@
 =================  ====================================================================
 patches.py         `rebuild_surfaces`: contacts of triangles -> patches
 assemble.py        pieces and patches from cut and uncut triangles
+edges.py           edges, and patches of triangles, in threads
 untouched.py       triangles of lists that nothing meets
 torn_lattices.py   torn sheets as lattices with gaps
 carried.py         edges and patches that an earlier arrangement has

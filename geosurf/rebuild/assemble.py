@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.earlier import Kept
 from geosurf.arrangement.search import Contacts
+from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.merged_contacts import mark_corners
 from geosurf.kernels.contacts.packed_contact import in_plane, mark_touched, n_corners
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
-from geosurf.kernels.meshes.mesh import (
-    edges,
-    ends_of,
-    patches_and_boundary,
-    weld,
-)
-from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
+from geosurf.kernels.meshes.mesh import ends_of, weld
+from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.carried import carry_edges, carry_patches, runs_of_all
+from geosurf.rebuild.edges import find_edges, find_patches
 from geosurf.rebuild.equal_vertices import has_strips
 from geosurf.rebuild.untouched import NO_OTHERS, Others, beside_gaps, untouched
 
 _NO_KEYS = np.empty(0, dtype=np.int64)
+_MANY = 50_000  # triangles; from then on surfaces are listed in threads
 
 
 def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
@@ -47,10 +46,8 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     rows = np.flatnonzero(touched)
     cut = np.searchsorted(contacts.surface_of_face, np.arange(len(contacts.surfaces) + 1))
     cut = np.searchsorted(rows, cut)
-    strips = [
-        _strips(contacts, i, rows[cut[i] : cut[i + 1]], number, others[i])
-        for i in range(len(contacts.surfaces))
-    ]
+    own = [(contacts, i, rows[j:k], number, others[i]) for i, (j, k) in enumerate(pairwise(cut))]
+    strips = map_threads(_strips, own, worth=len(t) > _MANY)
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
 
     # `ring`: the next half-edge around each edge; `link`: the run behind a free half-edge.
@@ -60,8 +57,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
         came = carry_edges(contacts.carried, *labels, len(x), strips, first_run)
         ring, link = came.ring, came.link
     else:
-        ring, n_edge = edges(t, len(x))
-        link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
+        ring, link = find_edges(t, len(x))
     _add_links(link, contacts, t, surface, key, face, ring, strips, first_run, number)
 
     # Patches end at rings of more than two half-edges: that is where curves are.
@@ -70,7 +66,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
         patch, rim, origin = carry_patches(came, surface, key, link, strips, first_run)
     else:
         twin, owners = _twins(contacts, t, surface, face)
-        part, rim = patches_and_boundary(surface, owners, ring, twin, n_edge)
+        part, rim = find_patches(surface, owners, ring, twin)
         patch = _numbered_patches(surface, key, part, link, strips, first_run)
 
     pieces = Pieces(
@@ -121,13 +117,16 @@ def _triangles(
     row = np.concatenate([[0], np.cumsum(counts)])
     t = np.empty((row[-1], 3), dtype=np.int64)
     surface, key, face = np.empty((3, row[-1]), dtype=np.int64)  # at once: large pages
-    for i, other in enumerate(others):
-        merge_by_face(
-            children.triangles, children.parent, uncut,
-            contacts.t, contacts.surface_of_face, contacts.key_of_face,
+    of = contacts.t, contacts.surface_of_face, contacts.key_of_face
+    rows = [
+        (
+            children.triangles, children.parent, uncut, *of,
             other.triangles, other.taken, other.number, other.keys,
             i, first[0][i], first[1][i], row[i], row[i + 1], t, surface, key, face,
-        )  # fmt: skip
+        )
+        for i, other in enumerate(others)
+    ]  # fmt: skip
+    map_threads(merge_by_face, rows, worth=len(t) > _MANY)
 
     number = np.arange(len(x))
     if children.collisions:  # distinct points in one place become one vertex
@@ -188,15 +187,17 @@ def _add_links(
     """Write what lies behind each half-edge that is alone in its ring."""
     # A half-edge that is alone in its ring lies on a rim, or next to a strip.
     cut = np.searchsorted(surface, np.arange(len(strips) + 1))
+    rows = []
     for i, of in enumerate(strips):
         if of is None:
             continue
         lattice = contacts.surfaces[i].lattice
         assert lattice is not None  # only lattices have strips
-        torn = link_runs(
+        rows.append((
             t, key, face, ring, cut[i], cut[i + 1], contacts.t, number,
             of.places, of.absent, bool(lattice.turned), of.runs, of.start, first_run[i], link,
-        )  # fmt: skip
+        ))  # fmt: skip
+    for torn in map_threads(link_runs, rows, worth=len(t) > _MANY):
         if torn >= 0:
             _raise_torn(contacts, torn, face)
 

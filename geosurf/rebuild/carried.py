@@ -7,10 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Carried, Kept, Origin
+from geosurf.arrangement.earlier import Carried, Kept, Origin, Unchanged
+from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.kernels.lattices.strips import lowest_keys
 from geosurf.kernels.meshes import carried_pieces as kernels
 from geosurf.model.pieces import Strips
+from geosurf.rebuild.edges import match_again
+
+_TRIANGLES = 20_000  # of a thread, at least: a millisecond of work
 
 
 class Edges(NamedTuple):
@@ -62,9 +66,7 @@ def carry_edges(
     """
     kept, same = carried.earlier.kept, carried.same
     old = kept.pieces
-    after, blocks = kernels.same_triangles(
-        same.surface[old.surface], old.key, kept.face, surface, key, face, same.face, same.changed
-    )
+    after, blocks = _same_triangles(kept, same, surface, key, face)
     run_after = np.full(int(old.first_run[-1]), -1, dtype=np.int64)
     for i, j in enumerate(same.surface.tolist()):
         one, other = old.strips[i], strips[j] if j >= 0 else None
@@ -78,12 +80,52 @@ def carry_edges(
 
     # large arrays are made here: numpy asks for large pages, which kernels do not
     ring, link = np.empty(3 * len(t), dtype=np.int64), np.empty(3 * len(t), dtype=np.int64)
-    halves, until, rim = kernels.carry_rings(
-        blocks, after, old.ring, old.link, kept.rim, run_after, ring, link
+    given = after, old.ring, old.link, kept.rim, run_after, ring, link
+    rows = _ranges_of_blocks(blocks, len(t))
+    space = np.empty(3 * len(t), dtype=np.int64)
+    others = [space[3 * end : 3 * n] for _, _, end, n in rows]
+    found = map_threads(
+        kernels.carry_rings,
+        [(blocks, *row, some, *given) for row, some in zip(rows, others, strict=True)],
     )
-    kernels.match_half_edges(t, n_point, blocks, halves, until, ring, link)
+    halves = np.concatenate([some[:n] for some, (n, _) in zip(others, found, strict=True)])
+    rim = np.concatenate([part for _, part in found])
+    match_again(t, n_point, halves, ring, link)
     runs = run_before, run_after
     return Edges(kept, after, halves, blocks, runs, ring, link, rim)
+
+
+def _same_triangles(
+    kept: Kept, same: Unchanged, surface: np.ndarray, key: np.ndarray, face: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`after` and `blocks` of triangles: see `carried_pieces`."""
+    old, n0, n = kept.pieces, len(kept.face), len(face)
+    after = np.empty(n0, dtype=np.int64)
+
+    # ranges are of whole surfaces; `same.surface` rises where it is not -1
+    rows, end0, end = [], 0, 0
+    for _, until in in_ranges(n, _TRIANGLES):
+        after_of = np.flatnonzero(same.surface > (surface[until - 1] if n else -1))
+        of0 = int(after_of[0]) if until < n and len(after_of) else len(same.surface)
+        until0 = int(np.searchsorted(old.surface, of0))
+        until = int(np.searchsorted(surface, surface[until - 1], side="right")) if n else 0
+        rows.append((end0, until0 if until < n else n0, end, until))
+        end0, end = rows[-1][1], until
+    given = same.surface, old.surface, old.key, kept.face, surface, key, face, same.face
+    blocks = map_threads(
+        kernels.same_triangles, [(*given, same.changed, *row, after) for row in rows]
+    )
+    return after, np.concatenate(blocks)
+
+
+def _ranges_of_blocks(blocks: np.ndarray, n: int) -> list[tuple[int, int, int, int]]:
+    """First block and last + 1 of each range, its first triangle and its last + 1, of n now."""
+    rows = in_ranges(n, _TRIANGLES)
+    cut = [int(np.searchsorted(blocks[:, kernels.FIRST_NOW], end)) for _, end in rows]
+    cut[-1] = len(blocks)
+    ends = [int(blocks[b - 1, kernels.FIRST_NOW :].sum()) if b else 0 for b in cut]
+    ends[-1] = n
+    return list(zip([0, *cut], cut, [0, *ends], ends, strict=False))
 
 
 def carry_patches(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from geosurf.arrangement.earlier import Earlier
+import numpy as np
+
+from geosurf.arrangement.arrange import Children
+from geosurf.arrangement.earlier import Earlier, Kept
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions.memory import give_back_memory
@@ -84,8 +87,7 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
     if stored:
         give_back_memory()
-    contacts, children, moves = cut_soundly(contacts, known)
-    kept, rim = assemble(with_torn_lattices(contacts), children)
+    contacts, children, moves, (kept, rim) = cut_soundly(contacts, _assembled, known)
     if known is not None and not moves["moved_vertices"] and not stored:
         one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])
@@ -97,3 +99,7 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
         **moves,
     }
     return Patches.of_pieces(kept.pieces, rim, report)
+
+
+def _assembled(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
+    return assemble(with_torn_lattices(contacts), children)

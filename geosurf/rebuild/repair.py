@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
+from geosurf.arrangement.threads import spare_threads
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
@@ -36,6 +38,8 @@ from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; also the largest moves along an axis
 SHIFT = 2.0**-15  # metres; with rounding to it, at most half of what the last step moves
+_MANY = 20_000  # children; from then on they are checked in another thread
+Result = TypeVar("Result")
 DRAWS = 5  # of shifts, one after the other
 
 
@@ -56,13 +60,16 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
 
 
 def cut_soundly(
-    contacts: Contacts, known: KnownPairs | None = None
-) -> tuple[Contacts, Children, dict[str, float]]:
+    contacts: Contacts, then: Callable[[Contacts, Children], Result], known: KnownPairs | None
+) -> tuple[Contacts, Children, dict[str, float], Result]:
     """Cut all faces; repair the inputs where rounding turns children over.
 
     Parameters
     ----------
     contacts : Contacts
+    then : callable
+        What is made of contacts and children. It begins while they are checked, and what it makes
+        of some that are not sound is dropped.
     known : KnownPairs, optional
         What earlier arrangements of these surfaces found: faces that were cut alike are taken from
         there.
@@ -73,6 +80,8 @@ def cut_soundly(
         Of the surfaces as used: ``contacts.surfaces`` has the moved vertices.
     report : dict
         ``moved_vertices`` and ``largest_move`` [m], both 0 where nothing was broken.
+    made
+        What `then` has made of them.
 
     Raises
     ------
@@ -81,9 +90,9 @@ def cut_soundly(
     """
     contacts = with_own_contacts(contacts)
     children = _cut(contacts, known)
-    bad = unsound(contacts, children)
+    bad, made = _checked(contacts, children, then)
     if len(bad) == 0:
-        return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
+        return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}, made()
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
     # moved.
@@ -107,8 +116,21 @@ def cut_soundly(
             children = cut_contacts(contacts)
             bad = unsound(contacts, children)
             if len(bad) == 0:
-                return contacts, children, _moves(given, surfaces, moved)
+                report = _moves(given, surfaces, moved)
+                return contacts, children, report, then(contacts, children)
     raise _refusal(*first)
+
+
+def _checked(
+    contacts: Contacts, children: Children, then: Callable[[Contacts, Children], Result]
+) -> tuple[np.ndarray, Callable[[], Result]]:
+    """Faces that are unsound; and what returns the result of `then`, or raises its error."""
+    stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
+    with spare_threads(len(children.triangles) > _MANY and not stored) as spare:
+        begun = None if spare is None else spare.submit(then, contacts, children)
+        bad = unsound(contacts, children)
+    # the error of what has begun counts only if the faces are sound
+    return bad, partial(then, contacts, children) if begun is None else begun.result
 
 
 def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:

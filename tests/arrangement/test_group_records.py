@@ -32,16 +32,18 @@ def test_groups_as_a_dictionary_does(seed, n_face):
     alone = rng.random(500) < 0.3
     records[alone, 1], records[alone, 2] = rng.integers(0, 90, alone.sum()), -1
     records[:, 3] -= 1
-    found, offsets = group_records(records, n_face + 2, 90)
+    found, offsets = group_records(records, 0, n_face + 2, 90)
     assert [tuple(row) for row in found.tolist()] == oracle(records)
     assert (offsets[0], offsets[-1]) == (0, len(found))
     faces = found[:, 0]
     assert [faces[a:b].tolist() for a, b in pairwise(offsets)] == [
         [face] * int((faces == face).sum()) for face in np.unique(faces)
     ]
+    parts = [group_records(records, *row, 90)[0] for row in ((0, 2), (2, 2), (2, n_face + 2))]
+    assert np.concatenate(parts).tolist() == found.tolist()
 
 
 def test_no_records():
-    found, offsets = group_records(np.empty((0, 4), dtype=np.int64), 3, 5)
+    found, offsets = group_records(np.empty((0, 4), dtype=np.int64), 0, 3, 5)
     assert len(found) == 0
     assert offsets.tolist() == [0]

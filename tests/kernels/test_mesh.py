@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from geosurf.kernels.meshes.mesh import (
     edges,
     ends_of,
-    patches_and_boundary,
     renumber_in_order,
 )
+from geosurf.rebuild import edges as in_ranges
 
 
 def assert_rings(t: np.ndarray, n_vertex: int) -> None:
@@ -73,12 +73,18 @@ def oracle_of_patches(t, owners):
 def test_patches_end_where_owners_change_or_sheets_meet(triangles):
     t = np.array([sorted(corners) for corners in sorted(triangles, key=sorted)], dtype=np.int64)
     owners = t.sum(axis=1) % 2
-    ring, n_edge = edges(t, 7)
-    part, rim = patches_and_boundary(owners, owners, ring, np.arange(len(t)), n_edge)
+    ring, _ = edges(t, 7)
     expected, edges_of_rim = oracle_of_patches(t, owners)
-    assert part.tolist() == expected
-    assert len(rim) == len(edges_of_rim)
-    assert set(map(tuple, ends_of(t, rim).tolist())) == edges_of_rim
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(in_ranges, "_TRIANGLES", 1)  # as many ranges as threads
+        for n in ("1", "2", "3"):
+            patch.setenv("GEOSURF_THREADS", n)
+            assert in_ranges.find_edges(t, 7)[0].tolist() == ring.tolist()
+            found = in_ranges.find_patches(owners, owners, ring, np.arange(len(t)))
+            assert found[0].tolist() == expected
+            assert len(found[1]) == len(edges_of_rim)
+            assert (np.diff(found[1]) > 0).all()
+            assert set(map(tuple, ends_of(t, found[1]).tolist())) == edges_of_rim
 
 
 @given(st.integers(0, 9999), st.integers(1, 40))

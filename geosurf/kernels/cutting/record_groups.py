@@ -32,27 +32,32 @@ def _sort(keys, rows, n):
         keys[j], rows[j] = key, row
 
 
-@entry("l2 l l -> l2 l1")
-def group_records(records, n_face, n_point):
-    """Records by face, first point and second point, each once, and the offsets of the faces.
+@entry("l2 l l l -> l2 l1")
+def group_records(records, low, high, n_point):
+    """Records of faces `low` to `high` - 1 by face, first point and second point, each once; and
+    the offsets of the faces.
 
     Of several with the same points, the one with the lowest plane is kept. A point is left out
     where it ends a segment of its face: contacts with more neighbours than are needed add no more
     than such points.
     """
-    n = records.shape[0]
+    n_face = high - low
     # entry face + 1 counts the records of a face; sums make it the first place of each
     start = np.zeros(n_face + 1, dtype=np.int64)
-    for k in range(n):
-        start[records[k, 0] + 1] += 1
+    for k in range(records.shape[0]):
+        if low <= records[k, 0] < high:
+            start[records[k, 0] - low + 1] += 1
     most = 0
     for face in range(n_face):
         most = max(most, start[face + 1])
         start[face + 1] += start[face]
+    n = start[n_face]
     by_face = np.empty(n, dtype=np.int64)
-    for k in range(n):  # each start moves to where the next one begins
-        by_face[start[records[k, 0]]] = k
-        start[records[k, 0]] += 1
+    for k in range(records.shape[0]):  # each start moves to where the next one begins
+        if low <= records[k, 0] < high:
+            face = records[k, 0] - low
+            by_face[start[face]] = k
+            start[face] += 1
 
     out, offsets = np.empty((n, 4), dtype=np.int64), np.empty(n + 1, dtype=np.int64)
     keys, rows = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)

@@ -20,7 +20,7 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import FIRST, LAST
 from geosurf.kernels.meshes.merged_pieces import number_in_order
-from geosurf.kernels.meshes.mesh import find, join, match_in_buckets
+from geosurf.kernels.meshes.mesh import find, join
 
 _FREE, _PAIRED = -1, -2  # of `link`
 FIRST0, FIRST_NOW, COUNT = 0, 1, 2  # of `blocks`
@@ -34,26 +34,28 @@ def _longer(rows):
     return found
 
 
-@entry("l1 l1 l1 l1 l1 l1 l1 b1 -> l1 l2")
-def same_triangles(surface0, key0, face0, surface, key, face, new_face, changed):
-    """`after` and `blocks` of triangles, by the faces that they are of.
+@entry("l1 l1 l1 l1 l1 l1 l1 l1 b1 l l l l l1 -> l2")
+def same_triangles(
+    new_surface, surface0, key0, face0, surface, key, face, new_face, changed, i, n0, j, n, after
+):  # fmt: skip
+    """`blocks`, and `after` of triangles, by the faces that they are of: of some whole surfaces.
 
-    `surface0` are the new surfaces of the earlier triangles, or -1; `new_face` those of the faces
-    of contacts, and `changed` are faces that are cut again.
+    These have the earlier triangles `i` to `n0` - 1, and `j` to `n` - 1 now. `new_surface` has the
+    surfaces that earlier ones are now, or -1; `new_face` has the same of faces of contacts, and
+    `changed` are faces that are cut again.
     """
-    n0, n = surface0.shape[0], surface.shape[0]
-    after = np.full(n0, -1, dtype=np.int64)
+    for k in range(i, n0):
+        after[k] = -1
     blocks = np.empty((512, 3), dtype=np.int64)
-    n_block = i = j = 0
+    n_block = 0
     while j < n:
-        while i < n0 and (
-            surface0[i] < 0
-            or surface0[i] < surface[j]
-            or (surface0[i] == surface[j] and key0[i] < key[j])
-        ):
-            i += 1
         s, k, f = surface[j], key[j], face[j]
-        same = i < n0 and surface0[i] == s and key0[i] == k
+        while i < n0:
+            s0 = new_surface[surface0[i]]
+            if s0 > s or (s0 == s and key0[i] >= k):
+                break
+            i += 1
+        same = i < n0 and new_surface[surface0[i]] == s and key0[i] == k
         if same:
             same = face0[i] < 0 if f < 0 else face0[i] >= 0 and new_face[face0[i]] == f
             same = same and (f < 0 or not changed[f])
@@ -78,7 +80,7 @@ def same_triangles(surface0, key0, face0, surface, key, face, new_face, changed)
         blocks[n_block, FIRST0], blocks[n_block, FIRST_NOW] = low0, low
         blocks[n_block, COUNT] = j - low
         n_block += 1
-    return after, blocks[:n_block].copy()
+    return blocks[:n_block].copy()
 
 
 @entry("l2 l1 l2 l1 -> l1")
@@ -116,11 +118,13 @@ def _carry_block(
     """The same for the half-edges of one block, earlier ones `low` to `high` - 1."""
     while at < rim0.shape[0] and rim0[at] < low:
         at += 1
+    of_rim = rim0[at] if at < rim0.shape[0] else -1
     for g in range(low, high):
         h, j = g + shift, ring0[g]
-        is_rim = at < rim0.shape[0] and rim0[at] == g
+        is_rim = g == of_rim
         if is_rim:
             at += 1
+            of_rim = rim0[at] if at < rim0.shape[0] else -1
         if j != g and low <= j < high and ring0[j] == g:  # nearly all
             ring[h], link[h] = j + shift, _PAIRED
             if is_rim:
@@ -147,29 +151,31 @@ def _carry_block(
     return n_other, at, n_rim
 
 
-@entry("l2 l1 l1 l1 l1 l1 l1 l1 -> l1 l1 l1")
-def carry_rings(blocks, after, ring0, link0, rim0, run_after, ring, link):
+@entry("l2 l l l l l1 l1 l1 l1 l1 l1 l1 l1 -> l l1")
+def carry_rings(
+    blocks, of, until, end, n, others, after, ring0, link0, rim0, run_after, ring, link
+):  # fmt: skip
     """Write rings and links of half-edges that are carried over; others are alone yet.
 
-    Returns these others; how many of them there are up to the end of each block; and those of the
-    last half-edges `rim0` of which all triangles stay, where they are now. All rise.
+    Of the blocks `of` to `until` - 1, and of the new triangles around them: `end` to `n` - 1 in
+    all. Writes these others, and returns how many they are; and those of the last half-edges
+    `rim0` of which all triangles stay, where they are now. All rise.
 
     `run_after` tells which earlier run is which run now, over all lattices.
     """
-    n = ring.shape[0] // 3
-    rim = np.empty(rim0.shape[0], dtype=np.int64)
-    at = n_rim = 0
-    others = np.empty(3 * n, dtype=np.int64)
-    until = np.empty(blocks.shape[0], dtype=np.int64)
-    n_other = end = 0
-    for b in range(blocks.shape[0] + 1):
+    low = 3 * blocks[of, FIRST0] if of < until else 0
+    at = n_rim = n_other = 0
+    if of < until:
+        at = np.searchsorted(rim0, low)
+    rim = np.empty(rim0.shape[0] - at, dtype=np.int64)
+    for b in range(of, until + 1):
         # new triangles between blocks
-        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else n
+        begin = blocks[b, FIRST_NOW] if b < until else n
         for h in range(3 * end, 3 * begin):
             ring[h], link[h] = h, _FREE
             others[n_other] = h
             n_other += 1
-        if b == blocks.shape[0]:
+        if b == until:
             break
         end = begin + blocks[b, COUNT]
         low = 3 * blocks[b, FIRST0]
@@ -177,51 +183,7 @@ def carry_rings(blocks, after, ring0, link0, rim0, run_after, ring, link):
             ring0, link0, rim0, after, run_after, low, low + 3 * blocks[b, COUNT], 3 * begin - low,
             ring, link, others, n_other, rim, at, n_rim,
         )  # fmt: skip
-        until[b] = n_other
-    return others[:n_other].copy(), until, rim[:n_rim].copy()
-
-
-@entry("l2 l l2 l1 l1 l1 l1 -> .")
-def match_half_edges(t, n_vertex, blocks, halves, until, ring, link):
-    """Put some half-edges, which rise, into rings, as `edges` does with all.
-
-    They are all those of the triangles between blocks, and some in blocks; `until` counts them.
-    """
-    start = np.zeros(n_vertex + 2, dtype=np.int64)
-    half, upper = np.empty_like(halves), np.empty_like(halves)
-    for filling in range(2):
-        # count first; then the entry of a vertex moves from the begin to the end of its range
-        ahead = 1 if filling else 2
-        end = k = 0
-        for b in range(blocks.shape[0] + 1):
-            begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else t.shape[0]
-            for i in range(end, begin):
-                for c in range(3):
-                    one, two = t[i, c], t[i, 0 if c == 2 else c + 1]
-                    v = min(one, two) + ahead
-                    if filling:
-                        half[start[v]], upper[start[v]] = 3 * i + c, max(one, two)
-                    start[v] += 1
-            k += 3 * (begin - end)
-            if b == blocks.shape[0]:
-                break
-            end = begin + blocks[b, COUNT]
-            while k < until[b]:
-                i, c = halves[k] // 3, halves[k] % 3
-                one, two = t[i, c], t[i, 0 if c == 2 else c + 1]
-                v = min(one, two) + ahead
-                if filling:
-                    half[start[v]], upper[start[v]] = halves[k], max(one, two)
-                start[v] += 1
-                k += 1
-        if not filling:
-            for v in range(2, n_vertex + 2):
-                start[v] += start[v - 1]
-
-    match_in_buckets(start, half, upper, n_vertex, ring)
-    for k in range(halves.shape[0]):
-        if ring[halves[k]] != halves[k]:
-            link[halves[k]] = _PAIRED
+    return n_other, rim[:n_rim].copy()
 
 
 @scalar

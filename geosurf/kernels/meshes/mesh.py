@@ -79,15 +79,15 @@ def half_edges_by_vertex(t, n_vertex):
 
 
 @scalar
-def match_in_buckets(start, half, upper, n_vertex, ring):
-    """Put half-edges in buckets into rings, and return the number of edges.
+def match_in_buckets(start, half, upper, begin, end, n_vertex, ring):
+    """Put half-edges in the buckets of vertices `begin` to `end` - 1 into rings; number of edges.
 
     `start`, `half` and `upper` as from `half_edges_by_vertex`. In the long bucket of a vertex with
     thousands of triangles, each upper vertex stores the last half-edge that led to it.
     """
     last = np.empty(0, dtype=np.int64)
     count = 0
-    for v in range(n_vertex):
+    for v in range(begin, end):
         low, high = start[v], start[v + 1]
 
         # Short buckets are searched backwards, long ones use a table of upper vertices.
@@ -136,7 +136,7 @@ def edges(t, n_vertex):
     start, half, upper = half_edges_by_vertex(t, n_vertex)
     # A half-edge that stays alone is a ring of its own.
     ring = np.arange(3 * t.shape[0])
-    return ring, match_in_buckets(start, half, upper, n_vertex, ring)
+    return ring, match_in_buckets(start, half, upper, 0, n_vertex, n_vertex, ring)
 
 
 @scalar
@@ -160,7 +160,7 @@ def join(parent, i, j):
 
 
 @scalar
-def _numbered(parent):
+def numbered(parent):
     """Number of each element's set, in order of first elements, and the number of sets."""
     number = np.full(parent.shape[0], -1, dtype=np.int64)
     # Roots are the lowest elements, so numbers follow first elements.
@@ -187,87 +187,6 @@ def join_pairs(pairs, n):
     return parent
 
 
-@scalar
-def _around(owners, ring, twin, i):
-    """Of the distinct triangles around an edge: number, last two, and whether owners differ."""
-    count = 0
-    one = other = -1
-    mixed = False
-    j = i
-    while True:
-        # Coinciding triangles count once, by their first copy.
-        if twin[j // 3] == j // 3:
-            count += 1
-            one, other = other, j // 3
-            mixed = mixed or (one >= 0 and owners[one] != owners[other])
-        j = ring[j]
-        if j == i:
-            return count, one, other, mixed
-
-
-@entry("l1 l1 l1 l1 l -> l1 l1")
-def patches_and_boundary(surface, owners, ring, twin, n_edge):
-    """Patch of each triangle, numbered by first triangle, and the edges between patches, each by
-    its last half-edge.
-
-    Triangles are joined over edges that exactly two distinct triangles share, if the same surfaces
-    own both (`owners`: a number for that set). Edges with different owners or more than two
-    triangles are the boundary. `twin` is the first triangle with the same corners (mostly itself).
-    """
-    n = surface.shape[0]
-    parent = np.arange(n)
-    rim = np.empty(n_edge, dtype=np.int64)
-    n_rim = 0
-    for i in range(3 * n):
-        # Rings rise: the last half-edge of an edge leads back to the first one, `j`.
-        j = ring[i]
-        if j >= i:
-            continue  # alone, or not the last
-
-        # The common case: two distinct triangles.
-        one, other = i // 3, j // 3
-        if ring[j] == i and twin[one] == one and twin[other] == other:  # nearly all
-            # Two triangles of the same surfaces belong to one patch.
-            same = owners[one] == owners[other]
-            count, mixed = 2, not same
-        else:  # once per edge: thousands of triangles may share it
-            count, one, other, mixed = _around(owners, ring, twin, j)
-            same = count == 2 and owners[one] == owners[other]
-        if same:
-            join(parent, one, other)
-
-        if mixed or count > 2:
-            rim[n_rim] = i
-            n_rim += 1
-    _join_coinciding(parent, surface, ring, twin)
-    return _numbered(parent)[0], rim[:n_rim].copy()
-
-
-@scalar
-def _join_coinciding(parent, surface, ring, twin):
-    """Join coinciding triangles like their twins, surface by surface."""
-    for i in range(twin.shape[0]):
-        # A triangle without an earlier copy is joined above.
-        if twin[i] == i:
-            continue
-        if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
-            join(parent, i, twin[i])
-
-        # Neighbours of a copy are joined if their originals are.
-        for c in range(3):
-            j = ring[3 * i + c]
-            while j != 3 * i + c:
-                if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3):
-                    join(parent, i, j // 3)
-                j = ring[j]
-
-
-@scalar
-def _same_patch(parent, twin, i, j):
-    """Whether triangles i and j both coincide with others that lie in one patch."""
-    return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
-
-
 @entry("l1 l1 l -> l1")
 def renumber_in_order(number, order, n):
     """Numbers below n, renumbered by first occurrence in an order of the elements."""
@@ -292,7 +211,7 @@ def pieces(t, ring):
     # Triangles on one ring share an edge.
     for i in range(3 * n):
         join(parent, i // 3, ring[i] // 3)
-    return _numbered(parent)
+    return numbered(parent)
 
 
 @entry("d2 l2 l2 l1 l1 l1 -> l1")

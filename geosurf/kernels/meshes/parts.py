@@ -96,12 +96,14 @@ def _is_inner_edge(t, ring, link, part, last):
     return part[i] < 0 or t[i, last % 3] != t[j // 3, j % 3]
 
 
-@entry("l2 l1 l1 l1 -> l1")
-def open_edges(t, ring, link, part):
-    """First half-edges of all edges that are not inside a part."""
+@entry("l2 l1 l1 l1 l l -> l1")
+def open_edges(t, ring, link, part, low, high):
+    """First half-edges of all edges that are not inside a part, and that triangles `low` to
+    `high` - 1 are the last ones of.
+    """
     first = np.empty(1024, dtype=np.int64)
     n = 0
-    for last in range(3 * t.shape[0]):
+    for last in range(3 * low, 3 * high):
         # Rings rise: the last half-edge of an edge leads back to the first one.
         start = ring[last]
         if start > last or _is_inner_edge(t, ring, link, part, last):
