@@ -119,8 +119,12 @@ class Cells:
         )
 
     def extent_of(self, faces: np.ndarray) -> np.ndarray:
-        """Rows of `extent` for some faces: only these are measured if none has been before."""
-        if "extent" not in self.__dict__:
+        """Rows of `extent` for some faces: only these are measured if none has been before.
+
+        Where horizons stay in their store, one pass over it measures all faces.
+        """
+        stored = any(isinstance(one.lattice, ChunkedLattice) for one in self.pieces.sources)
+        if not stored and "extent" not in self.__dict__:
             wanted = np.zeros(len(self.surface_of), dtype=bool)
             wanted[faces] = True
             found: np.ndarray = measures.extent(self.pieces, self.face_of_element, wanted)[faces]

@@ -92,7 +92,9 @@ def shells_in_picture(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> li
     sources = units.piece_sides[0].sources if units.has_pieces else ()
     if not any(isinstance(source.lattice, ChunkedLattice) for source in sources):
         return shells_to_draw(units, max_triangle)
-    return clustered(mesh_to_draw(units, max_triangle), 2 * max_triangle).shells
+    mesh = mesh_to_draw(units, max_triangle)
+    fewer = clustered(mesh, 2 * max_triangle)
+    return [replace(shell, creases=fewer is mesh) for shell in fewer.shells]
 
 
 def surfaces_at(

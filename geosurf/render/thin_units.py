@@ -14,15 +14,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.kernels.meshes.numbering import renumbered
+from geosurf.kernels.lattices.run_blocks import find_blocks
+from geosurf.kernels.meshes.numbering import number_keys, renumbered
 from geosurf.model import Lattice, Units
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips, by_unit
 
 MAX_UNIT_TRIANGLE = 400_000  # of all shells: one for each four pixels of a picture
-ROW, FIRST, LAST = 0, 1, 2  # columns of runs
+FIRST, LAST = 1, 2  # columns of runs
 _ONE_SIZE = 8  # cells along the side of a block, up to which all blocks have one size
-_AT_ONCE = 1 << 22  # cells whose units are in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,14 @@ class Shell:
         Outward normals.
     surface : ndarray of int64, shape (n_triangle,)
         Surface of each.
+    creases : bool
+        Whether sharp edges inside a surface are its own, and not those of points that became one.
     """
 
     points: np.ndarray
     triangles: np.ndarray
     surface: np.ndarray
+    creases: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,29 +211,21 @@ def _blocks(
     """Nodes (n, 3) of the triangles of blocks and of cells outside of them; sides of each."""
     n_row, n_col = lattice.shape[0] - 1, lattice.shape[1] - 1
     runs = strips.runs
-    pairs, kind = np.unique(sides[: len(runs)], axis=0, return_inverse=True)
+    sides = sides[: len(runs)]
+    width = int(sides.max(initial=-1)) + 2
+    codes, kind = number_keys((sides[:, 0] + 1) * width + sides[:, 1] + 1)
+    pairs = np.stack(np.divmod(codes, width), axis=1) - 1
     counts = pairs[:, 0] != pairs[:, 1]
-    kind = np.where(counts[kind.ravel()], kind.ravel() + 1, 0).astype(np.int32)
-
-    # some rows of blocks at a time; nothing is read for that
-    sizes = _sizes(stride)
-    step = sizes[0] * max(_AT_ONCE // (n_col * sizes[0]), 1)
-    whole: dict[int, list[np.ndarray]] = {size: [] for size in sizes}
-    fine = []
-    for low in range(0, n_row, step):
-        high = min(low + step, n_row)
-        some = slice(strips.start[low], strips.start[high])
-        kinds = _kinds(runs[some], kind[some], (low, high), n_col)
-        for size in sizes:
-            row, col, of = _taken(kinds, size)
-            whole[size].append(np.stack([low + row * size, col * size, of]))
-        row, place = np.nonzero(kinds)
-        fine.append(np.stack([low + row, place, kinds[row, place]]))
+    sizes = np.array(_sizes(stride))
+    given = runs, strips.start, np.where(counts[kind], kind + 1, 0), sizes, n_row, n_col
+    n_block, n_fine = find_blocks(*given, *2 * [np.empty((0, 4), dtype=np.int64)])
+    blocks, fine = np.empty((n_block, 4), dtype=np.int64), np.empty((n_fine, 3), dtype=np.int64)
+    find_blocks(*given, blocks, fine)
 
     # both triangles of the first cell of each block, its far nodes moved to those of the block
     nodes, of_nodes = [], []
-    for size in sizes:
-        first_row, first_col, of = np.concatenate(whole[size], axis=1)
+    for k, size in enumerate(sizes.tolist()):
+        first_row, first_col, of = blocks[blocks[:, 0] == k, 1:].T
         cell = first_row * n_col + first_col
         corner = lattice.corners_of_keys(np.concatenate([2 * cell, 2 * cell + 1]))
         at_row, at_col = np.divmod(corner, n_col + 1)
@@ -241,7 +236,7 @@ def _blocks(
         of_nodes.append(np.tile(of, 2))
 
     # places come in the other order where diagonals rise
-    row, place, of = np.concatenate(fine, axis=1)
+    row, place, of = fine.T
     half = 1 - place % 2 if lattice.rising else place % 2
     nodes.append(lattice.corners_of_keys(2 * (row * n_col + place // 2) + half))
     of_nodes.append(of)
@@ -259,26 +254,3 @@ def _sizes(stride: int) -> list[int]:
     if stride <= _ONE_SIZE:
         return [stride]
     return [2**k for k in range(math.ceil(math.log2(stride)), 0, -1)]
-
-
-def _kinds(runs: np.ndarray, kind: np.ndarray, rows: tuple[int, int], n_col: int) -> np.ndarray:
-    """Kind of each place of some rows of cells (first, last + 1), 0 for those without a run."""
-    # steps at the ends of runs, summed
-    flat = np.zeros(2 * (rows[1] - rows[0]) * n_col + 1, dtype=np.int32)
-    start = (runs[:, ROW] - rows[0]) * 2 * n_col
-    flat[start + runs[:, FIRST]] += kind
-    flat[start + runs[:, LAST] + 1] -= kind
-    np.cumsum(flat, out=flat)
-    return flat[:-1].reshape(rows[1] - rows[0], 2 * n_col)
-
-
-def _taken(kinds: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row, column and kind of blocks of one kind, which is then 0 there; rims stay as they are."""
-    n, m = kinds.shape[0] // size, kinds.shape[1] // (2 * size)
-    inner = kinds[: n * size, : 2 * m * size]
-    blocks = inner.reshape(n, size, m, 2 * size)
-    of_block = blocks[:, 0, :, 0].copy()
-    same = (blocks == of_block[:, None, :, None]).all(axis=(1, 3)) & (of_block > 0)
-    inner[same.repeat(size, 0).repeat(2 * size, 1)] = 0
-    row, col = np.nonzero(same)
-    return row, col, of_block[same]

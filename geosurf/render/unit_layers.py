@@ -56,7 +56,8 @@ def show_units(
             points, shell_of_unit.triangles, colour=colour, sharp=True,
             shades=colouring.shades(points),
         )  # fmt: skip
-        rims = Layer(points, lines=outline(shell_of_unit), colour=palette.INK, width=0.9)
+        lines = outline(shell_of_unit, shell_of_unit.creases)
+        rims = Layer(points, lines=lines, colour=palette.INK, width=0.9)
         content += Content((shell, rims)).moved(shift)
     slivers = [unit for unit in units.slivers if unit.name in {one.name for one in shown}]
     if slivers:

@@ -7,6 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.model import Units
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.render import thin_units, unit_layers
 from geosurf.render.cluster import shells_in_picture
 from geosurf.render.thin_units import Shell, shells_to_draw, thinned_mesh
@@ -88,7 +89,6 @@ def test_law_grids_in_their_store_have_the_shells_of_grids_in_memory(
 ) -> None:
     pytest.importorskip("dask.array")
     monkeypatch.setattr(chunked, "LEAST", 1)
-    monkeypatch.setattr(thin_units, "_AT_ONCE", 500)  # some rows at a time
     world = gs.synthetic.tilted_planes(n=41)
     lazy = {
         name: gs.triangulate_horizon(h.chunk(9), name=name, lazy=True)
@@ -117,7 +117,19 @@ def test_of_grids_in_their_store_triangles_along_curves_become_few(
     }
     units = gs.Scene(lazy, world.faults, world.box).units
     all_of_them = sum(len(shell.triangles) for shell in shells_to_draw(units, 200))
+
+    # shifts of an exploded view take one pass over each horizon
+    passes = []
+    bands = ChunkedLattice.bands
+    monkeypatch.setattr(
+        ChunkedLattice, "bands",
+        lambda self, *wanted: passes.append(self.store.name) or bands(self, *wanted),
+    )  # fmt: skip
+    memory = gs.Scene(world.horizons, world.faults, world.box).units
+    assert np.array_equal(*(unit_layers.explosion(of, 0.3) for of in (units, memory)))
+    assert sorted(passes) == sorted(lazy)
     few = shells_in_picture(units, 200)
+    assert not any(shell.creases for shell in few)  # those of points that became one
     assert sum(len(shell.triangles) for shell in few) <= 400 < all_of_them
     for shell, unit in zip(few, units.values(), strict=True):  # planes keep their volumes
         assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=0.02)

@@ -195,25 +195,109 @@ def extent_triangles(x, t, face, asked, out):
         _extend(out, face[i], c, 8)
 
 
+@scalar
+def _sum(high, low, term):
+    """A sum of two numbers with one more term, as `_add` does it."""
+    total = high + term
+    back = total - high
+    return total, low + ((high - (total - back)) + (term - back))
+
+
+@scalar
+def _area(ax, ay, az, bx, by, bz, cx, cy, cz):
+    """Area of a triangle, and twice its area in the map, above 0 where it looks up."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - ax, cy - ay, cz - az
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz), nz
+
+
+@scalar
+def _widen(out, i, x, y, z):
+    """Make the bounds of row i hold a point."""
+    out[i, 2], out[i, 3] = min(out[i, 2], x), min(out[i, 3], y)
+    out[i, 4], out[i, 5] = min(out[i, 4], z), max(out[i, 5], x)
+    out[i, 6], out[i, 7] = max(out[i, 6], y), max(out[i, 7], z)
+
+
+@scalar
+def _extend_by_run(p, q, r, a, row, first, last, origin, out, f, up):
+    """Add a run to row f; sums are kept in local variables, and each node is loaded once."""
+    rising, down = a[RISING] != 0, 18 - up
+    high, low = out[f, 0], out[f, 1]
+    up_high, up_low, down_high, down_low = (
+        out[f, up],
+        out[f, up + 1],
+        out[f, down],
+        out[f, down + 1],
+    )
+    begin, end = first >> 1, last >> 1
+
+    # nodes 0, 1, 2, 3 around a cell
+    dx, dy, dz = origin[0], origin[1], origin[2]
+    x1, x2 = load(p, a, 0, row, begin) - dx, load(p, a, 0, row + 1, begin) - dx
+    y1, y2 = load(q, a, 1, row, begin) - dy, load(q, a, 1, row + 1, begin) - dy
+    z1, z2 = load(r, a, 2, row, begin) - dz, load(r, a, 2, row + 1, begin) - dz
+    west, south, bottom = np.inf, np.inf, np.inf
+    east, north, top = -np.inf, -np.inf, -np.inf
+    for col in range(begin, end + 1):
+        x0, y0, z0, x3, y3, z3 = x1, y1, z1, x2, y2, z2
+        x1, x2 = load(p, a, 0, row, col + 1) - dx, load(p, a, 0, row + 1, col + 1) - dx
+        y1, y2 = load(q, a, 1, row, col + 1) - dy, load(q, a, 1, row + 1, col + 1) - dy
+        z1, z2 = load(r, a, 2, row, col + 1) - dz, load(r, a, 2, row + 1, col + 1) - dz
+
+        # triangles 0 1 2 and 0 2 3, or 0 1 3 and 1 2 3; places come in the other order where
+        # diagonals rise
+        if rising:
+            area, flat = _area(x0, y0, z0, x2, y2, z2, x3, y3, z3)
+            then, level = _area(x0, y0, z0, x1, y1, z1, x2, y2, z2)
+        else:
+            area, flat = _area(x0, y0, z0, x1, y1, z1, x3, y3, z3)
+            then, level = _area(x1, y1, z1, x2, y2, z2, x3, y3, z3)
+        if 2 * col >= first:
+            high, low = _sum(high, low, area)
+            if flat > 0.0:
+                up_high, up_low = _sum(up_high, up_low, abs(flat))
+            else:
+                down_high, down_low = _sum(down_high, down_low, abs(flat))
+        if 2 * col < last:
+            high, low = _sum(high, low, then)
+            if level > 0.0:
+                up_high, up_low = _sum(up_high, up_low, abs(level))
+            else:
+                down_high, down_low = _sum(down_high, down_low, abs(level))
+
+        # inside the run both nodes of a column are corners of a triangle
+        if col > begin:
+            west, east = min(west, min(x0, x3)), max(east, max(x0, x3))
+            south, north = min(south, min(y0, y3)), max(north, max(y0, y3))
+            bottom, top = min(bottom, min(z0, z3)), max(top, max(z0, z3))
+        if col == begin and 2 * col == first:
+            _widen(out, f, x0, y0, z0)
+            _widen(out, f, x3, y3, z3)
+        elif col == begin and rising:
+            _widen(out, f, x0, y0, z0)
+        elif col == begin:
+            _widen(out, f, x3, y3, z3)
+        if col == end and 2 * col < last:
+            _widen(out, f, x1, y1, z1)
+            _widen(out, f, x2, y2, z2)
+        elif col == end and rising:
+            _widen(out, f, x2, y2, z2)
+        elif col == end:
+            _widen(out, f, x1, y1, z1)
+    if end > begin:
+        _widen(out, f, west, south, bottom)
+        _widen(out, f, east, north, top)
+    out[f, 0], out[f, 1] = high, low
+    out[f, up], out[f, up + 1] = up_high, up_low
+    out[f, down], out[f, down + 1] = down_high, down_low
+
+
 @entry("d1 d1 d1 l1 l2 l1 d1 d2 -> .")
 def extent_runs(p, q, r, a, runs, face, origin, out):
     """Add the same for runs; `origin` is subtracted from their nodes."""
-    c = np.empty((3, 3))
     up = 10 if a[TURNED] != 0 else 8
     for i in range(runs.shape[0]):
-        row = runs[i, ROW]
-        for place in range(runs[i, FIRST], runs[i, LAST] + 1):
-            col = place >> 1
-
-            # Corners of the triangle at this place of the strip.
-            half = place & 1 if a[RISING] == 0 else 1 - (place & 1)
-            # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
-            v0 = col + (half if a[RISING] == 0 else 0)
-            v2 = col + 1 if a[RISING] == 1 and half == 0 else col
-            for corner in range(3):
-                u = row if corner == 0 else (row + half if corner == 1 else row + 1)
-                v = v0 if corner == 0 else (col + 1 if corner == 1 else v2)
-                c[corner, 0] = load(p, a, 0, u, v) - origin[0]
-                c[corner, 1] = load(q, a, 1, u, v) - origin[1]
-                c[corner, 2] = load(r, a, 2, u, v) - origin[2]
-            _extend(out, face[i], c, up)
+        row, first, last = runs[i, ROW], runs[i, FIRST], runs[i, LAST]
+        _extend_by_run(p, q, r, a, row, first, last, origin, out, face[i], up)
