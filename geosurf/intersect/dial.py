@@ -13,6 +13,7 @@ from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
 from geosurf.intersect.exact_route import exact_lines
+from geosurf.intersect.layers import are_apart
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
 from geosurf.intersect.loops import find_lost, pair_keys
@@ -100,6 +101,10 @@ def _pair(
     options: dict[str, Any],
 ) -> tuple[list[Line], list[tuple[str, np.ndarray, float]], list[Curves]]:
     """Lines, places and plain curves of two surfaces."""
+    # Layers on one map are compared node by node.
+    if has_cubics(one) and has_cubics(two) and are_apart(one, two):
+        return [], [], []
+
     # A lattice comes first, so that the result does not depend on the order of arguments.
     flip = _second_first(one, two)
     if flip:
