@@ -10,6 +10,7 @@ aligned.py         candidate pairs of horizons of one survey
 upright.py         candidate pairs of grids with straight axes
 chunked.py         candidate pairs of grids in a store, tile by tile
 torn.py            self-contacts of torn sheets
+torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
 lattice_maps.py    candidate pairs of two torn sheets over one lattice
 hubs.py            self-contacts at vertices with hundreds of triangles
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)

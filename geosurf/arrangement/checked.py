@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.arrangement.torn_trees import look_at_torn
 from geosurf.arrangement.tree import look_at_list
 from geosurf.conventions import is_number, place
 from geosurf.errors import InputError, SurfaceError
@@ -50,7 +51,7 @@ def _check_triangles(surface: TriSurface) -> None:
     if lattice is not None:
         large = float(np.abs(lattice.survey.box).max())
     else:
-        doubted, small, large = look_at_list(surface)
+        doubted, small, large = look_at_torn(surface) or look_at_list(surface)
     if large > MAX_COORDINATE:
         raise SurfaceError(
             f"surface {surface.name!r} has a coordinate of {large:g} m; the limit is "

@@ -23,6 +23,8 @@ from geosurf.arrangement.lattice_maps import pairs_over_lattice
 from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, refusal
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
+from geosurf.arrangement.torn_trees import candidate_pairs as candidate_pairs_of
+from geosurf.arrangement.torn_trees import separated_by_tops, tree_for
 from geosurf.arrangement.upright import are_alike, settled_pairs
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.merging import may_coincide
@@ -101,7 +103,7 @@ def find_candidates(
     if voxels:
         boxes = [tree.boxes_of(s) for s in surfaces]
     else:
-        trees = [tree.tree_of(s) for s in surfaces]
+        trees = [tree_for(s) for s in surfaces]
         asked = [pair for pair in wanted if pair not in known]
         near = {*known, *near_surfaces(surfaces, asked)}
         cost["nodes"] += len(wanted) - len(near)
@@ -116,11 +118,11 @@ def find_candidates(
                 return pairs_around_hubs(surfaces[i], *around)
 
         if i == j and not voxels and is_torn(surfaces[i]):
-            return pairs_with_itself(surfaces[i], trees[i], origin)
+            return pairs_with_itself(surfaces[i], origin)
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
         if not voxels:
             if i == j:
-                return tree.candidate_pairs(trees[i], trees[j], same=True)
+                return tree.candidate_pairs(*[tree.tree_of(surfaces[i])] * 2, same=True)
             both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
             if not (is_chunked(surfaces[i]) or is_chunked(surfaces[j])):
                 return _pairs_of_two(one_map, origin, both[1], *both)
@@ -160,9 +162,9 @@ def find_candidates(
 def _pairs_of_two(
     one_map: bool,
     origin: np.ndarray,
-    wholes: tuple[tree.Tree, tree.Tree],
+    wholes: tuple[Any, Any],
     surfaces: tuple[TriSurface, TriSurface],
-    trees: tuple[tree.Tree, tree.Tree],
+    trees: tuple[Any, Any],
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Candidates of two surfaces, or of windows of them; `wholes` are the trees of whole ones."""
     if one_map:
@@ -173,7 +175,7 @@ def _pairs_of_two(
         return torn
     if are_alike(surfaces, trees):
         return settled_pairs(surfaces, trees, origin)
-    return tree.candidate_pairs(*trees)
+    return candidate_pairs_of(*trees)
 
 
 def near_surfaces(
@@ -184,7 +186,7 @@ def near_surfaces(
     Tops are not asked where two grids share a map: those count as near.
     """
     # Boxes around whole surfaces first, since they cost least.
-    trees = [tree.tree_of(s) for s in surfaces]
+    trees = [tree_for(s) for s in surfaces]
     apart = tree.apart(trees).tolist()
     near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
     asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]
@@ -192,7 +194,7 @@ def near_surfaces(
         return near
 
     # Then the upper levels of the trees, for all pairs in one call.
-    by_crowns = tree.separated_by_tops(trees, np.array(asked)).tolist()
+    by_crowns = separated_by_tops(trees, np.array(asked)).tolist()
     far = {pair for pair, is_far in zip(asked, by_crowns, strict=True) if is_far}
     return [pair for pair in near if pair not in far]
 
@@ -204,12 +206,12 @@ def meeting_surfaces(
 
     To search them here costs a fifth of a search by `find_contacts` that finds nothing.
     """
-    trees = [tree.tree_of(s) for s in surfaces]
+    trees = [tree_for(s) for s in surfaces]
 
     def meet(i: int, j: int) -> bool:
         if i == j or not (trees[i].is_small and trees[j].is_small):
             return True
-        return len(tree.candidate_pairs(trees[i], trees[j])[0]) > 0
+        return len(candidate_pairs_of(trees[i], trees[j])[0]) > 0
 
     return [(i, j) for i, j in near_surfaces(surfaces, pairs) if meet(i, j)]
 

@@ -29,9 +29,7 @@ def is_torn(surface: TriSurface) -> bool:
     return GHOST in surface.vertex_data
 
 
-def pairs_with_itself(
-    surface: TriSurface, whole: tree.Tree, origin: np.ndarray
-) -> tuple[np.ndarray, dict[str, int]]:
+def pairs_with_itself(surface: TriSurface, origin: np.ndarray) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles of a torn sheet that may meet, and what the search cost.
 
     Returns
@@ -42,12 +40,15 @@ def pairs_with_itself(
     if NODE in surface.vertex_data and _are_over_nodes(surface):
         rows = _crossing_over_nodes(surface, float(origin[2]))
         return rows, {"nodes": 0, "pairs": len(rows)}
+    whole = tree.tree_of(surface)
     rows, cost = tree.pairs_of_some(surface, whole, _with_ghosts(surface))
     return rows[over_itself(surface, rows, origin)], cost
 
 
 def _are_over_nodes(surface: TriSurface) -> bool:
     """Whether all vertices over one node are at one place in the map: repairs may move some."""
+    if surface.torn is not None and surface.torn.node_of_ghost is not None:
+        return True  # ghosts are where their nodes are
     node = surface.vertex_data[NODE]
     return bool(are_over_nodes(node, surface.vertices, int(node.max(initial=-1)) + 1))
 
@@ -74,9 +75,15 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
     Triangles over three nodes in common that cross have such edges. So have those on both sides
     of the edge: one of them may be where the other sheet ends.
     """
-    node, ghost, t = surface.vertex_data[NODE], surface.vertex_data[GHOST], surface.triangles
+    node, ghost = surface.vertex_data[NODE], surface.vertex_data[GHOST]
     n = int(node.max(initial=-1)) + 1
-    rows, one, two = edges_over_ghosts(t, node, ghost, n)
+    if surface.torn is None:
+        z = surface.vertices[:, 2]
+        rows, one, two = edges_over_ghosts(surface.triangles, node, ghost, n)
+    else:  # ghosts are of triangles at faults: only those next to these are looked at
+        z, some = surface.torn.heights_of_vertices(), surface.torn.rows_beside_copies
+        rows, one, two = edges_over_ghosts(surface.corners_of_keys(some), node, ghost, n)
+        rows = some[rows]
 
     # Half-edges over the same two nodes follow one another in `order`.
     key = node[one] * n + node[two]
@@ -84,7 +91,7 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
     key, rows, one, two = key[order], rows[order], one[order], two[order]
 
     # as in the frame of the search: two heights that are rounded to one are one there
-    z = surface.vertices[:, 2] - level
+    z = z - level
 
     # Compare each half-edge with the next ones over the same nodes, one step further each time.
     found = [np.empty((0, 2), dtype=np.int64)]
@@ -102,7 +109,10 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
         found.append(np.sort(pairs, axis=1))
 
     pairs = np.unique(np.concatenate(found), axis=0)
-    return pairs[any_of(ghost[t[pairs]].reshape(-1, 6))]
+    if not len(pairs):
+        return pairs
+    corners = surface.corners_of_keys(pairs.ravel())
+    return pairs[any_of(ghost[corners].reshape(-1, 6))]
 
 
 def _with_ghosts(surface: TriSurface) -> np.ndarray:

@@ -120,7 +120,7 @@ def tree_of(surface: TriSurface) -> Tree:
     """The tree of a surface, remembered on it; that of a lattice was made while it was surveyed."""
     kept: Tree | None = surface.__dict__.get("_tree")
     if kept is None:
-        kept = _list_tree(surface) if surface.lattice is None else _lattice_tree(surface.lattice)
+        kept = _list_tree(surface) if surface.lattice is None else tree_of_lattice(surface.lattice)
         surface.__dict__["_tree"] = kept
     return kept
 
@@ -146,12 +146,13 @@ def _list_tree(surface: TriSurface) -> Tree:
     if _LISTED not in surface.__dict__:
         look_at_list(surface)
     boxes, codes = surface.__dict__.pop(_LISTED)
-    return _tree_of_list(surface.vertices, surface.triangles, boxes, codes)
+    return tree_of_boxes(surface.vertices, surface.triangles, boxes, codes)
 
 
-def _tree_of_list(
+def tree_of_boxes(
     vertices: np.ndarray, triangles: np.ndarray, boxes: np.ndarray, codes: np.ndarray
 ) -> Tree:
+    """A tree over listed triangles with the boxes and codes of `survey_list`."""
     order, nodes, levels = build_list_tree(boxes, codes)
 
     # The list is one row of nodes in the layout of a lattice: x, y, z are interleaved, with stride
@@ -167,16 +168,17 @@ def tree_of_rows(surface: TriSurface, rows: np.ndarray) -> Tree:
     """A tree over some triangles of a list; its keys are places in `rows`."""
     triangles = surface.triangles[rows]
     boxes, codes, _, _ = survey_list(surface.vertices, triangles)
-    return _tree_of_list(surface.vertices, triangles, boxes, codes)
+    return tree_of_boxes(surface.vertices, triangles, boxes, codes)
 
 
 def tree_of_list(vertices: np.ndarray, triangles: np.ndarray) -> Tree:
     """A tree over listed triangles, in the frame of their vertices."""
     boxes, codes, _, _ = survey_list(vertices, triangles)
-    return _tree_of_list(vertices, triangles, boxes, codes)
+    return tree_of_boxes(vertices, triangles, boxes, codes)
 
 
-def _lattice_tree(lattice: Lattice) -> Tree:
+def tree_of_lattice(lattice: Lattice) -> Tree:
+    """The tree over a lattice, which its survey has made."""
     survey = lattice.survey
     coordinates = NO_NUMBERS if isinstance(lattice, ChunkedLattice) else lattice.coordinates
     given = coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER

@@ -13,9 +13,8 @@ from geosurf.conventions.card import Card
 from geosurf.conventions.card_map import small_map
 from geosurf.conventions.colours import fault as fault_colour
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.model.base import Shown, frozen
+from geosurf.model.base import Shown
 from geosurf.model.lattice import Lattice
-from geosurf.model.lattice_nodes import nodes_at
 from geosurf.model.sectors import Sector
 from geosurf.model.sheet_report import FaultCut, SheetReport, ThrowReport
 from geosurf.model.surfaces import TriSurface
@@ -97,33 +96,22 @@ class Sheet(Shown):
         """
         if self.mesh is not None:
             return self.mesh
-        # Nodes first, then ghosts: rows of vertices stay those of the lattice.
-        lattice, n_col = self.lattice, self.lattice.shape[1]
-        present = lattice.present
-        vertices = np.concatenate([lattice.build_vertices(), self.ghosts])
-        n = len(vertices) - len(self.ghosts)
-
-        # vertex of each node and ghost, -1 for absent nodes; ghosts follow the nodes
-        number = np.concatenate([lattice.vertex_of_node.ravel(), n + np.arange(len(self.ghosts))])
-
         # keys count cells and their halves, `divided` counts nodes: one more in each row
+        lattice, n_col = self.lattice, self.lattice.shape[1]
         row, col = np.divmod(self.divided // 2, n_col)
-        whole = np.ones(2 * (lattice.shape[0] - 1) * (n_col - 1), dtype=bool)
-        gone = 2 * (row * (n_col - 1) + col) + self.divided % 2
-        whole[gone] = False
-        keys = np.flatnonzero(whole) if lattice.whole else lattice.keys[whole[lattice.keys]]
+        gone = np.sort(2 * (row * (n_col - 1) + col) + self.divided % 2)
 
-        # triangles that faults divide are replaced by copies on both sides, which end in ghosts
-        corners = lattice.corners_of_keys(keys)
-        if not lattice.whole:
-            corners = number[corners]
-        triangles = frozen(np.concatenate([corners, number[self.copies]]), np.int64)
-        ghost = np.arange(len(vertices)) >= n
-        outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
-        marks = {"ghost": ghost, "outer": outer}
-        over = nodes_at(lattice, self.ghosts[:, :2])
-        if over is not None:
-            marks["node"] = np.concatenate([np.flatnonzero(present), over])
+        # triangles that faults divide are replaced by copies on both sides, which end in ghosts;
+        # nodes first, then ghosts: rows of vertices stay those of the lattice
+        torn = TornLattice.of(lattice, gone, self.copies, self.ghosts)
+        present = lattice.present
+        n = torn.n_present - len(self.ghosts)
+        marks = {
+            "ghost": np.repeat([False, True], [n, len(self.ghosts)]),
+            "outer": np.concatenate([np.zeros(n, dtype=bool), self.outer]),
+        }
+        if torn.node_of_ghost is not None:
+            marks["node"] = np.concatenate([np.flatnonzero(present), torn.node_of_ghost])
 
         # ghosts are never extrapolated data: they are not data
         if self.extrapolated is not None:
@@ -135,10 +123,9 @@ class Sheet(Shown):
             marks["wall of " + fault] = np.concatenate(
                 [wall[:n_node][present.ravel()], wall[n_node:]]
             )
-        made = TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
+        made = TriSurface.of_torn(self.name, "horizon", torn, marks)
         made.crs, made.sectors = self.crs, self.sectors
-        made.torn = TornLattice.of(lattice, np.sort(gone), self.copies, self.ghosts)
-        made.proof = None if self.prove is None else self.prove(made.torn)
+        made.proof = None if self.prove is None else self.prove(torn)
         return made
 
     def surface_among(self, others: Callable[[str], TriSurface | None] | None) -> TriSurface:

@@ -117,25 +117,43 @@ class TriSurface(Shown):
     @cached_property
     def vertices(self) -> np.ndarray:
         """World coordinates [m], float64 (n_vertex, 3)."""
-        assert self.lattice is not None
-        return frozen(self.lattice.build_vertices(), np.float64)
+        return frozen(self._by_rule.build_vertices(), np.float64)
 
     @cached_property
     def triangles(self) -> np.ndarray:
         """Rows of `vertices`, int64 (n_triangle, 3)."""
-        assert self.lattice is not None
-        return frozen(self.lattice.build_triangles(), np.int64)
+        return frozen(self._by_rule.build_triangles(), np.int64)
+
+    @property
+    def _by_rule(self) -> Lattice:
+        """The lattice that arrays follow from: its own, or that of a torn sheet."""
+        found = self.torn if self.lattice is None else self.lattice
+        assert found is not None
+        return found
+
+    @classmethod
+    def of_torn(
+        cls, name: str, role: str, torn: TornLattice, vertex_data: Mapping[str, Any]
+    ) -> TriSurface:
+        """Return a torn sheet as the list of its triangles, which is made when it is read."""
+        made = cls(name, role, lattice=torn, vertex_data=vertex_data)
+        made.lattice, made.torn = None, torn
+        return made
 
     @property
     def n_vertex(self) -> int:
         """Number of vertices."""
         # Counting needs no vertices.
-        return len(self.vertices) if self.lattice is None else self.lattice.n_present
+        if "vertices" in self.__dict__ and self.lattice is None:
+            return len(self.vertices)
+        return self._by_rule.n_present
 
     @property
     def n_triangle(self) -> int:
         """Number of triangles."""
-        return len(self.triangles) if self.lattice is None else self.lattice.n_triangle
+        if "triangles" in self.__dict__ and self.lattice is None:
+            return len(self.triangles)
+        return self._by_rule.n_triangle
 
     @cached_property
     def extent(self) -> np.ndarray:
@@ -161,7 +179,13 @@ class TriSurface(Shown):
         ndarray of int64, shape (n, 3)
             Rows of `vertices`, or nodes of the lattice.
         """
-        return self.triangles[keys] if self.lattice is None else self.lattice.corners_of_keys(keys)
+        if self.lattice is not None:
+            return self.lattice.corners_of_keys(keys)
+        if self.torn is not None and "triangles" not in self.__dict__:
+            nodes = self.torn.corners_of_keys(self.torn.keys[keys])
+            found: np.ndarray = self.torn.vertex_of_node[nodes]
+            return found
+        return self.triangles[keys]
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """Return where nodes are.
@@ -176,7 +200,11 @@ class TriSurface(Shown):
         ndarray of float64, shape (..., 3)
             World coordinates [m].
         """
-        return self.vertices[nodes] if self.lattice is None else self.lattice.places_of_nodes(nodes)
+        if self.lattice is not None:
+            return self.lattice.places_of_nodes(nodes)
+        if self.torn is not None and "vertices" not in self.__dict__:
+            return self.torn.places_of_nodes(self.torn.node_of_vertex[nodes])
+        return self.vertices[nodes]
 
     def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
         """Return the rows of `triangles` that keys stand for.

@@ -14,6 +14,7 @@ import numpy as np
 from geosurf.model.base import frozen
 from geosurf.model.holes import FIRST, LAST, ROW, holes_in
 from geosurf.model.lattice import OF_NODES, Lattice
+from geosurf.model.lattice_nodes import nodes_at
 
 
 class TornLattice(Lattice):
@@ -92,6 +93,37 @@ class TornLattice(Lattice):
         """None: ghosts may reach beyond the nodes."""
         return
 
+    @property
+    def nodes_are_all_there(self) -> bool:
+        """Whether all nodes of the lattice exist."""
+        return bool(all(self.survey.numbers))
+
+    @property
+    def nodes_lie_apart(self) -> bool:
+        """Whether nodes of the lattice differ in the map, so that none of its triangles is flat."""
+        return Lattice.map_height.func(self) > 0.0
+
+    @cached_property
+    def node_of_ghost(self) -> np.ndarray | None:
+        """The node that each ghost lies over, to the last digit, int64 (n_ghost,); else None."""
+        found = nodes_at(self, self.ghosts[:, :2])
+        return None if found is None else frozen(found, np.int64)
+
+    @cached_property
+    def rows_beside_copies(self) -> np.ndarray:
+        """Rows of the triangles that have a node below a copy, and of all copies, rising."""
+        n_row, n_col = self.shape
+        below = np.zeros(self.n_node + len(self.ghosts), dtype=bool)
+        below[self.copies] = True
+        if self.node_of_ghost is not None:
+            below[self.node_of_ghost[below[self.n_node :]]] = True
+        grid = below[: self.n_node].reshape(n_row, n_col)
+        cells = grid[:-1, :-1] | grid[:-1, 1:] | grid[1:, :-1] | grid[1:, 1:]
+        there = np.repeat(cells.ravel(), 2)
+        n_whole = len(self.keys) - len(self.copies)
+        rows = np.flatnonzero(there[self.keys[:n_whole]])
+        return frozen(np.concatenate([rows, np.arange(n_whole, len(self.keys))]), np.int64)
+
     @cached_property
     def extent(self) -> np.ndarray:
         """South-west and north-east corner around all nodes and ghosts [m], float64 (2, 2)."""
@@ -132,24 +164,38 @@ class TornLattice(Lattice):
     @cached_property
     def node_of_vertex(self) -> np.ndarray:
         """Node or ghost that each vertex is, rising, int64 (n_present,)."""
+        if self.nodes_are_all_there:
+            return frozen(np.arange(self.n_node + len(self.ghosts)), np.int64)
         ghosts = self.n_node + np.arange(len(self.ghosts))
         return frozen(np.concatenate([np.flatnonzero(self.present), ghosts]), np.int64)
 
     @cached_property
     def vertex_of_node(self) -> np.ndarray:
         """Vertex of each node, row by row, then of each ghost; -1 where absent."""
+        if self.nodes_are_all_there:
+            return self.node_of_vertex
         found = np.full(self.n_node + len(self.ghosts), -1, dtype=np.int64)
         found[self.node_of_vertex] = np.arange(len(self.node_of_vertex))
         return frozen(found, np.int64)
 
     def build_vertices(self) -> np.ndarray:
         """World coordinates (n_vertex, 3) of the nodes that exist, then of the ghosts."""
-        return self.places_of_nodes(self.node_of_vertex)
+        own = super().places_of_nodes(self.node_of_vertex[: self.n_present - len(self.ghosts)])
+        # + 0.0 turns -0.0 into 0.0, so that equal coordinates have equal bytes
+        return np.concatenate([own, self.ghosts]) + 0.0
 
     def build_triangles(self) -> np.ndarray:
         """Triangles (n_triangle, 3): rows of vertices, in the order of keys."""
-        found: np.ndarray = self.vertex_of_node[self.corners_of_keys(self.keys)]
-        return found
+        # copies follow the lattice's own
+        own = super().corners_of_keys(self.keys[: len(self.keys) - len(self.copies)])
+        found = np.concatenate([own, self.copies])
+        return found if self.nodes_are_all_there else self.vertex_of_node[found]
+
+    def heights_of_vertices(self) -> np.ndarray:
+        """Elevation of each vertex, float64 (n_vertex,)."""
+        z = self.elevation.ravel()
+        own = z if self.nodes_are_all_there else z[self.present.ravel()]
+        return np.concatenate([own, self.ghosts[:, 2]])
 
     @cached_property
     def gaps(self) -> np.ndarray:

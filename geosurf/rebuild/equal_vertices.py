@@ -8,6 +8,7 @@ from geosurf.kernels.meshes.mesh import (
     weld,
 )
 from geosurf.model import TriSurface
+from geosurf.model.torn_lattice import TornLattice
 
 
 def has_strips(surface: TriSurface) -> bool:
@@ -42,6 +43,10 @@ def _some_may_be_equal(surface: TriSurface) -> bool:
     """
     lattice = surface.lattice
     if lattice is None:
+        if surface.torn is not None and surface.torn.nodes_lie_apart:
+            over = surface.torn.node_of_ghost
+            if over is not None:
+                return _ghosts_meet(surface.torn, over)
         x, y, z = surface.vertices.T
     else:
         x, y = lattice.horizontal()
@@ -53,6 +58,16 @@ def _some_may_be_equal(surface: TriSurface) -> bool:
     keys = (x + 0.7548776662466927 * y + 0.5698402909980532 * z).ravel()
     keys = np.sort(keys[np.isfinite(keys)])
     return bool((keys[1:] == keys[:-1]).any())
+
+
+def _ghosts_meet(torn: TornLattice, over: np.ndarray) -> bool:
+    """Whether a ghost has the height of its node, or of another ghost `over` the same node."""
+    z = torn.ghosts[:, 2]
+    if (z == torn.elevation.ravel()[over]).any():
+        return True
+    order = np.lexsort((z, over))
+    over, z = over[order], z[order]
+    return bool(((over[1:] == over[:-1]) & (z[1:] == z[:-1])).any())
 
 
 def _rows_are_apart(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> bool:

@@ -123,11 +123,15 @@ def _parts_of_sheets(
             mesh.parent_of_triangle, i, mesh.n_patch,
         )  # fmt: skip
         named = np.empty((0, 3), dtype=np.int64) if corner is None else corner[rows]
+        sheet = mesh.sheet(i)
         held, beyond = classify_parts(
-            mesh.local, mesh.triangles[rows], mesh.parent_of_triangle[rows], source.triangles,
-            source.vertices, mesh.origin, mesh.on_fault, ghost, source.vertex_data["outer"],
-            mesh.patch_of_triangle[rows], joined, len(joined), named,
+            mesh.local, mesh.triangles[rows], sheet.parent, sheet.faces, sheet.places,
+            mesh.origin, mesh.on_fault, ghost[sheet.vertex],
+            source.vertex_data["outer"][sheet.vertex], mesh.patch_of_triangle[rows], joined,
+            len(joined), named,
         )  # fmt: skip
+        if corner is not None:
+            named[:] = np.where(named >= 0, sheet.vertex[named], -1)
         if has_runs is not None:
             held[joined[has_runs]] = True
         wrong = on_wrong_side(mesh, i, joined)

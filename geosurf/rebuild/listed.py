@@ -8,9 +8,32 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.sheet_trim import sides_of_edges
 from geosurf.model import Patches, TriSurface
 from geosurf.model.torn_lattice import TornLattice
+
+
+@dataclass(frozen=True, eq=False)
+class SheetFaces:
+    """The triangles of a torn sheet that have parts in patches.
+
+    Attributes
+    ----------
+    parent : ndarray of int64, shape (n,)
+        Of each listed triangle of the sheet, as row of `faces`.
+    faces : ndarray of int64, shape (n_face, 3)
+        As rows of `places`.
+    places : ndarray of float64, shape (n_vertex, 3)
+        World coordinates.
+    vertex : ndarray of int64, shape (n_vertex,)
+        Vertices of the sheet, rising.
+    """
+
+    parent: np.ndarray
+    faces: np.ndarray
+    places: np.ndarray
+    vertex: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +98,33 @@ class Listed:
     def rows(self, surface: int) -> slice:
         """The triangles of a surface: they follow each other."""
         return slice(self._first[surface], self._first[surface + 1])
+
+    def sheet(self, surface: int) -> SheetFaces:
+        """The triangles of a torn sheet that have parts here, without a list of all."""
+        known = self._sheets.get(surface)
+        if known is not None:
+            return known
+        source, parent = self.sources[surface], self.parent_of_triangle[self.rows(surface)]
+        used = distinct(parent)
+        if source.lattice is None:
+            corners = source.corners_of_keys(used)
+        else:  # parents are rows
+            nodes = source.lattice.corners_of_keys(source.lattice.keys_of_rows(used))
+            corners = source.lattice.vertex_of_node.ravel()[nodes]
+        vertex = distinct(corners)
+        node = vertex
+        if isinstance(source.lattice, TornLattice):
+            node = source.lattice.node_of_vertex[vertex]
+        found = SheetFaces(
+            np.searchsorted(used, parent), np.searchsorted(vertex, corners),
+            source.places_of_nodes(node), vertex,
+        )  # fmt: skip
+        self._sheets[surface] = found
+        return found
+
+    @cached_property
+    def _sheets(self) -> dict[int, SheetFaces]:
+        return {}
 
     @cached_property
     def is_fault(self) -> np.ndarray:

@@ -41,13 +41,15 @@ def on_wrong_side(mesh: Listed, surface: int, part_of: np.ndarray) -> np.ndarray
         return found
     frame = frame_of(mesh.local)
     part = part_of[mesh.patch_of_triangle]
+    sheet, parent = mesh.sheet(surface), np.zeros(len(part), dtype=np.int64)
+    parent[mesh.rows(surface)] = sheet.parent
     for k in faults:
         # a part has to be on its own side of each fault; slivers may be turned over by rounding,
         # so that the longer part of its edges decides
-        wall = source.vertex_data[WALL + mesh.sources[k].name].astype(np.int64)
+        wall = source.vertex_data[WALL + mesh.sources[k].name][sheet.vertex].astype(np.int64)
         balance = balance_at_fault(
             mesh.local, mesh.triangles, mesh.curve_edges, edge, triangle, mesh.surface_of_triangle,
-            part, mesh.parent_of_triangle, wall, source.triangles, surface, k, len(part_of), *frame,
+            part, parent, wall, sheet.faces, surface, k, len(part_of), *frame,
         )  # fmt: skip
         found |= balance < 0.0
     return found

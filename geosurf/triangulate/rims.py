@@ -16,10 +16,12 @@ from geosurf.conventions import area_text, length_text
 from geosurf.conventions.outlines import straight_runs
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import edges
 from geosurf.kernels.meshes.used import near_lines
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of
+from geosurf.model.torn_lattice import TornLattice
 from geosurf.triangulate.inward import moved_inward
 from geosurf.triangulate.outline import check_outline, signed_area
 from geosurf.warning import warn
@@ -160,15 +162,13 @@ def _turns(a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
 def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
     """Nodes on the rim of a horizon, in the map (n, 2): at least those near a side."""
     lattice = horizon.lattice
+    if lattice is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:
+        return _torn_rim(horizon.torn, _lines(outline), 2.0 * near)
     if lattice is None:
         # All triangles around a vertex near a side have it: their edges there are complete.
         close = near_lines(horizon.vertices, _lines(outline), 2.0 * near)
         triangles = horizon.triangles[any_of(close[horizon.triangles])]
-        # Ends of half-edges that no other triangle has.
-        ring, _ = edges(triangles, len(horizon.vertices))
-        row, corner = np.divmod(np.flatnonzero(ring == np.arange(len(ring))), 3)
-        ends = np.unique(triangles[row[:, None], np.stack([corner, (corner + 1) % 3], axis=1)])
-        return horizon.vertices[ends[close[ends]], :2]
+        return horizon.vertices[_free_ends(triangles, distinct(triangles), close), :2]
     if lattice.whole and lattice.easting.ndim == 1:
         return _frame(lattice.easting, lattice.northing)
 
@@ -188,6 +188,37 @@ def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
         row, col = np.nonzero(there[1:-1, 1:-1] & ~inner)
         found.append((row + low) * n_col + col + left)
     return lattice.map_places(np.sort(np.concatenate(found)))
+
+
+def _torn_rim(torn: TornLattice, lines: np.ndarray, near: float) -> np.ndarray:
+    """Nodes and ghosts on the rim of a torn sheet near some lines, in the map (n, 2)."""
+    x, y = torn.horizontal() if torn.easting.ndim == 2 else (torn.easting, torn.northing[:, None])
+    close = np.zeros(torn.shape, dtype=bool)
+    beyond = np.zeros(len(torn.ghosts), dtype=bool)
+    for a, b, c in lines:
+        close |= np.abs(a * x + (b * y + c)) <= near
+        beyond |= np.abs(torn.ghosts[:, 0] * a + torn.ghosts[:, 1] * b + c) <= near
+
+    # all triangles around a vertex near a line: their edges there are complete
+    cells = np.flatnonzero(close[:-1, :-1] | close[:-1, 1:] | close[1:, :-1] | close[1:, 1:])
+    keys = np.repeat(2 * cells, 2)
+    keys[1::2] += 1
+    keys = keys[~is_among(keys, torn.gone)]
+    is_close = np.concatenate([close.ravel(), beyond])
+    copies = torn.copies[any_of(is_close[torn.copies])]
+    triangles = np.concatenate([torn.corners_of_keys(keys), copies])
+    ends = _free_ends(triangles, distinct(triangles), is_close)
+    return torn.places_of_nodes(ends)[:, :2]
+
+
+def _free_ends(triangles: np.ndarray, used: np.ndarray, close: np.ndarray) -> np.ndarray:
+    """Vertices, rising, that are `close` and ends of edges of one triangle only."""
+    mine = np.searchsorted(used, triangles)
+    ring, _ = edges(mine, len(used))
+    row, corner = np.divmod(np.flatnonzero(ring == np.arange(len(ring))), 3)
+    ends = distinct(triangles[row, corner], triangles[row, (corner + 1) % 3])
+    found: np.ndarray = ends[close[ends]]
+    return found
 
 
 def _lines(outline: np.ndarray) -> np.ndarray:

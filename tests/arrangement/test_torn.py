@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.arrangement.torn import over_itself, pairs_with_itself
-from geosurf.arrangement.tree import tree_of
 from tests import oracles
 
 N = 3
@@ -84,7 +83,7 @@ def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
     expected = crossing(*sheet)
     plain, noded = surface_of(*sheet, "ghost"), surface_of(*sheet, "ghost", "node")
     for surface in (plain, noded):
-        rows, _ = pairs_with_itself(surface, tree_of(surface), ORIGIN)
+        rows, _ = pairs_with_itself(surface, ORIGIN)
         found = {tuple(pair) for pair in rows.tolist()}
         assert len(found) == len(rows)
         assert expected <= found
