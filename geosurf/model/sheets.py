@@ -17,7 +17,7 @@ from geosurf.model.base import Shown
 from geosurf.model.lattice import Lattice
 from geosurf.model.sectors import Sector
 from geosurf.model.sheet_report import FaultCut, SheetReport, ThrowReport
-from geosurf.model.surfaces import TriSurface
+from geosurf.model.surfaces import TriSurface, torn_sheet
 from geosurf.model.tear_plan import TearPlan
 from geosurf.model.torn_lattice import TornLattice
 
@@ -123,7 +123,7 @@ class Sheet(Shown):
             marks["wall of " + fault] = np.concatenate(
                 [wall[:n_node][present.ravel()], wall[n_node:]]
             )
-        made = TriSurface.of_torn(self.name, "horizon", torn, marks)
+        made = torn_sheet(self.name, torn, marks)
         made.crs, made.sectors = self.crs, self.sectors
         made.proof = None if self.prove is None else self.prove(torn)
         return made

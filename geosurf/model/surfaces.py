@@ -131,15 +131,6 @@ class TriSurface(Shown):
         assert found is not None
         return found
 
-    @classmethod
-    def of_torn(
-        cls, name: str, role: str, torn: TornLattice, vertex_data: Mapping[str, Any]
-    ) -> TriSurface:
-        """Return a torn sheet as the list of its triangles, which is made when it is read."""
-        made = cls(name, role, lattice=torn, vertex_data=vertex_data)
-        made.lattice, made.torn = None, torn
-        return made
-
     @property
     def n_vertex(self) -> int:
         """Number of vertices."""
@@ -290,6 +281,15 @@ class TriSurface(Shown):
     def __repr__(self) -> str:
         size = f"{self.n_vertex} vertices, {self.n_triangle} triangles"
         return f"<TriSurface {self.name!r} ({self.role}): {size}>"
+
+
+def torn_sheet(
+    name: str, torn: TornLattice, vertex_data: Mapping[str, Any], role: str = "horizon"
+) -> TriSurface:
+    """A torn sheet as a list of triangles, which is made when it is read."""
+    made = TriSurface(name, role, lattice=torn, vertex_data=vertex_data)
+    made.lattice, made.torn = None, torn
+    return made
 
 
 def _checked_vertices(name: str, vertices: Any) -> np.ndarray:

@@ -7,6 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.arrangement.search import find_contacts
+from geosurf.model.surfaces import torn_sheet
 from geosurf.rebuild.equal_vertices import first_of_equals
 from geosurf.triangulate.rims import off_the_rims
 from geosurf.warning import silenced
@@ -35,10 +36,7 @@ def sheets(holes: bool) -> tuple[list[gs.TriSurface], list[gs.TriSurface]]:
 @pytest.mark.parametrize("holes", [False, True])
 def test_contacts_are_those_of_lists(holes: bool) -> None:
     torn, lists = sheets(holes)
-    unread = [
-        gs.TriSurface.of_torn(one.name, one.role, one.torn, dict(one.vertex_data))
-        for one in torn[:2]
-    ]
+    unread = [torn_sheet(one.name, one.torn, dict(one.vertex_data)) for one in torn[:2]]
     one, two = find_contacts([*unread, *torn[2:]]), find_contacts(lists)
     assert not any("triangles" in sheet.__dict__ for sheet in unread)
     assert len(one.rows) > 100
@@ -52,7 +50,7 @@ def test_contacts_are_those_of_lists(holes: bool) -> None:
 def test_lists_are_made_when_they_are_read() -> None:
     """In the order of the lattice, then the copies; counting needs none."""
     (top, *_), _ = sheets(holes=True)
-    fresh = gs.TriSurface.of_torn("Top", "horizon", top.torn, dict(top.vertex_data))
+    fresh = torn_sheet("Top", top.torn, dict(top.vertex_data))
     assert (fresh.n_vertex, fresh.n_triangle) == (top.n_vertex, top.n_triangle)
     rows = np.array([0, 700, top.n_triangle - 1])
     corners = fresh.corners_of_keys(rows)
@@ -85,6 +83,6 @@ def test_ghosts_at_the_place_of_a_node_are_found() -> None:
     ghosts = torn.ghosts.copy()
     ghosts[7, 2] = torn.elevation.ravel()[torn.node_of_ghost[7]]
     meets = type(torn).of(torn, torn.gone, torn.copies, ghosts)
-    found = first_of_equals(gs.TriSurface.of_torn("Top", "horizon", meets, {}))
+    found = first_of_equals(torn_sheet("Top", meets, {}))
     assert found is not None
     assert found[torn.n_node + 7] == torn.node_of_ghost[7]
