@@ -77,10 +77,8 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
     keep : ndarray of bool, shape (n_patch,)
     """
     pieces = patches.pieces
-    if (pieces.twin != np.arange(len(pieces.twin))).any() or patches.report.get(
-        "rounding_collisions"
-    ):
-        # the first of triangles with the same corners may be dropped
+    if patches.report.get("rounding_collisions"):
+        # triangles that rounding has made equal are not known as such
         return drop_triangles(patches, keep[patches.patch_of_triangle])
     stays = keep[mesh.patch_of_triangle]
     joined, curve = _without(mesh, stays)
@@ -113,7 +111,7 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         triangles=triangles,
         surface=surface,
         key=key,
-        twin=np.arange(len(triangles)),
+        twin=_twins_among(pieces.twin, stays),
         ring=ring,
         link=link,
         strips=strips,
@@ -124,6 +122,15 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
     for i, more in _areas_of_runs(pieces, ~run_stays).items():
         areas[i] = np.concatenate([areas.get(i, more[:0]), more])
     return Patches.of_pieces(made, number[curve], _with_area(patches.report, areas))
+
+
+def _twins_among(twin: np.ndarray, stays: np.ndarray) -> np.ndarray:
+    """The first triangle with the same corners among those that stay, bool (n_triangle,)."""
+    rows = np.flatnonzero(stays)
+    first = np.full(len(twin), len(twin))
+    np.minimum.at(first, twin[rows], np.arange(len(rows)))
+    found: np.ndarray = first[twin[rows]]
+    return found
 
 
 def _numbered(strips: Strips, number: np.ndarray) -> Strips:

@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.carve.certificate.elements import Elements
 from geosurf.carve.certificate.partition import Matched, rows_of
 from geosurf.carve.rays import NO_HIT, Rays
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.numbering import number_keys
 
@@ -288,11 +288,12 @@ class Around:
         used = np.zeros(n, dtype=bool)
         used[t] = True
         beside = patches.triangles[is_shell[patches.element]]
-        beside = beside[used[beside].sum(axis=1) > 1]
+        one, two, three = (used.take(beside[:, k]) for k in range(3))
+        beside = beside[(one & two) | (one & three) | (two & three)]
         edges = _edges(t, n)
 
         # edges of shells part pieces: what is on their two sides may be in two units
-        edges[np.isin(edges, _edges(beside, n))] = -1
+        edges[is_among(edges, distinct(_edges(beside, n)))] = -1
         order = np.argsort(edges, kind="stable")
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
         pairs = of[np.stack([order[same], order[same + 1]], axis=1) // 3]

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from geosurf.carve.outside import box_of
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.triangle_facts import facts_of_triangles
+from geosurf.kernels.search.voxels import faces_in_box, triangle_boxes
 from geosurf.model import Patches, TriSurface
 
 N_SUM = 14  # columns of `sums_of_runs`
+_FEW = 256  # rays, up to which the boxes of listed triangles are compared with each of them
 _SLIP = 1e-3  # [m] around a ray's first triangle; far more than rounding moves its aim by
 
 
@@ -99,32 +103,50 @@ class Elements:
         first : ndarray of int64
             A triangle of each start.
         """
-        listed = np.flatnonzero(wanted[self.element])
-        t, of = self.triangles[listed], self.element[listed]
-        first = np.full(len(wanted), -1)
-        first[of[::-1]] = np.arange(len(of))[::-1]
         if self.near is None:
-            return self.local, t, of, first[starts]
+            listed = np.flatnonzero(wanted[self.element])
+            of = self.element[listed]
+            return self.local, self.triangles[listed], of, _first_of(of, len(wanted))[starts]
 
         # one triangle of each start, from which its ray runs along the axis on which it is widest
-        corners = self.local[t]
+        is_start = np.zeros(len(wanted), dtype=bool)
+        is_start[starts] = True
+        listed = np.flatnonzero(is_start[self.element])
         runs = self.near(starts, np.zeros((0, 6)), wanted)
-        origin = np.concatenate([corners, runs[0]])
-        of_origin = np.concatenate([of, runs[1]])
-        first[of_origin[::-1]] = np.arange(len(of_origin))[::-1]
-        some = origin[first[starts]]
+        origin = np.concatenate([self.local[self.triangles[listed]], runs[0]])
+        of = np.concatenate([self.element[listed], runs[1]])
+        some = origin[_first_of(of, len(wanted))[starts]]
         low, high = some.min(axis=1) - _SLIP, some.max(axis=1) + _SLIP
 
         boxes = np.concatenate([low, high], axis=1)
         a, b, c = (some[:, k] for k in range(3))
         ray, axes = np.arange(len(some)), np.abs(np.cross(b - a, c - a)).argmax(axis=1)
         boxes[ray, axes], boxes[ray, 3 + axes] = -np.inf, np.inf
+
+        # what is listed is far from most rays; many rays are compared with all of it
+        if len(boxes) <= _FEW:
+            listed = distinct(*(faces_in_box(self._boxes, box) for box in boxes))
+            listed = listed[wanted[self.element[listed]]]
+        else:
+            listed = np.flatnonzero(wanted[self.element])
         runs = self.near(starts, boxes, wanted)
-        corners = np.concatenate([corners, runs[0]])
-        of = np.concatenate([of, runs[1]])
-        first[of[::-1]] = np.arange(len(of))[::-1]
-        x = corners.reshape(-1, 3)
-        return x, np.arange(len(x)).reshape(-1, 3), of, first[starts]
+        x = np.concatenate([self.local[self.triangles[listed]], runs[0]]).reshape(-1, 3)
+        of = np.concatenate([self.element[listed], runs[1]])
+        first = _first_of(of, len(wanted))[starts]
+        return x, np.arange(len(x)).reshape(-1, 3), of, first
+
+    @cached_property
+    def _boxes(self) -> np.ndarray:
+        """Boxes of the listed triangles, float64 (n_listed, 6)."""
+        boxes: np.ndarray = triangle_boxes(self.local, self.triangles)
+        return boxes
+
+
+def _first_of(of: np.ndarray, n: int) -> np.ndarray:
+    """The first row of each of n elements among some rows; -1 where there is none."""
+    first = np.full(n, -1)
+    first[of[::-1]] = np.arange(len(of))[::-1]
+    return first
 
 
 def rise_of(x: np.ndarray, t: np.ndarray) -> np.ndarray:
