@@ -10,6 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
+from benchmarks.random_networks import random_network
+from benchmarks.torn_networks import TRIMS
+from geosurf.sheets.mesh import build as building
 from geosurf.sheets.mesh.holes import _minimum_cut
 from geosurf.synthetic.torn_faults import Fault
 from tests.sheets.table import measure
@@ -111,3 +114,47 @@ def test_faults_that_die_on_both_sides_of_their_crossing_need_no_remedy(shift):
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, trim=2.25)
     assert sheet.report.remedies == ()
     assert all(measure(world, sheet, name).throw.max() < 5.0 for name in faults)
+
+
+def attempts(monkeypatch):
+    """Lengths of the holes of each attempt [m], and whether a fault ends there; filled later."""
+    found, make = [], building._attempt
+
+    def attempt(*given):
+        built = make(*given)
+        found.append([(hole.length, hole.at_fault_end) for hole in built.cut.holes])
+        return built
+
+    monkeypatch.setattr(building, "_attempt", attempt)
+    return found
+
+
+def test_a_fault_that_ends_at_a_long_hole_is_extended_at_once(monkeypatch):
+    # the crest of the horizon is 20 m higher than the fault: turned over, so that it is clipped
+    world = gs.synthetic.torn("normal", n=41)
+    horizon, over = world.horizons["Top"], np.array([1.0, 1.0, -1.0])
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    turned = gs.TriSurface("F1", "fault", fault.vertices * over, fault.triangles[:, ::-1])
+    low = clipped(turned, 20.0 - float(horizon.max()))
+    short = gs.TriSurface("F1", "fault", low.vertices * over, low.triangles[:, ::-1])
+
+    found = attempts(monkeypatch)
+    with pytest.warns(gs.GeosurfWarning, match="was extended up its dip"):
+        sheet = gs.tear_horizon(horizon, [short], name="Top", trim=2)
+    assert {one.kind for one in sheet.report.remedies} == {"fault extended"}
+    # one attempt with the fault as given, one with the longer one; no rings between
+    ((length, at_end),) = found[0]
+    assert at_end
+    assert length > 10 * 25.0
+    assert found[1:] == [[]]
+
+
+def test_throw_dies_at_once_where_a_tip_has_a_hole_shorter_than_a_cell(monkeypatch):
+    # network 4 of the benchmark has one of 0.02 cells
+    rng = np.random.default_rng([1, 4])
+    trim, smear = TRIMS[int(rng.integers(len(TRIMS)))]
+    network = random_network("parallel", rng, smear)
+    found = attempts(monkeypatch)
+    sheet = gs.tear_horizon(network.horizon, network.faults, name="Top", trim=trim)
+    assert [len(holes) for holes in found] == [1, 0]
+    assert not sheet.report.remedies
