@@ -94,6 +94,16 @@ class Cells:
         return float(box_of(self.patches)[:, 2].mean())
 
     @cached_property
+    def n_triangles(self) -> np.ndarray:
+        """Number of triangles of each face, int64 (n,)."""
+        lengths = [np.ones(len(self.pieces.triangles), dtype=np.int64)]
+        lengths += [one.runs[:, 2] - one.runs[:, 1] + 1 for one in self.pieces.strips if one]
+        of = self.face_of_element
+        n = np.concatenate(lengths)[of >= 0]
+        found = np.bincount(of[of >= 0], weights=n, minlength=len(self.surface_of))
+        return found.astype(np.int64)
+
+    @cached_property
     def heights(self) -> np.ndarray:
         """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
         return self._of_faces(

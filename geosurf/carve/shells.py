@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -22,6 +22,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError, RoundingError
 from geosurf.model import Patches, Unit, frozen
 from geosurf.model.excerpt import outward_shell
+from geosurf.model.map_area import rows_of_contacts
 from geosurf.model.pieces import Pieces, by_unit, same_turn
 
 
@@ -61,15 +62,20 @@ class Shells:
         """Area of the shell of a unit [m2]."""
         return math.fsum(self.cells.extent[self.faces(u), AREA].ravel().tolist())
 
-    def map_area(self, u: int) -> float:
-        """Area of the upper side of a unit in the map [m2]."""
+    def map_area(self, u: int, without: Sequence[int] = ()) -> float:
+        """Area of the upper side of a unit in the map [m2], without some surfaces."""
         rows = self.faces(u)
+        rows = rows[~np.isin(self.cells.surface_of[rows], without)]
 
         # with the unit behind it a face looks outward, with the unit in front it is turned over
         outward = self.sides[rows, 1] == u
         extent = self.cells.extent
         up, down = extent[rows[outward], LOOKS_UP], extent[rows[~outward], LOOKS_DOWN]
         return 0.5 * math.fsum([*up.ravel().tolist(), *down.ravel().tolist()])
+
+    def n_triangle(self, u: int) -> int:
+        """Number of triangles of the shell of a unit."""
+        return int(self.cells.n_triangles[self.faces(u)].sum())
 
     def surfaces(self, u: int) -> list[int]:
         """Surfaces that a unit has on one side only, rising."""
@@ -307,6 +313,22 @@ class _Carved(Unit):
             return float(Unit.map_area.func(self))
         shells, u = self._shell
         return shells.map_area(u)
+
+    @cached_property
+    def zone_map_area(self) -> float:
+        """The same where that is not a fluid contact [m2]."""
+        if self._shell is None:  # a copy with other triangles
+            return float(Unit.zone_map_area.func(self))
+        shells, u = self._shell
+        return shells.map_area(u, rows_of_contacts(self.surface_names, self.beneath))
+
+    @cached_property
+    def n_triangle(self) -> int:
+        """Number of triangles of the shell; none is listed."""
+        if self._shell is None:  # a copy with other triangles
+            return int(Unit.n_triangle.func(self))
+        shells, u = self._shell
+        return shells.n_triangle(u)
 
     @cached_property
     def middle(self) -> tuple[float, float, float]:

@@ -245,7 +245,7 @@ class StoredLocator(Locator):
 
     def _near(self, feet: np.ndarray) -> Locator:
         """The model near some vertical lines."""
-        listed = list_near(self.pieces, Feet(feet))
+        listed = list_near(self.pieces, Feet.rounded(feet))
         front, behind = self.sides[listed.element].T
         rows = np.flatnonzero(front != behind)
         corners = listed.x[listed.triangles[rows]]

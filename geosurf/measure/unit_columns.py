@@ -22,7 +22,6 @@ from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.regions import Feet
 
 AT_ONCE = 1 << 18  # lines whose triangles of grids are in memory
-_SLACK = 2.0**-48  # of the largest coordinate: more than rounding moves a foot
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,11 +190,7 @@ def _keys_near(
     lattice: Lattice, strips: Strips, runs: np.ndarray, feet: np.ndarray, origin: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Keys of the triangles of some runs that lines may pass, and the run of each."""
-    # around each foot, since local coordinates are rounded
-    places = feet + origin[:2]
-    slack = _SLACK * float(np.abs(places).max(initial=0.0))
-    around = [places + slack * np.array(to) for to in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
-    cells = Feet(np.concatenate(around)).cells(lattice)
+    cells = Feet.rounded(feet + origin[:2]).cells(lattice)
     keys = (2 * cells[:, None] + np.arange(2)).reshape(-1)
     run = runs_of_keys(lattice, strips, keys)
     is_wanted = np.zeros(len(strips.runs) + 1, dtype=bool)  # the last one: in no run

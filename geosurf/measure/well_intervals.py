@@ -7,7 +7,7 @@ the same unit are one interval.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,13 @@ import numpy as np
 
 from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
-from geosurf.measure.boundaries import Boundaries
+from geosurf.measure.boundaries import Boundaries, boundaries_of
 from geosurf.measure.locate import Locator
 from geosurf.measure.places import NAMES, places_of
 from geosurf.measure.sample import LABELS
 from geosurf.model import Units
+from geosurf.model.excerpt import model_near
+from geosurf.model.regions import Boxes
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -29,7 +31,7 @@ SLIP = 1e-7  # how far outside of a triangle, as a share of it, a crossing still
 
 
 def well_intervals(
-    units: Units, path: Any, md: Any, locator: Locator, boundaries: Boundaries
+    units: Units, path: Any, md: Any, locator: Locator, boundaries: Boundaries | None
 ) -> xarray.Dataset:
     """
     Return the units that a well goes through, from its first point to its last.
@@ -43,8 +45,8 @@ def well_intervals(
         Measured depth of each point [m]. Default: the column ``md``, else the length of the path.
     locator : Locator
         Of these units.
-    boundaries : Boundaries
-        Of these units.
+    boundaries : Boundaries or None
+        Of these units. None: those near the path are listed, and no others.
 
     Returns
     -------
@@ -60,10 +62,13 @@ def well_intervals(
     import xarray as xr
 
     points, along = _path(path, md, units.box)
+    if boundaries is None:
+        boundaries = boundaries_near(units, [points])
     local = points - boundaries.origin
 
     # where the path may pass a boundary: place as row of the point, and the share up to the next
-    ends = np.unique(np.concatenate([np.arange(len(points)), _crossings(local, boundaries)]))
+    crossings = _crossings(local, boundaries, _longest(units))
+    ends = np.unique(np.concatenate([np.arange(len(points)), crossings]))
     middle = 0.5 * (ends[1:] + ends[:-1])
     found = locator.find(_at(middle, points))
 
@@ -90,7 +95,7 @@ def well_intervals(
 
 
 def intervals_of_wells(
-    units: Units, wells: Mapping[str, Any], locator: Locator, boundaries: Boundaries
+    units: Units, wells: Mapping[str, Any], locator: Locator, boundaries: Boundaries | None
 ) -> xarray.Dataset:
     """
     Return the units that each of many wells goes through, in one table.
@@ -102,8 +107,8 @@ def intervals_of_wells(
         See `wells_of`.
     locator : Locator
         Of these units.
-    boundaries : Boundaries
-        Of these units.
+    boundaries : Boundaries or None
+        As for `well_intervals`; those near all wells are listed at once.
 
     Returns
     -------
@@ -117,12 +122,12 @@ def intervals_of_wells(
     """
     import xarray as xr
 
+    if boundaries is None:
+        paths = [_named(name, _path, path, None, units.box)[0] for name, path in wells.items()]
+        boundaries = boundaries_near(units, paths)
     found = []
     for name, path in wells.items():
-        try:
-            one = well_intervals(units, path, None, locator, boundaries)
-        except InputError as error:
-            raise InputError(f"well {name!r}: {error}") from error
+        one = _named(name, well_intervals, units, path, None, locator, boundaries)
         label = np.full(one.sizes["interval"], name, dtype=object)
         found.append(one.assign(well=("interval", label, {"long_name": "well"})))
     table = xr.concat(found, "interval", combine_attrs="override")
@@ -232,19 +237,61 @@ def _at(place: np.ndarray, points: np.ndarray) -> np.ndarray:
     return at
 
 
-def _crossings(points: np.ndarray, boundaries: Boundaries) -> np.ndarray:
-    """Places where the path may pass through a triangle, in no order."""
-    low, high = boundaries.tree[1][-1].reshape(2, 3)
-    most = PIECE * float(np.linalg.norm(high - low))
-    found = [np.empty(0)]
+def _named(name: str, run: Callable[..., Any], *given: Any) -> Any:
+    """What a function returns for one well; errors of input name the well."""
+    try:
+        return run(*given)
+    except InputError as error:
+        raise InputError(f"well {name!r}: {error}") from error
+
+
+def boundaries_near(units: Units, paths: Sequence[np.ndarray]) -> Boundaries:
+    """
+    Return the boundaries of units near paths (n, 3), in world coordinates, and some others.
+
+    Of horizons that stay in their store only the cells near the paths are read.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes()
+    >>> units = gs.Scene(world.horizons, world.faults, world.box).units
+    >>> near = boundaries_near(units, [np.array([[1000.0, 1500, -1750], [1010, 1500, -2200]])])
+    >>> bool(0 < len(near.triangles) < 200)
+    True
+    """
+    most = _longest(units)
+    boxes = [box for path in paths for _, box in _pieces(path, most)]
+    low, high = (np.array([box[k][:2] for box in boxes]).reshape(-1, 2) for k in (0, 1))
+
+    # local coordinates are rounded
+    slack = 1e-9 * most + 2.0**-48 * float(np.abs([low, high]).max(initial=0.0))
+    return boundaries_of(*model_near(units, Boxes(low - slack, high + slack)))
+
+
+def _longest(units: Units) -> float:
+    """Length of the longest piece of a path whose box is searched [m]."""
+    low, high = np.reshape(units.box, (3, 2)).T
+    return PIECE * float(np.linalg.norm(high - low))
+
+
+def _pieces(points: np.ndarray, most: float) -> Iterator[tuple[int, tuple[np.ndarray, np.ndarray]]]:
+    """Yield the row and the box (low (3,), high (3,)) of pieces of a path."""
     for row, (p, q) in enumerate(pairwise(points)):
         n = max(int(np.ceil(np.linalg.norm(q - p) / most)), 1)
         for k in range(n):
             a, b = p + (q - p) * (k / n), p + (q - p) * ((k + 1) / n)
             # wider than rounding may move the ends of a piece
             slip = 1e-9 * most
-            corners = boundaries.near(np.minimum(a, b) - slip, np.maximum(a, b) + slip)
-            found.append(row + _shares(p, q - p, corners))
+            yield row, (np.minimum(a, b) - slip, np.maximum(a, b) + slip)
+
+
+def _crossings(points: np.ndarray, boundaries: Boundaries, most: float) -> np.ndarray:
+    """Places where the path may pass through a triangle, in no order."""
+    found = [np.empty(0)]
+    for row, box in _pieces(points, most):
+        p, q = points[row : row + 2]
+        found.append(row + _shares(p, q - p, boundaries.near(*box)))
     return np.concatenate(found)
 
 
@@ -268,4 +315,4 @@ def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return rows
 
 
-__all__ = ["intervals_of_wells", "well_intervals", "wells_of"]
+__all__ = ["boundaries_near", "intervals_of_wells", "well_intervals", "wells_of"]

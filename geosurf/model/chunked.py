@@ -184,7 +184,7 @@ class ChunkedLattice(Lattice):
 
     _bytes_of_node: ClassVar = 8
     _streamed: ClassVar = (
-        "Curves, units, volumes, certificates, thickness maps, sections and samples"
+        "Curves, units, volumes, certificates, thickness maps, sections, samples and wells"
     )
 
     def too_large(self) -> HorizonError:

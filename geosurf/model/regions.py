@@ -12,6 +12,7 @@ from geosurf.model.chunked_map import ChunkedMap
 from geosurf.model.lattice import Lattice
 
 _SLACK = 1e-9  # of the size of coordinates: far more than rounding
+_ROUNDING = 2.0**-48  # of the largest coordinate: more than rounding moves a foot
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,20 @@ class Feet:
     """
 
     places: np.ndarray
+
+    @classmethod
+    def rounded(cls, places: np.ndarray) -> Feet:
+        """Lines at places whose local coordinates are rounded: some around each of them.
+
+        Examples
+        --------
+        >>> grid = Lattice(np.arange(4.0), np.arange(3.0), np.zeros((3, 4)))
+        >>> Feet.rounded(np.array([[1.0 + 1e-15, 0.5]])).cells(grid).tolist()
+        [0, 1]
+        """
+        slack = _ROUNDING * float(np.abs(places).max(initial=0.0))
+        around = [(-slack, -slack), (-slack, slack), (slack, -slack), (slack, slack)]
+        return cls(np.concatenate([places + np.array(to) for to in around]))
 
     def cells(self, lattice: Lattice) -> np.ndarray:
         """All cells that a line goes through, their rims included."""

@@ -98,6 +98,11 @@ class Unit(Shown):
         return upper_area(self.local, self.triangles)
 
     @cached_property
+    def n_triangle(self) -> int:
+        """Number of triangles."""
+        return len(self.triangles)
+
+    @cached_property
     def zone_map_area(self) -> float:
         """Map area of its upper side where that is not a fluid contact [m2].
 
@@ -119,4 +124,4 @@ class Unit(Shown):
         return Card(f"Unit {self.name}", rows)
 
     def __repr__(self) -> str:
-        return f"<Unit {self.name!r}: {volume_text(self.volume)}, {len(self.triangles)} triangles>"
+        return f"<Unit {self.name!r}: {volume_text(self.volume)}, {self.n_triangle} triangles>"

@@ -141,18 +141,20 @@ def sample(graph: Graph, where: Any, cell: Any, codes: bool, distance: bool) -> 
 
 def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
     """Return the units that a well goes through; see `Scene.well_intervals`."""
+    from geosurf.measure.parts import stays_in_store
     from geosurf.measure.well_intervals import intervals_of_wells, wells_of
     from geosurf.measure.well_intervals import well_intervals as intervals
 
     wells = wells_of(path)
+    boundaries = None if stays_in_store(graph.units) else _boundaries(graph)
     if wells is not None:
         if md is not None:
             raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
         for name, one in wells.items():
             check_system_of_places(lambda: crs(graph), one, name)
-        return intervals_of_wells(graph.units, wells, _locator(graph), _boundaries(graph))
+        return intervals_of_wells(graph.units, wells, _locator(graph), boundaries)
     check_system_of_places(lambda: crs(graph), path, "path")
-    return intervals(graph.units, path, md, _locator(graph), _boundaries(graph))
+    return intervals(graph.units, path, md, _locator(graph), boundaries)
 
 
 def _locator(graph: Graph) -> Locator:

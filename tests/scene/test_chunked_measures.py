@@ -8,6 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.measure import locate, parts
+from geosurf.model import Unit
 from geosurf.triangulate import chunked
 
 pytest.importorskip("dask.array")
@@ -60,6 +61,10 @@ def test_law_measures_are_those_of_grids_in_memory(seed, holes, options):
     places = rng.uniform((w - 30, s - 30, bottom), (e + 30, n + 30, top), size=(400, 3))
     places[::2, :2] = np.rint(places[::2, :2] / STEP) * STEP  # on lines of nodes, and on nodes
     places[::3, 2] = np.rint(places[::3, 2])
+    upright = [[200.0, 200.0, top - 1], [200.0, 200.0, bottom + 1], [300.0, 225.0, top - 2]]
+    picks = zip(("easting", "northing", "elevation"), places[:40].T, strict=True)
+    names = {"well": ["W"] * 40, "horizon": ["Top", "Base"] * 20}
+    tops = names | {key: of.tolist() for key, of in picks}
     asks = [
         lambda m: m.thickness("Top/Base"),
         lambda m: m.thickness("Top/Base", grid),  # in nodes
@@ -70,11 +75,20 @@ def test_law_measures_are_those_of_grids_in_memory(seed, holes, options):
         lambda m: m.section([(w, 100.0), (e, 100.0)]),  # along nodes
         lambda m: m.section([(150.0, n), (150.0, s)]),
         lambda m: m.section([(w + 1, s), (e, n - 7), (w, n - 20)]),
+        lambda m: m.well_intervals({"A": places[:5], "B": upright}),
+        lambda m: m.well_intervals(upright[:2]),
+        lambda m: m.misfit(tops),
     ]
     if options:
         asks.append(lambda m: m.thickness("Top/Base", 20.0, contact="above OWC"))
     for ask in asks:
         assert ask(one).identical(ask(two))
+    for unit, same in zip(one.units.values(), two.units.values(), strict=True):
+        assert unit.n_triangle == len(unit.triangles)
+        assert repr(unit) == repr(same)
+        assert unit.zone_map_area == same.zone_map_area
+        listed = Unit.zone_map_area.func(unit)  # one by one
+        assert unit.zone_map_area == pytest.approx(listed, rel=1e-9, abs=1e-6)
     for line in ([(0.0, -90.0), (9.0, -90.0)], [(0.0, 9e5), (1.0, 9e5)]):
         with pytest.raises(gs.errors.InputError, match="outside the model"):
             two.section(line)

@@ -60,6 +60,7 @@ def results(
         [(name, u.volume, u.area, u.map_area) for name, u in scene.units.items()],
         repr(scene.section(line)), scene.thickness("Top/Base", 9.0).to_dict(),
         scene.thickness("Top/Base", grid, kind="isopach").to_dict(),  # in nodes
+        scene.throw("Top", "F").to_dict(), scene.well_intervals(points[:6]).to_dict(),
     ]  # fmt: skip
 
 

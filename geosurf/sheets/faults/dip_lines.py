@@ -138,6 +138,11 @@ def cell_of(horizon: TriSurface | Sheet) -> float:
     x, y = grid.easting, grid.northing
     if x.ndim == 1:
         return 0.5 * float(np.ptp(x) / (len(x) - 1) + np.ptp(y) / (len(y) - 1))
+    if grid.is_graph:  # each step is near the mean one: corners show it, in a store as in memory
+        n_row, n_col = grid.shape
+        corners = grid.map_places(np.array([0, n_col - 1, (n_row - 1) * n_col]))
+        along, up = np.hypot(*(corners[1:] - corners[0]).T).tolist()
+        return 0.5 * (along / (n_col - 1) + up / (n_row - 1))
     steps = [np.nanmean(np.hypot(np.diff(x, axis=k), np.diff(y, axis=k))) for k in (0, 1)]
     return 0.5 * float(steps[0] + steps[1])
 
