@@ -207,7 +207,8 @@ def _covered(cloud: np.ndarray, at: np.ndarray) -> np.ndarray:
     edges = corners - np.roll(corners, 1, axis=1)
     short = np.linalg.norm(edges, axis=2).max(axis=1) < GAP * spacing
     # three nodes along a rim make a triangle without area
-    solid = np.abs(np.cross(edges[:, 0], edges[:, 1])) > 1e-6 * spacing**2
+    (x, y), (u, v) = edges[:, 0].T, edges[:, 1].T
+    solid = np.abs(x * v - y * u) > 1e-6 * spacing**2
     # trapezoids: `Delaunay.find_simplex` takes minutes on nodes of a rotated grid
     find = Triangulation(*mesh.points.T, mesh.simplices[short & solid]).get_trifinder()
     covered: np.ndarray = find(*(at - middle).T) >= 0

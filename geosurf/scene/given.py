@@ -14,6 +14,7 @@ from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.inputs import INPUTS, Box
 from geosurf.scene.scene import Scene
 from geosurf.scene.surfaces import opened_contacts, undeclared
+from geosurf.scene.tearing import warnings_of_passed
 
 
 def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
@@ -94,6 +95,8 @@ def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> S
     torn = scene.replace(horizons=horizons, **changes)
     if "faults" in changes:  # its own rules do nothing more
         torn._plain.prepared_by = scene._plain.ruled_faults
+        passed = warnings_of_passed(scene._plain, prepared_faults(scene), changes["faults"])
+        torn._plain.memory.warn(*passed)
     return torn
 
 

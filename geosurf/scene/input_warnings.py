@@ -40,10 +40,14 @@ def warn_of_inputs(
     if tops is not None:
         memory.warn(*warnings_of_names(tops, tuple(inputs.horizons)))
 
-    # what was assumed when a horizon was torn has been issued there; the scene lists it, too
+    # what was assumed when a horizon was torn has been issued there; the scene lists it, too. How
+    # much longer all horizons made a fault is listed already, where the scene tore them
+    whole = {one.subject for one in memory.warnings if one.kind == "fault extended"}
     for horizon in inputs.horizons.values():
         if isinstance(horizon, Sheet):
-            memory.warn(*horizon.warnings, issued=True)
+            found = horizon.warnings
+            found = [w for w in found if w.kind != "fault extended" or w.subject not in whole]
+            memory.warn(*found, issued=True)
 
 
 __all__ = ["warn_of_inputs"]

@@ -67,6 +67,7 @@ def torn_graph(plain: Graph) -> Graph:
     start = as_long_as(plain.longer, given)
     sheets, faults = sheets_on(start, filling, make, plain.memory.on_start)
     plain.memory.warn(*warnings_of(given, faults, sheets))
+    plain.memory.warn(*warnings_of_passed(plain, given, faults))
 
     # the box of the data: that of the sheets is taller, and extended faults would leave it later
     frame: dict[str, Any] = {"box": plain.box, "aoi": plain.aoi} if inputs.box is None else {}
@@ -119,7 +120,8 @@ def longer_faults(faults: Faults, torn: Faults) -> LongerFaults:
 
 def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> list[GeosurfWarning]:
     """Return how much longer faults became, and the warnings of the sheets."""
-    found = []
+    found, of_sheets = [], [one for sheet in sheets.values() for one in sheet.warnings]
+    needed = {one.subject: one for one in of_sheets if one.kind == "fault extended"}
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
@@ -129,6 +131,8 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
             how = how_to_lengthen(name, far) if far else f"lengthen={{{name!r}: ...}}"
+            middle = tuple(fault.vertices.mean(axis=0).tolist())
+            at = needed[name].place or middle if name in needed else middle
             found.append(
                 GeosurfWarning(
                     "fault extended",
@@ -136,13 +140,22 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
                     f"Fault {name!r} ends before the cut-offs of a horizon that is torn at it. It "
                     f"was extended{': ' if ways else ''}{', '.join(ways)}.",
                     f"Lengthen it yourself: {how}, or pick longer sticks.",
-                    tuple(fault.vertices.mean(axis=0)),
+                    at,
                 )
             )
     # how much longer a fault became counts as a whole, not by the sheets that needed some of it
-    of_sheets = (one for sheet in sheets.values() for one in sheet.warnings)
     found += [one for one in of_sheets if one.kind != "fault extended"]
     return list(dict.fromkeys(found))
+
+
+def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[GeosurfWarning]:
+    """Return warnings of faults that pass those that they end at, as tears made them longer."""
+    rules = plain.faults.rules
+    if not rules or all(faults[name] is fault for name, fault in given.items()):
+        return []
+    from geosurf.scene.passed_faults import warnings_of_passed_faults  # loaded by those who tear
+
+    return warnings_of_passed_faults(rules, given, faults)
 
 
 def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet:

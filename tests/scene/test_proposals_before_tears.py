@@ -14,6 +14,7 @@ from geosurf.scenario.build import build_scene, untorn_scene
 from geosurf.scenario.new import new_scenario
 from geosurf.scenario.new.judge import Ready
 from geosurf.scenario.new.network import faults_of
+from geosurf.scene import passed_faults
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
@@ -113,6 +114,22 @@ def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(sce
         assert scene.fault_actions == untorn.fault_actions
     assert {action.fault for action in scene.fault_actions} == {"F2"}
     assert len(scene.fault_actions) > 1
+
+
+def test_every_scene_with_longer_faults_looks_for_passed_ones(field, scenario, monkeypatch):
+    """What no rule cuts; `test_passed_faults.py` has the areas."""
+    horizons, faults = field
+    rule = {"F2": ("F1", "footwall", True)}
+    text = '[[truncations]]\nfault = "F2"\nmain = "F1"\nkeep = "footwall"\nextend = true\n'
+    ruled = scenario.with_name("passed.toml")
+    ruled.write_text(scenario.read_text(encoding="utf-8") + text, encoding="utf-8")
+    monkeypatch.setattr(passed_faults, "_area_beyond", lambda *_: 5.0)
+    for scene in (
+        gs.Scene(horizons, faults, tear=2, truncations=rule),
+        build_scene(read_scenario(ruled)),
+    ):
+        kinds = [(one.kind, one.subject) for one in (scene.sheets, scene.warnings)[1]]
+        assert kinds.count(("fault passes another", "F2")) == 1
 
 
 def test_a_network_does_not_apply_to_horizons_that_were_given_torn(scenario):

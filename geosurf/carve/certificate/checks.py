@@ -90,7 +90,7 @@ def adds_up(patches: Patches, units: Units, anew: dict[str, Size]) -> Check:
     passed = abs(error) <= VOLUME_TOLERANCE and not off and not moved
     detail = (
         f"sum of units {total / 1e6:.15g} million m³, box {box / 1e6:.15g} million m³, "
-        f"relative difference {error:.1e}"
+        f"relative difference {abs(error):.1e}"
     )
     if off:
         detail += f"; the stated volume or area of {', '.join(off[:8])} differs from its shell"
