@@ -22,7 +22,7 @@ from geosurf.ensemble.models import Model, add_to
 from geosurf.ensemble.record import Record, UnitKey
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.scene import Scene
-from geosurf.scene.given import keep_results_apart
+from geosurf.scene.given import keep_results_apart, volumes_by_unit
 from geosurf.sheets.throw.throw_horizon import is_proven
 from geosurf.warning import silenced
 
@@ -167,11 +167,8 @@ class Plan:
         """Return volumes of all units, and maps if they are requested."""
         if self.layers is None:
             # Moved contacts cut known units for volumes; maps need the units themselves.
-            found = scene.volumes
-            labels = [found[name].values.tolist() for name in ("unit", "zone", "block")]
-            contacts = found["contact"].values if "contact" in found.coords else [""] * len(found)
-            keys = map(UnitKey, *labels, contacts)
-            return Record(dict(zip(keys, found.values.tolist(), strict=True)), numbers, None)
+            found = volumes_by_unit(scene)
+            return Record({UnitKey(*key): of for key, of in found.items()}, numbers, None)
         volumes = {
             # Labels go along: tables sum by zone, block or contact.
             UnitKey(unit.name, unit.zone, unit.block, unit.contact): float(unit.volume)

@@ -6,6 +6,8 @@ from hashlib import sha256
 
 from geosurf.model.surfaces import TriSurface
 
+_KEPT = "_content"
+
 
 class Content:
     """A surface as a key: equal if name, vertices and triangles are.
@@ -21,10 +23,14 @@ class Content:
 
     def __init__(self, surface: TriSurface) -> None:
         self.surface = surface
-        digest = sha256(f"{surface.name} {surface.n_vertex} ".encode())
-        digest.update(surface.vertices.data)
-        digest.update(surface.triangles.data)
-        self.key = digest.digest()
+        # remembered on the surface, with its name: a renamed twin has the same attributes
+        known = surface.__dict__.get(_KEPT)
+        if known is None or known[0] != surface.name:
+            digest = sha256(f"{surface.name} {surface.n_vertex} ".encode())
+            digest.update(surface.vertices.data)
+            digest.update(surface.triangles.data)
+            known = surface.__dict__[_KEPT] = surface.name, digest.digest()
+        self.key: bytes = known[1]
 
     def __hash__(self) -> int:
         return hash(self.key)

@@ -201,8 +201,11 @@ class TornLattice(Lattice):
     def gaps(self) -> np.ndarray:
         """Places of the lattice without a triangle, in the form of ``kernels.lattices.strips``."""
         n_row = self.shape[0]
-        absent = np.ones(self.n_key, dtype=bool)
-        absent[self.keys[: len(self.keys) - len(self.copies)]] = False
+        absent = np.zeros(self.n_key, dtype=bool)
+        absent[self.gone] = True
+        if not self.nodes_are_all_there:
+            absent[:] = True
+            absent[self.keys[: len(self.keys) - len(self.copies)]] = False
 
         # along a strip, the halves of a cell come in the other order where diagonals rise
         of_halves = absent.reshape(-1, 2)

@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tear_plan import TearPlan
+from geosurf.scene.contact_volumes import parts
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.inputs import INPUTS, Box
@@ -105,6 +106,13 @@ def keep_results_apart(scene: Scene) -> None:
     scene._plain.memory.shares = False
 
 
+def volumes_by_unit(scene: Scene) -> dict[tuple[str, str, str, str], float]:
+    """Return the volume of each unit [m3] by name, zone, block and contact: without a table."""
+    graph = scene._graph
+    units = parts(graph) or graph.units
+    return {(u.name, u.zone, u.block, u.contact): float(u.volume) for u in units.values()}
+
+
 def given_contacts(scene: Scene) -> dict[str, Any]:
     """Return fluid contacts by name, with files and grids as surfaces."""
     return opened_contacts(scene._inputs.contacts, scene._inputs.options)
@@ -126,4 +134,5 @@ __all__ = [
     "prepared_faults",
     "torn_like",
     "torn_scene",
+    "volumes_by_unit",
 ]

@@ -9,6 +9,7 @@ what is changed, by an amount that a warning states: its sides there are moved i
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -119,13 +120,19 @@ def _found_beside(
             return along_rim, depth
 
     rim = _rim(horizon, outline, near)
-    for sides in straight_runs(outline, near):
+    for sides in _straight_runs(outline.tobytes(), near):
         # One node touches a straight run of sides; two or more run along it.
         found = [_beside_side(outline, k, rim, near) for k in sides]
         if len(np.unique(np.concatenate([rows for rows, _ in found]))) > 1:
             along_rim[sides] = True
             depth = max(depth, *(deep for _, deep in found))
     return along_rim, depth
+
+
+@lru_cache(maxsize=8)
+def _straight_runs(outline: bytes, near: float) -> list[list[int]]:
+    """`straight_runs` of corners as bytes: horizons and scenes of a family have the same."""
+    return straight_runs(np.frombuffer(outline).reshape(-1, 2), near)
 
 
 def _beside_side(

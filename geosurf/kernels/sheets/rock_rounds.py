@@ -93,7 +93,9 @@ def settle_rock(
 
             # forward, through all faults, the oldest first
             now_x, now_y = from_x, from_y
-            height = height_at(grid, rising, to_columns, from_x, from_y)
+            height = old  # of the first round: it starts at the place itself
+            if n_round > 0:
+                height = height_at(grid, rising, to_columns, from_x, from_y)
             for j in range(n_fault):
                 i = n_fault - 1 - j
                 if part[i] != 0.0:

@@ -127,9 +127,8 @@ def side_at_own_height(
     far, side = np.full(len(points), reach), np.zeros(len(points))
     rows, block = blocks.of(points)
     if len(rows):
-        corners = mesh.points[mesh.triangles].reshape(-1, 9)
         far[rows], side[rows] = distance_at_elevation(
-            points[rows], block, corners, blocks.boxes, mesh.normals[:, :2], blocks.starts,
+            points[rows], block, mesh.corners, blocks.boxes, mesh.across, blocks.starts,
             blocks.items, reach,
         )  # fmt: skip
     return far, side

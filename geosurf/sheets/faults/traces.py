@@ -48,6 +48,16 @@ class FaultMesh:
     normals: np.ndarray
     cell: float
 
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Corners of all triangles, one after the other (m, 9)."""
+        return self.points[self.triangles].reshape(-1, 9)
+
+    @cached_property
+    def across(self) -> np.ndarray:
+        """Horizontal parts of the normals (m, 2)."""
+        return np.ascontiguousarray(self.normals[:, :2])
+
 
 @dataclass(eq=False)
 class Trace:

@@ -9,12 +9,12 @@ meet each sector has ghosts of its own (Molino, Bao & Fedkiw 2004, ACM Trans. Gr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.sheets.glued_copies import glue_copies
 from geosurf.model.base import all_of
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
 
@@ -192,82 +192,17 @@ def _glued(
     triangle: np.ndarray, corners: np.ndarray, real: np.ndarray, triangles: Triangles
 ) -> Torn:
     """Number the ghosts: corners of copies that are glued are one."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    # pairs of corners that are one: across each edge with copies or whole triangles beyond it
-    n, divided = len(triangle), distinct(triangle)
-    corner = np.arange(3 * n).reshape(n, 3)
+    # the triangle across each edge, and whether there is one
     node, kind = triangles.links(corners)
-    one, two = [], []  # corners that are the same; numbers from 3 n on are real nodes
-    for k in range(3):
-        e = (k + 1) % 3
-        a_real, b_real = real[:, k], real[:, e]
-        both = triangles.beside(node[:, k], kind[:, k])
-        across = np.where(both[:, 0] == triangle, both[:, 1], both[:, 0])
-        exists = triangles.exists(across)
-        whole = exists & ~is_among(across, divided)
-        for here, there, is_real, other in ((k, e, a_real, b_real), (e, k, b_real, a_real)):
-            rows = np.flatnonzero(is_real & ~other & whole)
-            one.append(corner[rows, there])
-            two.append(3 * n + corners[rows, there])  # an untorn neighbour: real after all
-            rows = np.flatnonzero(is_real & exists & ~whole)
-            mates = _mates(rows, here, across, corners, triangle, real)
-            for mine, mate in mates:
-                for shared in (here, there):
-                    twin = (corners[mate] == corners[mine, shared][:, None]).argmax(axis=1)
-                    one.append(corner[mine, shared])
-                    two.append(corner[mate, twin])
-
-    # real corners are the nodes of the lattice
-    one.append(corner[real])
-    two.append(3 * n + corners[real])
-    a, b = np.concatenate(one), np.concatenate(two)
-    nodes, b_node = np.unique(b[b >= 3 * n], return_inverse=True)
-    b[b >= 3 * n] = 3 * n + b_node
-
-    # corners that are one get one number: that of their node, or a new one for a ghost
-    total = 3 * n + len(nodes)
-    number = connected_components(
-        coo_array((np.ones(len(a)), (a, b)), shape=(total, total)), directed=False
-    )[1]
-    real_of = np.full(total, -1)
-    real_of[number[3 * n :]] = nodes - 3 * n
-    vertex = real_of[number[: 3 * n]]
-    ghost = vertex < 0
-
-    # ghosts are numbered as they first appear, not by labels, which scipy is free to choose
-    _, first, name = np.unique(number[: 3 * n][ghost], return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))  # in the order of first appearance
-    n_node = len(triangles.present)
-    vertex[ghost] = n_node + rank[name]
-
-    # each ghost is anchored to a real corner of the first copy that has it
-    where = np.flatnonzero(ghost)[np.sort(first)]
-    copy, at = np.divmod(where, 3)
-    anchor = corners[copy, real[copy].argmax(axis=1)]
-    return Torn(triangle, vertex.reshape(n, 3), anchor, corners[copy, at], n_node, divided)
-
-
-def _mates(
-    rows: np.ndarray,
-    here: int,
-    across: np.ndarray,
-    corners: np.ndarray,
-    triangle: np.ndarray,
-    real: np.ndarray,
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """For copies `rows`: the copies across an edge in which their corner `here` is real, too."""
-    # a triangle has three copies at most: up to three mates in the run of the triangle across
-    order = np.argsort(triangle, kind="stable")
-    start = np.searchsorted(triangle[order], across[rows])
-    for k in range(3):
-        at = np.minimum(start + k, len(order) - 1)
-        mate = order[at]
-        same = triangle[mate] == across[rows]
-        is_mine = (corners[mate] == corners[rows, here][:, None]) & real[mate]
-        found = np.flatnonzero(same & is_mine.any(axis=1))
-        yield rows[found], mate[found]
+    both = triangles.beside(node.ravel(), kind.ravel())
+    mine = np.repeat(triangle, 3)
+    across = np.where(both[:, 0] == mine, both[:, 1], both[:, 0])
+    exists = triangles.exists(across)
+    n_node, divided = len(triangles.present), distinct(triangle)
+    vertex, anchor, node_of_ghost = glue_copies(
+        triangle, corners, real, across.reshape(-1, 3), exists.reshape(-1, 3), n_node
+    )
+    return Torn(triangle, vertex, anchor, node_of_ghost, n_node, divided)
 
 
 def outer_edges(torn: Torn, triangles: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from geosurf.sheets.faults.last_edges import last_link, on_own_side
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import Trace, mesh_in_frame
 from geosurf.sheets.heights.state import Heights, Tears
-from geosurf.sheets.mesh.ghosts import ghost_heights
+from geosurf.sheets.mesh.ghosts import ghost_heights, kept_apart
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 from geosurf.sheets.throw.displacement import InWalls, refuse_folds, sheet_heights
 from geosurf.sheets.throw.movement import Branches, Movement
@@ -68,6 +68,8 @@ class Attempt:
         heights, _ = self.movement.heights(
             self.branches, torn.node_of_ghost, self.walls[:, torn.anchor]
         )
+        if np.isfinite(heights).all():
+            return kept_apart(torn, state.values, heights, frame.cell)
         fixed = {int(g): float(heights[g]) for g in np.flatnonzero(np.isfinite(heights))}
         return ghost_heights(torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed)
 
@@ -107,8 +109,9 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
         If beds would fold over, or throw is left where a fault ends. Names the place.
     """
     frame, picks = movement.frame, movement.picks
-    unmoved = movement.in_hanging_walls(movement.xy, movement.before.at(movement.xy))
-    refuse_folds(movement.before, movement.slips, movement.xy, movement.parts(branches, unmoved))
+    z = movement.before.at(movement.xy)
+    parts = movement.parts(branches, movement.in_hanging_walls(movement.xy, z))
+    refuse_folds(movement.before, movement.slips, movement.xy, z, parts)
 
     # traces on the drape, torn where there is throw
     drape, network, branches, in_walls = _traced(movement, lean, branches)
@@ -117,7 +120,7 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
 
     # each node belongs to a wall of each fault, and moves with it
     near = near_traces(frame, network.traces, movement.reach)
-    walls = _walls(movement, drape, network, near)
+    walls = _walls(movement, drape, network, near, in_walls)
     values, was = _moved(movement, branches, walls, in_walls)
     every = network.cuts
     drawn = every.take(np.flatnonzero(within(every, *network.mesh.T)))
@@ -199,14 +202,22 @@ def _wall_of_branch(movement: Movement, main: int, trace: Trace) -> float:
 
 
 def _walls(
-    movement: Movement, drape: np.ndarray, network: Network, near: list[NearTrace]
+    movement: Movement,
+    drape: np.ndarray,
+    network: Network,
+    near: list[NearTrace],
+    known: InWalls,
 ) -> np.ndarray:
     """Wall (n_slip, n_node) of each node, 1 or 0: by the trace near it, else by the fault.
 
     Links are cut by the line of a trace, and past a free end that line goes on: a node beside
     it is on the side of the line there, too, also one that lies on the fault itself.
     """
-    out = movement.in_hanging_walls(movement.xy, drape)
+    # where the drape came to rest in whole walls of all faults, each fault is at least the width of
+    # a gradual wall away
+    out = known.walls.copy()
+    others = np.flatnonzero(np.isnan(out).any(axis=0) | (known.elevation != drape))
+    out[:, others] = movement.in_hanging_walls(movement.xy[others], drape[others])
     nearest = np.full(out.shape, np.inf)  # cells to the trace that decides
     for trace, close, ends in zip(network.traces, near, network.mesh, strict=True):
         # at a branch the line goes on into the main fault, beyond which it decides nothing

@@ -281,10 +281,11 @@ def _one_by_one(
     return z, was
 
 
-def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray) -> None:
-    """Raise an error where the movement would turn over cells of the lattice, its nodes at xy."""
+def refuse_folds(
+    before: Before, slips: Sequence[Slip], xy: np.ndarray, z: np.ndarray, parts: np.ndarray
+) -> None:
+    """Raise an error where the movement turns over cells of the lattice, its nodes at xy and z."""
     # nodes after the movement, each with its own part of the throw
-    z = before.at(xy)
     now, height = xy, z
     for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):
         now, height = slip.move(now, height, part)
