@@ -124,7 +124,7 @@ def run_on_dask(
     if processes:
         _in_processes(plan, dumps(plan), wanted, on_record, workers, early, here=False)
         return
-    data = _tried(plan, wanted, on_record, workers) if processes is None else None
+    data = _tried(plan, wanted, on_record, workers, early) if processes is None else None
     if data is not None:
         _in_processes(plan, data, wanted, on_record, workers, early, here=True)
     else:
@@ -163,7 +163,9 @@ def _in_processes(
         _streamed(get, _graph(pool.run, wanted), on_record, num_workers=workers)
 
 
-def _tried(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> bytes | None:
+def _tried(
+    plan: Plan, wanted: list[int], on_record: OnRecord, workers: int, early: EarlyWorkers
+) -> bytes | None:
     """Run the first realisation here; the plan as bytes if processes are faster for the others."""
     # A function may have effects that the caller waits for: it stays in this process.
     if workers == 1 or len(wanted) < _FEW or not plan.model.is_data:
@@ -173,7 +175,7 @@ def _tried(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> 
     seconds = time.process_time() - start
     on_record(record)
     del wanted[0]
-    if not processes_pay(seconds, len(wanted), workers):
+    if not processes_pay(seconds, len(wanted), workers, early.wait):
         return None
     try:
         return dumps(plan)

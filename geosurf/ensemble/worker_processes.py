@@ -17,6 +17,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic
 from typing import Any, BinaryIO
 
 from geosurf.ensemble.plan import Plan
@@ -39,7 +40,7 @@ _ERRORS = (
 Runner = Callable[[int], Record]
 
 
-def processes_pay(seconds: float, n: int, workers: int) -> bool:
+def processes_pay(seconds: float, n: int, workers: int, wait: float = START) -> bool:
     """Whether processes end earlier than threads, which wait for the lock of Python.
 
     Parameters
@@ -50,17 +51,21 @@ def processes_pay(seconds: float, n: int, workers: int) -> bool:
         Realisations.
     workers : int
         Realisations at once.
+    wait : float
+        Until worker processes have started [s].
 
     Examples
     --------
     >>> processes_pay(0.2, 100, 2), processes_pay(0.2, 20, 2), processes_pay(9.0, 100, 1)
     (True, False, False)
+    >>> processes_pay(0.05, 100, 2), processes_pay(0.05, 100, 2, wait=0.5)
+    (False, True)
     """
     if workers == 1 or not interpreter():
         return False
     total = seconds * n
     # This process takes part, and need not start.
-    in_processes = (total + START * (workers - 1)) / workers
+    in_processes = (total + wait * (workers - 1)) / workers
     return in_processes < total * (LOCKED + (1.0 - LOCKED) / workers)
 
 
@@ -93,8 +98,15 @@ class EarlyWorkers:
     def __init__(self, n: int) -> None:
         self.n = n
         self.processes: list[subprocess.Popen[bytes]] = []
+        self._since = 0.0
+
+    @property
+    def wait(self) -> float:
+        """How long it takes until they have started [s]; a start from now where there are none."""
+        return max(START - (monotonic() - self._since), 0.0) if self.processes else START
 
     def __enter__(self) -> EarlyWorkers:
+        self._since = monotonic()
         self.processes = [_start() for _ in range(self.n)]
         return self
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.meshes.numbering import number_below
 from geosurf.kernels.sheets.sheet_trim import sides_of_edges
 from geosurf.model import Patches, TriSurface
 from geosurf.model.torn_lattice import TornLattice
@@ -105,19 +105,18 @@ class Listed:
         if known is not None:
             return known
         source, parent = self.sources[surface], self.parent_of_triangle[self.rows(surface)]
-        used = distinct(parent)
+        used, row = number_below(parent, source.n_triangle)
         if source.lattice is None:
             corners = source.corners_of_keys(used)
         else:  # parents are rows
             nodes = source.lattice.corners_of_keys(source.lattice.keys_of_rows(used))
             corners = source.lattice.vertex_of_node.ravel()[nodes]
-        vertex = distinct(corners)
+        vertex, number = number_below(corners.ravel(), source.n_vertex)
         node = vertex
         if isinstance(source.lattice, TornLattice):
             node = source.lattice.node_of_vertex[vertex]
         found = SheetFaces(
-            np.searchsorted(used, parent), np.searchsorted(vertex, corners),
-            source.places_of_nodes(node), vertex,
+            row, number.reshape(-1, 3), source.places_of_nodes(node), vertex,
         )  # fmt: skip
         self._sheets[surface] = found
         return found

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct, is_among
-from geosurf.kernels.sheets.glued_copies import glue_copies
+from geosurf.kernels.meshes.glued_copies import glue_copies
 from geosurf.model.base import all_of
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
 

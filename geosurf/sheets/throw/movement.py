@@ -143,11 +143,13 @@ class Movement:
             points = fault.vertices - np.append(self.frame.corner, 0.0)
             z = points[:, 2]
             for main, slip in enumerate(self.slips):
+                if main == k:
+                    continue
                 s, _ = slip.section.of(points[:, :2])
                 here = (s >= 0) & (s <= slip.section.length)
                 here &= (z >= slip.section.z[0]) & (z <= slip.section.z[1])
                 far = self.distance(main, points[:, :2], z)
-                if main == k or not (here & (np.abs(far) <= near)).any():
+                if not (here & (np.abs(far) <= near)).any():
                     continue
 
                 # on both sides it crosses the other fault; on neither it lies in it
