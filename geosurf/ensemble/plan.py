@@ -27,6 +27,7 @@ from geosurf.sheets.throw.throw_horizon import is_proven
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
+_IN_VAIN = 3  # realisations with sheets that only the model cuts, more than such as were closed
 KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"
 
 
@@ -52,6 +53,8 @@ class Plan:
 
     def __post_init__(self) -> None:
         self.layers: Layers | None = None
+        # how many realisations were shown by their models to be closed, and how many were not
+        self._shown, self._not_shown = 0, 0
         # Parameters are columns of the result, and select streams of random numbers.
         names = [one.parameter for one in self.uncertain]
         for name in names:
@@ -149,6 +152,9 @@ class Plan:
 
         Sheets are cut once, not twice. Whatever goes wrong here is decided by `_built`.
         """
+        # where most sheets need attempts to close them, nothing is gained
+        if self._not_shown > self._shown + _IN_VAIN:
+            return None
         before = len(warnings)
         try:
             scene = self.model.build_uncut(change)
@@ -157,9 +163,11 @@ class Plan:
             keep_results_apart(scene)
             record = _with_tears(self.measure(scene, change.numbers), scene)
             if is_proven(scene.sheets.values()):
+                self._shown += 1
                 return record
         except (GeosurfError, *_BROKEN):
             pass
+        self._not_shown += 1
         del warnings[before:]
         return None
 

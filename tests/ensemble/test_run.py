@@ -101,7 +101,7 @@ def test_worker_processes_give_the_same_bytes(tmp_path, truth):
 def test_long_ensembles_choose_processes_and_give_the_same_bytes(tmp_path, truth, monkeypatch):
     asked = []
 
-    def always(seconds, n, workers):
+    def always(seconds, n, workers, _):
         asked.append((seconds, n, workers))
         return True
 

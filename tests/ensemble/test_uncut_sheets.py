@@ -110,3 +110,21 @@ def test_realisations_are_the_same_where_the_model_shows_nothing(
     others = [plan.run(k) for k in range(3)]
     assert [repr(one) for one in records] == [repr(one) for one in others]
     assert all(not one.reason for one in records)
+
+
+def test_what_models_do_not_show_is_not_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = gs.synthetic.graben(n=21)
+    scene = gs.Scene({"Top": world.horizons["Top"]}, {"F1": world.faults["F1"]}, world.box)
+    plan, _ = planned(scene, 8, [gs.ensemble.Throw("F1", gs.ensemble.Normal(50, 9))], None, None)
+    monkeypatch.setattr(Proof, "__call__", lambda *_: None)
+    tried: list[object] = []
+    build = plan.model.build_uncut
+
+    def counted(change: object) -> object:
+        """The scene of a realisation, counted."""
+        tried.append(change)
+        return build(change)
+
+    monkeypatch.setattr(plan.model, "build_uncut", counted)
+    assert all(not plan.run(k).reason for k in range(8))
+    assert len(tried) == 4
