@@ -83,6 +83,21 @@ def test_the_bound_is_that_of_a_search_by_brute_force(seed, uneven):
             assert found.volume[i, j] <= 8 * volume + 1e-6
 
 
+@pytest.mark.parametrize("stride", [2, 3, 4, 5])
+def test_the_volume_is_exact_where_one_surface_is_above_the_other(stride):
+    x = np.arange(stride * 4 + 1.0)
+    z = np.add.outer(x**2, 0.5 * x**2) - 0.1 * np.multiply.outer(x, x)
+    kept = kept_nodes(len(x), stride)
+    found = measure_differences(Lattice(x, x, z), kept, kept, np.inf)
+    e, n = np.meshgrid(x, x)
+    d = heights(x[kept], x[kept], z[np.ix_(kept, kept)], e, n) - z
+    assert d.min() >= -1e-9
+    a, b, c, corner = d[:-1, :-1], d[:-1, 1:], d[1:, 1:], d[1:, :-1]
+    volume = ((a + b + c) + (a + c + corner)) / 6  # of both triangles of each fine cell
+    parts = volume.reshape(4, stride, 4, stride).sum(axis=(1, 3))
+    np.testing.assert_allclose(found.volume, parts, rtol=1e-9)
+
+
 def test_what_is_too_far_off_is_found_wherever_it_is():
     z, rows = np.zeros((61, 61)), kept_nodes(61, 5)
     for seed in range(30):

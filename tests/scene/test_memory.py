@@ -178,7 +178,7 @@ def test_what_counts_by_its_identity_is_held():
 
 
 def test_fingerprints_of_large_arrays_know_every_number():
-    """Arrays from 1 MB on are shortened: lanes of 8192 numbers, and what is left over."""
+    """Arrays from 1 MB on are shortened: lanes of 2048 numbers, and what is left over."""
     rng = np.random.default_rng(0)
     plain = rng.normal(0.0, 1.0, 8192 * 17 + 5)
     known = {fingerprint(plain)}
@@ -188,13 +188,13 @@ def test_fingerprints_of_large_arrays_know_every_number():
         return len(known)
 
     # one number, first, last, left over; two of one lane, by the same difference; signs of all
-    cases = [[0], [8192 * 17 - 1], [8192 * 17 + 4], [77, 77 + 8192], [77, 77 + 5 * 8192]]
+    cases = [[0], [8192 * 17 - 1], [8192 * 17 + 4], [77, 77 + 2048], [77, 77 + 5 * 2048]]
     for size, where in enumerate([*cases, *rng.integers(0, len(plain), (40, 1)).tolist()], 2):
         changed = plain.copy()
         changed[where] = -changed[where]
         assert is_new(changed) == size
     n = len(known)
-    others = [-plain, -np.abs(plain), plain + 1.0, plain[::-1], np.roll(plain, 8192), plain[:-1]]
+    others = [-plain, -np.abs(plain), plain + 1.0, plain[::-1], np.roll(plain, 2048), plain[:-1]]
     for k, other in enumerate([*others, plain.view(np.int64), plain.reshape(1, -1)], n + 1):
         assert is_new(other) == k
     assert is_new(plain.copy()) == len(known)
@@ -202,7 +202,7 @@ def test_fingerprints_of_large_arrays_know_every_number():
     # zeros swallow nothing
     assert fingerprint(np.zeros(2**17)) != fingerprint(np.zeros(2**17 + 1))
     flat = np.zeros(2**18)
-    flat[[5, 5 + 8192]] = np.nan
+    flat[[5, 5 + 2048]] = np.nan
     assert fingerprint(flat) != fingerprint(np.zeros(2**18))
 
 

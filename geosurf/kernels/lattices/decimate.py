@@ -55,15 +55,18 @@ def _prepare(z, i, k, cols, first, last, work, low, high):
 
 
 @scalar
-def _add_row(row, t, weight, n, work):
-    """Compare one row of nodes with the planes."""
+def _add_rows(one, two, t, u, first, second, n, work):
+    """Compare two rows of nodes, at parts t and u, with the planes; these are read once."""
     for k in range(min(n, WIDTH)):  # selections without branches are vectorised
-        below = work[_BELOW * WIDTH + k] + t * work[_BELOW_UP * WIDTH + k]
-        above = work[_ABOVE * WIDTH + k] + t * work[_ABOVE_UP * WIDTH + k]
-        off = abs(row[k] - (below if work[_S * WIDTH + k] >= t else above))
+        s = work[_S * WIDTH + k]
+        below, below_up = work[_BELOW * WIDTH + k], work[_BELOW_UP * WIDTH + k]
+        above, above_up = work[_ABOVE * WIDTH + k], work[_ABOVE_UP * WIDTH + k]
+        off = abs(one[k] - (below + t * below_up if s >= t else above + t * above_up))
+        more = abs(two[k] - (below + u * below_up if s >= u else above + u * above_up))
         most = work[_LARGEST * WIDTH + k]
-        work[_LARGEST * WIDTH + k] = off if off > most else most
-        work[_SUM * WIDTH + k] += weight * off
+        most = off if off > most else most
+        work[_LARGEST * WIDTH + k] = more if more > most else most
+        work[_SUM * WIDTH + k] += first * off + second * more
 
 
 @scalar
@@ -129,9 +132,14 @@ def differences_of_rows_and_columns(z, rows, cols, order, limit):
                 last += 1
             start, n = cols[first], cols[last] - cols[first] + 1
             _prepare(z, i, k, cols, first, last, work, few[block], few[block + 1])
-            for row in range(i, k + 1):
+            for row in range(i, k + 1, 2):
+                # the last of an odd number of rows stands for two, and counts once
+                two = min(row + 1, k)
                 weight = 0.5 if row == i or row == k else 1.0
-                _add_row(z[row, start : start + n], (row - i) / (k - i), weight, n, work)
+                other = 0.0 if two == row else 0.5 if two == k else 1.0
+                t, u = (row - i) / (k - i), (two - i) / (k - i)
+                pair = z[row, start : start + n], z[two, start : start + n]
+                _add_rows(pair[0], pair[1], t, u, weight, other, n, work)
             for cell in range(first, last):
                 j, q = cols[cell], cols[cell + 1] - cols[cell]
                 most, total = _cell_of_work(work, j - start, q)
