@@ -46,8 +46,11 @@ class Model(Protocol):
     def build_uncut(self, change: Change) -> Scene | None:
         """Return the same with sheets that nobody has cut yet; None if there are none."""
 
-    def framed(self, base: Scene, reach: float) -> bool:
-        """Keep area and box of the base case, taller by a reach [m]; whether these are new."""
+    def outline(self, change: Change) -> Scene:
+        """Return a scene with the area and box that `build` gives, from as little as that needs."""
+
+    def framed(self, outline: Callable[[], Scene], reach: float) -> None:
+        """Keep area and box of the base case, taller by a reach [m]; `outline` gives them."""
 
     def started(self, base: Scene) -> None:
         """Take what all realisations share from the base case in the final box."""
@@ -150,20 +153,23 @@ class SceneModel:
         # Sheets replace the continuous horizons that they were made from.
         return scene.replace(horizons=sheets)
 
-    def framed(self, base: Scene, reach: float) -> bool:
-        """Keep area and box of the base case, taller by a reach [m]; whether these are new."""
+    def outline(self, change: Change) -> Scene:
+        """Return the scene itself: nothing is torn before it is asked for."""
+        return self.build(change)
+
+    def framed(self, outline: Callable[[], Scene], reach: float) -> None:
+        """Keep area and box of the base case, taller by a reach [m]; `outline` gives them."""
         given = given_settings(self.scene)
         # A box that the user gave holds for all realisations as it is.
         if given["box"] is not None:
-            return False
+            return
         # Without one, each realisation would get its own area, and volumes could not be compared.
         # It follows from the horizons as they are given: nothing is torn for it.
-        (west, east, south, north, bottom, top), area = frame_of(base)
+        (west, east, south, north, bottom, top), area = frame_of(outline())
         self._frame = {"box": (west, east, south, north, bottom - reach, top + reach)}
         # A word such as "rectangle" is not an area: the box is enough then.
         if not isinstance(given["aoi"], str):
             self._frame["aoi"] = area
-        return True
 
     def started(self, base: Scene) -> None:
         """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
@@ -224,9 +230,12 @@ class BuiltModel:
         """None: a function builds scenes as it likes."""
         return None
 
-    def framed(self, base: Scene, reach: float) -> bool:
+    def outline(self, change: Change) -> Scene:
+        """Return the scene of a realisation: only the function knows its box."""
+        return self.build(change)
+
+    def framed(self, outline: Callable[[], Scene], reach: float) -> None:
         """Change nothing: the function chooses the box."""
-        return False
 
     def started(self, base: Scene) -> None:
         """Nothing: the function builds all of each realisation."""

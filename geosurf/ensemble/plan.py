@@ -86,7 +86,7 @@ class Plan:
         """A hash of everything that results depend on."""
         # The version counts: another geosurf may compute other volumes.
         # The second word changes with what a store holds.
-        digest = hashlib.sha256(f"{__version__} torn once {self.seed}".encode())
+        digest = hashlib.sha256(f"{__version__} closed at once {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
         return digest.hexdigest()
@@ -95,27 +95,34 @@ class Plan:
 
     def start(self) -> Record:
         """Build the base case, keep its area for all realisations, and measure it."""
-        # First with its own area, to learn it; then with that area and the reach of all
-        # uncertainties, unless the user gave the box.
-        base = self.scene(None)
-        if self.model.framed(base, sum(one.reach() for one in self.prepared)):
-            base = self.scene(None)
+        base = self.base_case()
         self.model.started(base)
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)
         return self.measure(base, {})
 
+    def base_case(self) -> Scene:
+        """Return the scene in which each parameter has its median; the model keeps its area.
+
+        The area is that of the base case by itself, and its box is taller by the reach of all
+        uncertainties, unless the user gave the box.
+        """
+        reach = sum(one.reach() for one in self.prepared)
+        self.model.framed(lambda: self.model.outline(self._change(None)), reach)
+        return self.scene(None)
+
     def scene(self, realization: int | None) -> Scene:
         """Return the scene of a realisation; None: the base case."""
-        return self._drawn(realization)[0]
+        scene: Scene = self.model.build(self._change(realization))
+        return scene
 
-    def _drawn(self, realization: int | None) -> tuple[Scene, dict[str, float]]:
-        """The scene of a realisation, and the numbers that were drawn for it."""
+    def _change(self, realization: int | None) -> Change:
+        """What changes in a realisation, with the numbers that were drawn for it."""
         # Uncertainties act in the order in which they were given.
         change = Change(self.model, Draws(self.seed, realization))
         for one in self.prepared:
             one.apply(change)
-        return self.model.build(change), change.numbers
+        return change
 
     # ---- results -------------------------------------------------------------------------
 

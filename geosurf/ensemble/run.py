@@ -274,9 +274,7 @@ def realize(
         raise InputError(f"realization is {realization!r}; give its number, 0 or above, or None.")
     plan, _ = planned(model, None, uncertain, seed, None)
     # As in an ensemble: the area of the base case, with the reach of all uncertainties.
-    base = plan.scene(None)
-    if plan.model.framed(base, sum(one.reach() for one in plan.prepared)):
-        base = plan.scene(None)
+    base = plan.base_case()
     if realization is None:
         return base
     plan.model.started(base)

@@ -21,7 +21,7 @@ from geosurf.scenario import read_scenario
 from geosurf.scenario.build import untorn_scene
 from geosurf.scenario.ensemble_keys import UncertainInput, distribution_of
 from geosurf.scenario.keys import Scenario, ThrowInput
-from geosurf.scenario.torn import Make, torn_horizons
+from geosurf.scenario.torn import Make, keeps_area, torn_horizons
 from geosurf.scene import Scene
 from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.footprint import footprint
@@ -64,10 +64,14 @@ class ScenarioModel(SceneModel):
             self._data[name] = HorizonData.of(name, self._values[name])
         return self._data[name]
 
-    def build(self, change: Change) -> Scene:
-        """Return the scene of one realisation."""
-        # Data of all horizons; those that have moved replace their own.
-        values = {**self._values, **change.horizons()}
+    def outline(self, change: Change) -> Scene:
+        """Return a scene with the area of a realisation; nothing is torn that does not count."""
+        if keeps_area(self.scenario, self.horizon_names):
+            return self._untorn(change, {**self._values, **change.horizons()})
+        return self.build(change)
+
+    def _untorn(self, change: Change, values: dict[str, Any]) -> Scene:
+        """The scene of a realisation before horizons are torn; `values` are data of all of them."""
         plain = {
             name: footprint(name, values[name], {}) if are_points(values[name]) else values[name]
             # Only what has moved is handed to the scene; points are an outline there until they are
@@ -75,7 +79,13 @@ class ScenarioModel(SceneModel):
             for name in change.up
         }
         contacts = {"contacts": {**self.contacts, **change.contacts}} if change.contacts else {}
-        scene = self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
+        return self.scene.replace(horizons=plain, faults=change.faults, **contacts, **self._frame)
+
+    def build(self, change: Change) -> Scene:
+        """Return the scene of one realisation."""
+        # Data of all horizons; those that have moved replace their own.
+        values = {**self._values, **change.horizons()}
+        scene = self._untorn(change, values)
         # Throws change in the scenario, so that tearing follows its usual way.
         throws = tuple(_changed(entry, change.throws) for entry in self.scenario.throws)
         scenario = replace(self.scenario, throws=throws)

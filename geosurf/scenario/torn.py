@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -124,13 +124,10 @@ def torn_horizons(
 
     # sheets reach farther up and down than smeared grids: the default box would grow, and with it
     # the extended faults, which the sheets end on
-    extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
-    extended = extended or scenario.network.apply
-
     # whether tearing has changed faults
     changed = any(faults[name] is not given[name] for name in given)
     changes: dict[str, Any] = {}
-    if (extended or picked) and scenario.box is None:
+    if keeps_area(scenario, horizons) and scenario.box is None:
         changes = {"box": scene.box, "aoi": scene.aoi}
         for step in scene.steps:  # the torn scene is given the area, and would not state it
             if step.stage == "area":
@@ -141,6 +138,20 @@ def torn_horizons(
     torn = torn_scene(scene, sheets, **changes)
     torn._take_warnings(found)
     return torn
+
+
+def keeps_area(scenario: Scenario, horizons: Iterable[str]) -> bool:
+    """
+    Return whether a default box and area are those of horizons that are not torn.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    horizons : iterable of str
+    """
+    extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
+    picked = any(is_torn_as_picked(scenario, name) for name in horizons)
+    return extended or scenario.network.apply or picked
 
 
 def _as_picked(

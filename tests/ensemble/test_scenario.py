@@ -13,6 +13,8 @@ from geosurf.cli import main
 from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
 from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.errors import InputError, ScenarioError
+from geosurf.scene.given import frame_of
+from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, fault, layer_cake, plane
 
 BOX = """
@@ -52,6 +54,15 @@ kind = "throw factor"
 of = ["F1"]
 uniform = [1, 2]
 """
+TEAR = """
+[tear]
+trim_cells = 2
+[[uncertain]]
+kind = "depth error"
+of = ["Top"]
+sd_m = 2
+range_m = 300
+"""
 
 
 @pytest.fixture
@@ -90,10 +101,33 @@ def test_horizons_are_thrown_again_by_the_factor(write):
     model = ScenarioModel(write(THROW))
     plan = gs.ensemble.run.planned(model.scenario.path, 1, (), 0, None)[0]
     for k in range(2):
-        scene, numbers = plan._drawn(k)
-        throw = scene.sheets["Base"].cuts["F1"].throw
-        expected = 20.0 * numbers["throw F1"]
+        change = plan._change(k)
+        throw = model.build(change).sheets["Base"].cuts["F1"].throw
+        expected = 20.0 * change.numbers["throw F1"]
         np.testing.assert_allclose(throw[np.isfinite(throw)], expected, atol=1e-6)
+
+
+def test_the_base_case_is_torn_once_and_has_the_area_of_what_is_built(tmp_path, monkeypatch):
+    world = gs.synthetic.torn("through", n=31)
+    gs.write(world.horizons["Top"], tmp_path / "Top.nc")
+    gs.write(gs.triangulate_fault(world.faults["F1"], name="F1"), tmp_path / "F1.ts")
+    path = tmp_path / "scenario.toml"
+    path.write_text(
+        '[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[[faults]]\nname = "F1"\nfile = "F1.ts"\n'
+        'extend = ["up", "down"]\n' + TEAR  # a taller box makes the fault longer
+    )
+    plan = gs.ensemble.run.planned(path, 1, (), 0, None)[0]
+    change, model = plan._change(None), plan.model
+    frames = [frame_of(make(change)) for make in (model.outline, model.build)]
+    assert frames[0][0] == frames[1][0]
+    np.testing.assert_array_equal(frames[0][1], frames[1][1])
+
+    torn, real = [], tear.tear_from
+    monkeypatch.setattr(
+        tear, "tear_from", lambda *args, **words: torn.append(args) or real(*args, **words)
+    )
+    gs.ensemble.run.planned(path, 1, (), 0, None)[0].start()
+    assert len(torn) == 1
 
 
 def test_the_command_writes_tables_and_continues(write, tmp_path, capsys):
