@@ -154,7 +154,7 @@ class SceneModel:
         return scene.replace(horizons=sheets)
 
     def outline(self, change: Change) -> Scene:
-        """Return the scene itself: nothing is torn before it is asked for."""
+        """Return the scene itself: nothing is torn before it is read."""
         return self.build(change)
 
     def framed(self, outline: Callable[[], Scene], reach: float) -> None:
