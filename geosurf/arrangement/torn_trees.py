@@ -14,7 +14,7 @@ import numpy as np
 
 from geosurf.arrangement import tree
 from geosurf.arrangement.tree import Tree
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.lattices.triangle_list import LARGEST, SMALLEST, survey_list
 from geosurf.model import TriSurface
 from geosurf.model.torn_lattice import TornLattice
@@ -57,12 +57,14 @@ class TornTree:
 
     def rows(self, part: int, keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the sheet's triangles for keys of a part, and which of them exist."""
-        n_whole = len(self.torn.keys) - len(self.torn.copies)
+        torn = self.torn
         if part:
-            return keys + n_whole, np.ones(len(keys), dtype=bool)
-        rows = np.searchsorted(self.torn.keys[:n_whole], keys)
-        there = rows < n_whole
-        there[there] = self.torn.keys[rows[there]] == keys[there]
+            return keys + torn.n_whole, np.ones(len(keys), dtype=bool)
+        if torn.nodes_are_all_there:
+            return torn.rows_of_keys(keys), ~is_among(keys, torn.gone)
+        rows = np.searchsorted(torn.keys[: torn.n_whole], keys)
+        there = rows < torn.n_whole
+        there[there] = torn.keys[rows[there]] == keys[there]
         return rows, there
 
 

@@ -173,7 +173,7 @@ class TriSurface(Shown):
         if self.lattice is not None:
             return self.lattice.corners_of_keys(keys)
         if self.torn is not None and "triangles" not in self.__dict__:
-            nodes = self.torn.corners_of_keys(self.torn.keys[keys])
+            nodes = self.torn.corners_of_keys(self.torn.keys_of_rows(keys))
             found: np.ndarray = self.torn.vertex_of_node[nodes]
             return found
         return self.triangles[keys]

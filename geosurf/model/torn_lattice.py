@@ -120,9 +120,13 @@ class TornLattice(Lattice):
         grid = below[: self.n_node].reshape(n_row, n_col)
         cells = grid[:-1, :-1] | grid[:-1, 1:] | grid[1:, :-1] | grid[1:, 1:]
         there = np.repeat(cells.ravel(), 2)
-        n_whole = len(self.keys) - len(self.copies)
-        rows = np.flatnonzero(there[self.keys[:n_whole]])
-        return frozen(np.concatenate([rows, np.arange(n_whole, len(self.keys))]), np.int64)
+        there[self.gone] = False
+        if self.nodes_are_all_there:
+            rows = self.rows_of_keys(np.flatnonzero(there))
+        else:
+            rows = np.flatnonzero(there[self.keys[: self.n_whole]])
+        copies = self.n_whole + np.arange(len(self.copies))
+        return frozen(np.concatenate([rows, copies]), np.int64)
 
     @cached_property
     def extent(self) -> np.ndarray:
@@ -140,6 +144,25 @@ class TornLattice(Lattice):
         there[self.gone] = False
         copies = self.n_key + np.arange(len(self.copies))
         return frozen(np.concatenate([np.flatnonzero(there), copies]), np.int64)
+
+    @property
+    def n_whole(self) -> int:
+        """Number of triangles that are those of the lattice: their rows come first."""
+        return self.n_triangle - len(self.copies)
+
+    def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Rows of `build_triangles` for keys of triangles that exist."""
+        # where all nodes exist, only those that are gone are missing among the keys
+        if self.nodes_are_all_there:
+            return keys - np.searchsorted(self.gone, keys)
+        return super().rows_of_keys(keys)
+
+    def keys_of_rows(self, rows: np.ndarray) -> np.ndarray:
+        """Keys of triangles for rows of `build_triangles`."""
+        if self.nodes_are_all_there:
+            before = self.gone - np.arange(len(self.gone))  # rows that those would have
+            return rows + np.searchsorted(before, rows, side="right")
+        return super().keys_of_rows(rows)
 
     def corners_of_keys(self, keys: np.ndarray) -> np.ndarray:
         """Nodes and ghosts of triangles by key, int64 (n, 3)."""

@@ -86,3 +86,12 @@ def test_ghosts_at_the_place_of_a_node_are_found() -> None:
     found = first_of_equals(torn_sheet("Top", meets, {}))
     assert found is not None
     assert found[torn.n_node + 7] == torn.node_of_ghost[7]
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_rows_and_keys_of_a_torn_lattice_are_those_of_its_list(holes: bool) -> None:
+    torn = sheets(holes)[0][0].torn
+    rows = np.arange(torn.n_triangle)
+    assert torn.nodes_are_all_there != holes
+    assert np.array_equal(torn.keys_of_rows(rows), torn.keys)
+    assert np.array_equal(torn.rows_of_keys(torn.keys), rows)

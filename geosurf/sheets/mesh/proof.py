@@ -67,8 +67,7 @@ class Proof:
 
     def _drops_own(self, found: SheetInModel) -> bool:
         """Whether a part is dropped that has whole triangles clearly on their own side."""
-        n_whole = self.lattice.n_triangle - len(self.lattice.copies)
-        row = np.flatnonzero(~found.stays & (found.parent < n_whole))
+        row = np.flatnonzero(~found.stays & (found.parent < self.lattice.n_whole))
         real = (found.corner[row] >= 0) & ~found.on_fault[found.triangles[row]]
         corners = self._corners(found.parent[row[any_of(real)]])
         nodes = distinct(corners)
