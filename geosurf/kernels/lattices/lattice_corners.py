@@ -55,7 +55,10 @@ def steepest_step(r, a):
     for i in range(a[N_ROW]):
         here, before = a[6] + i * a[7], a[6] + max(i - 1, 0) * a[7]
         _add_steps(r[here : here + n], r[before : before + n], most)
-    return most.max()
+    steepest = 0.0
+    for j in range(n):
+        steepest = max(steepest, most[j])
+    return steepest
 
 
 @entry("d1 d1 d1 l1 -> d1 l1")

@@ -43,8 +43,9 @@ def surely_apart(one, two):
         for row in range(max(i - _REACH, 0), min(i + BLOCK + _REACH + 1, n_row)):
             _add_row(one[row], two[row], n_col, low, high)
         for j in range(0, n_col - 1, BLOCK):
-            start, stop = max(j - _REACH, 0), min(j + BLOCK + _REACH + 1, n_col)
-            least, most = low[start:stop].min(), high[start:stop].max()
+            least, most = np.inf, -np.inf
+            for col in range(max(j - _REACH, 0), min(j + BLOCK + _REACH + 1, n_col)):
+                least, most = min(least, low[col]), max(most, high[col])
             beyond = _BEYOND * (most - least) + SLACK
             # comparisons with not-a-number are false
             if not (least > beyond or most < -beyond):
