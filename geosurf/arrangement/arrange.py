@@ -80,7 +80,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     growth = 1
     while True:
         # large arrays are made here: a thread has a heap of its own, which begins empty
-        parts = [_room(contacts, sizes[i:j], growth, growth * extra) for i, j in ends]
+        parts = _rooms(contacts, [sizes[i:j] for i, j in ends], growth, growth * extra)
         rows = [(contacts, records, *row, one) for row, one in zip(ends, parts, strict=True)]
         map_threads(_cut_part, rows)
         if all(part.count != FULL for part in parts) and _joined(contacts, parts):
@@ -95,11 +95,11 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     n_point, counts = int(first.m[N_POINT]), np.cumsum([0, *(part.count for part in parts)])
     doubtful = [part.doubtful + start for part, start in zip(parts, counts, strict=False)]
     triangles, parents = (
-        [array[: part.count] for part, array in zip(parts, arrays, strict=True)]
-        for arrays in ([part.children for part in parts], [part.parents for part in parts])
+        _closed_up([getattr(part, name)[: part.count] for part in parts])
+        for name in ("children", "parents")
     )
     return Children(
-        first.x[: contacts.n_vertex + n_point], first.d[:n_point], _one(triangles), _one(parents),
+        first.x[: contacts.n_vertex + n_point], first.d[:n_point], triangles, parents,
         _one([part.cut for part in parts]), _one(doubtful), int(first.m[COLLISIONS]), first.m,
     )  # fmt: skip
 
@@ -132,27 +132,43 @@ def _divided(sizes: np.ndarray, n_part: int) -> list[int]:
     return [0, *inner, len(sizes)]
 
 
-def _room(contacts: Contacts, sizes: np.ndarray, growth: int, extra: int) -> _Part:
-    """Room to cut faces with so many records, and for so many points where segments cross."""
-    n, n_old, n_record = len(contacts.x), len(contacts.d), int(sizes.sum())
+def _rooms(contacts: Contacts, sizes: list[np.ndarray], growth: int, extra: int) -> list[_Part]:
+    """Room to cut parts of the faces, with so many records each, and so many points for each part
+    where segments cross.
+    """
+    # children of all parts lie in one array, to be closed up
+    n, n_old, found = len(contacts.x), len(contacts.d), []
+    ends = np.cumsum([0, *(6 * int(some.sum()) + 4 * extra + 64 for some in sizes)]).tolist()
+    children, parents = np.empty((ends[-1], 3), dtype=np.int64), np.empty(ends[-1], dtype=np.int64)
+    for some, (begin, end) in zip(sizes, pairwise(ends), strict=True):
+        # Points of old rows stay; room for crossings follows them and grows by four where it is
+        # too little.
+        x = np.empty((n + extra, 3))
+        d = np.empty((n_old + extra, 4), dtype=np.int64)
+        m = contacts.m.copy()
+        # Hash tables of the crossings, by name (the features that make them) and by place.
+        names = np.empty((table_size(extra), 5), dtype=np.int64)
+        places = np.empty(table_size(n + extra + 1), dtype=np.int64)
+        m[UNINDEXED] = n
 
-    # Points of old rows stay; room for crossings follows them and grows by four where it is too
-    # little.
-    x = np.empty((n + extra, 3))
-    d = np.empty((n_old + extra, 4), dtype=np.int64)
-    m = contacts.m.copy()
-    # Hash tables of the crossings, by name (the features that make them) and by place.
-    names = np.empty((table_size(extra), 5), dtype=np.int64)
-    places = np.empty(table_size(n + extra + 1), dtype=np.int64)
-    m[UNINDEXED] = n
+        # The workspace is for the largest face; each point adds two children at most.
+        most = min(extra, growth * (_MOST_CROSSINGS + 64))
+        n_local = 2 * int(some.max(initial=0)) + most + 16
+        w = face_workspace(int(m[LIMBS]), n_local)
+        room = children[begin:end], parents[begin:end]
+        found.append(_Part(x, d, m, w, names, places, n_local, *room))
+    return found
 
-    # The workspace is for the largest face; each point adds two children at most.
-    most = min(extra, growth * (_MOST_CROSSINGS + 64))
-    n_local = 2 * int(sizes.max(initial=0)) + most + 16
-    w = face_workspace(int(m[LIMBS]), n_local)
-    children = np.empty((6 * n_record + 4 * extra + 64, 3), dtype=np.int64)
-    parents = np.empty(len(children), dtype=np.int64)
-    return _Part(x, d, m, w, names, places, n_local, children, parents)
+
+def _closed_up(parts: list[np.ndarray]) -> np.ndarray:
+    """Parts of one array as one, without the room between them."""
+    whole, end = parts[0].base, 0
+    assert whole is not None
+    for part in parts:
+        if part.base is whole and end:
+            whole[end : end + len(part)] = part
+        end += len(part)
+    return whole[:end]
 
 
 def _cut_part(contacts: Contacts, records: np.ndarray, low: int, high: int, part: _Part) -> None:

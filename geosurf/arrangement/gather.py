@@ -28,6 +28,7 @@ from geosurf.arrangement.torn_trees import separated_by_tops, tree_for
 from geosurf.arrangement.upright import are_alike, settled_pairs
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.merging import may_coincide
+from geosurf.kernels.contacts.used_faces import number_faces, select_faces, select_nodes
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
 from geosurf.model import TriSurface
@@ -56,26 +57,17 @@ class Faces:
     key: np.ndarray
     nodes: list[tuple[np.ndarray, np.ndarray]]
 
-    def only(self, faces: np.ndarray) -> tuple[Faces, np.ndarray]:
-        # Vertices in use, renumbered in their old order.
-        """Some of the faces with their vertices, and the new number of each face."""
+    def in_contact(self, rows: np.ndarray, near: np.ndarray) -> Faces:
+        """Return the faces of some contacts and near pairs, which get their numbers."""
+        number, n = number_faces(rows, near, len(self.t))
+        t = np.empty((n, 3), dtype=np.int64)
+        surface, key = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+        of_vertex, used = select_faces(
+            self.t, self.surface, self.key, number, len(self.x), t, surface, key
+        )
+        nodes = [select_nodes(*own, of_vertex) for own in self.nodes]
         # `take` is many times as fast as an index in brackets where rows are short
-        corners = self.t.take(faces, axis=0)
-        mark = np.zeros(len(self.x), dtype=bool)
-        mark[corners] = True
-        used = np.flatnonzero(mark)
-        number = np.full(len(self.x), -1, dtype=np.int64)
-        number[used] = np.arange(len(used))
-
-        held = [(of, ids, np.flatnonzero(mark[ids])) for of, ids in self.nodes]
-        nodes = [(of.take(some), number.take(ids.take(some))) for of, ids, some in held]
-        of_face = np.full(len(self.t), -1, dtype=np.int64)
-        of_face[faces] = np.arange(len(faces))
-        some = Faces(
-            self.x.take(used, axis=0), number.take(corners), self.surface.take(faces),
-            self.key.take(faces), nodes,
-        )  # fmt: skip
-        return some, of_face
+        return Faces(self.x.take(used, axis=0), t, surface, key, nodes)
 
 
 def find_candidates(

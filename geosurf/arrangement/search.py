@@ -24,12 +24,12 @@ from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import name_contacts, write_records
 from geosurf.kernels.contacts.packed_contact import (
-    HOW,
     in_plane,
     n_corners,
     of_settled,
     pack_contacts,
-    pack_crossings,
+    pack_decided,
+    rows_of_marked,
     settled,
     sorted_by_faces,
 )
@@ -123,8 +123,7 @@ class Contacts:
     def records_of(self, wanted: np.ndarray) -> np.ndarray:
         """Those of `records` that cut some faces, given as bool (n_face,)."""
         if self.filed is None:
-            asked = wanted.take(self.rows[:, 0]) | wanted.take(self.rows[:, 1])
-            rows = np.flatnonzero(asked)
+            rows = rows_of_marked(self.rows, wanted)
             records = self._records_of(self.rows.take(rows, axis=0), self.ids.take(rows, axis=0))
         else:
             records = self.filed
@@ -240,7 +239,6 @@ def _settle(
     # One unit in the last place of the largest coordinate: closer pairs are listed as near.
     slip = ULP * float(np.abs(faces.x).max(initial=0.0))
     codes = np.empty(len(pairs), dtype=np.int64)
-    is_open = pairs[:, HOW] == NEEDS_EXACT
     is_new = np.ones(len(pairs), dtype=bool)
     start = 0
     for i, j, rows in found:
@@ -250,12 +248,8 @@ def _settle(
         start += len(rows)
 
     # Pairs that the search has decided keep their codes; the others need signs.
-    decided = np.flatnonzero(is_new & ~is_open)
-    rows = pairs[decided]
-    pack_crossings(rows)
-    codes[decided] = rows[:, HOW]
-    waiting = np.flatnonzero(is_new & is_open)
-    codes[waiting] = _meet(faces.x, faces.t, pairs[waiting, :2], slip)
+    waiting = pack_decided(pairs, is_new, NEEDS_EXACT, codes)
+    codes[waiting] = _meet(faces.x, faces.t, pairs.take(waiting, axis=0)[:, :2], slip)
     return codes, slip
 
 
@@ -298,10 +292,7 @@ def _name(
     rows, near = (sorted_by_faces(one, len(faces.t)) for one in of_settled(pairs, codes))
     # Faces that meet nothing are dropped: what follows costs what curves need.
     if len(rows) < len(pairs):
-        used = np.zeros(len(faces.t), dtype=bool)
-        used[rows[:, :2]] = used[near] = True
-        faces, number = faces.only(np.flatnonzero(used))
-        rows[:, :2], near = number.take(rows[:, :2]), number.take(near)
+        faces = faces.in_contact(rows, near)
 
     # Stop before memory is exhausted. Contacts in a plane need most.
     x, t = faces.x, faces.t

@@ -92,7 +92,9 @@ def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
     """Whether no triangles coincide, and no surface turns over; lattices never do."""
     of = pieces.triangles, pieces.surface, pieces.ring
     if kept.came is not None and kept.came.before.one_way:
-        kept.one_way = count_turns_among(*of, kept.came.halves) == 0
+        halves = kept.came.halves
+        rows = [(*of, halves[i:j]) for i, j in in_ranges(len(halves), 3 * _SEAMS)]
+        kept.one_way = not any(map_threads(count_turns_among, rows))
         return kept.one_way
     if not np.array_equal(pieces.twin, np.arange(len(pieces.twin))):
         return False

@@ -21,7 +21,7 @@ from geosurf.kernels.contacts.packed_contact import (
     n_corners,
     on_boundaries,
     pack_contacts,
-    pack_crossings,
+    pack_decided,
     sorted_by_faces,
 )
 from geosurf.kernels.contacts.triangle_contact import FACE
@@ -195,9 +195,13 @@ def test_contacts_are_packed_and_unpacked(rng):
     assert 10 < on_boundaries(found).sum() < (n < 3).sum()
     two = (n == 2) & (rows[:, 2] == 0) & (rows[:, 3] == 1) & (code[:, :2].max(axis=1) < 64)
     two = np.concatenate([rows[two], [[4, 7, 0, 1, 2, 30, 63, -1, -1, -1, -1]]])
-    settled = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
-    pack_crossings(settled)
-    np.testing.assert_array_equal(settled, pack_contacts(two))
+    given = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
+    is_new, codes_of = rng.random(len(given)) < 0.8, np.full(len(given), -7)
+    given[::3, 2] = -1
+    waiting = pack_decided(given, is_new, -1, codes_of)
+    expected = np.where(is_new & (given[:, 2] >= 0), pack_contacts(two)[:, 2], -7)
+    np.testing.assert_array_equal(codes_of, expected)
+    np.testing.assert_array_equal(waiting, np.flatnonzero(is_new & (given[:, 2] < 0)))
     assert len(np.unique(pack_contacts(rows)[:, 2])) == len(np.unique(rows[:, 2:], axis=0))
 
 

@@ -82,6 +82,18 @@ def mark_touched(rows, n):
     return touched
 
 
+@entry("l2 b1 -> l1")
+def rows_of_marked(rows, marked):
+    """Contacts (rows) of which one face or both are marked."""
+    found = np.empty(rows.shape[0], dtype=np.int64)
+    n = 0
+    for k in range(rows.shape[0]):
+        if marked[rows[k, TRIANGLE_A]] or marked[rows[k, TRIANGLE_B]]:
+            found[n] = k
+            n += 1
+    return found[:n].copy()
+
+
 @entry("l2 l1 l1 l -> b1")
 def mark_met(rows, surface, number, n):
     """Which of n faces meet another surface; `number` has the number of each face, or -1."""
@@ -111,13 +123,25 @@ def pack_contacts(rows):
     return out
 
 
-@entry("l2 -> .")
-def pack_crossings(rows):
-    """Pack crossings in two points, where rows hold ``64 * first + second`` of the codes."""
-    for k in range(rows.shape[0]):
+@entry("l2 b1 l l1 -> l1")
+def pack_decided(pairs, is_new, is_open, codes):
+    """Pack crossings in two points of pairs that are new, to their codes; the other new pairs.
+
+    The third number of a pair is ``64 * first + second`` of the codes of its points, or `is_open`.
+    """
+    waiting = np.empty(pairs.shape[0], dtype=np.int64)
+    n = 0
+    for k in range(pairs.shape[0]):
+        if not is_new[k]:
+            continue
+        if pairs[k, HOW] == is_open:
+            waiting[n] = k
+            n += 1
+            continue
         # Codes of crossings fit six bits: EDGE_OF_SECOND occurs in other contacts only.
-        one, two = rows[k, HOW] >> 6, rows[k, HOW] & 63
-        rows[k, HOW] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
+        one, two = pairs[k, HOW] >> 6, pairs[k, HOW] & 63
+        codes[k] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
+    return waiting[:n].copy()
 
 
 NEAR_BIT = 60  # of a settled code; corners need fewer bits
