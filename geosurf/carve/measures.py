@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -147,7 +147,7 @@ def _sums(
     asked: np.ndarray,
     level: float | None = None,
     *,
-    first: list[Callable[[], Any]],
+    first: Sequence[Callable[[], Any]],
 ) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
     """For each lattice the faces that its runs belong to, and what `_of_runs` finds of them.
 
@@ -160,9 +160,9 @@ def _sums(
             yield lattice, of, _of_runs(lattice, runs, level)
         return
     parts = list(_runs(pieces, face, asked))
-    worth = pieces.first_run[-1] > _MANY_RUNS
-    tasks: list[Callable[[], Any]] = [partial(_of_runs, one, runs, level) for one, runs, _ in parts]
-    found = map_threads(lambda task: task(), [(task,) for task in first + tasks], worth=bool(worth))
+    worth = bool(pieces.first_run[-1] > _MANY_RUNS)
+    tasks = [*first, *(partial(_of_runs, one, runs, level) for one, runs, _ in parts)]
+    found = map_threads(lambda task: task(), [(task,) for task in tasks], worth=worth)
     for (lattice, _, of), sums in zip(parts, found[len(first) :], strict=True):
         yield lattice, of, sums
 

@@ -65,6 +65,8 @@ def group_records(records, low, high, n_point):
     n_out = n_group = begin = 0
     for face in range(n_face):
         end = start[face]
+        if begin == end:  # most faces of a change
+            continue
         for k in range(begin, end):
             r = by_face[k]
             if records[r, 2] >= 0:
@@ -76,7 +78,8 @@ def group_records(records, low, high, n_point):
                 keys[m] = (records[r, 1] << _POINT) + records[r, 2] + 1
                 rows[m] = r
                 m += 1
-        _sort(keys, rows, m)
+        if m > 1:
+            _sort(keys, rows, m)
 
         if m > 0:
             offsets[n_group] = n_out
