@@ -171,11 +171,17 @@ def _locator(graph: Graph) -> Locator:
 def _boundaries(graph: Graph) -> Boundaries:
     """Return all triangles that bound units, from memory if they are there."""
     from geosurf.measure.boundaries import boundaries_of
+    from geosurf.measure.parts import stays_in_store
+    from geosurf.measure.stored_boundaries import stored_boundaries_of
+
+    def found() -> Boundaries:
+        if stays_in_store(graph.units):
+            return stored_boundaries_of(graph.units)
+        return boundaries_of(graph.patches, graph.units)
 
     return graph.memory.get_or_compute(
         "measure", "boundaries of units", ("boundaries", graph.units_key),
-        lambda: boundaries_of(graph.patches, graph.units),
-        lambda found: counted(len(found.triangles), "triangle"),
+        found, lambda of: counted(len(of.triangles), "triangle"),
     )  # fmt: skip
 
 

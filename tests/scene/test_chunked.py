@@ -120,7 +120,6 @@ def test_what_needs_all_nodes_names_the_size_and_the_remedy(path):
     words = r"'Top' stays in its store \(37 x 45 nodes.*GB\).*da\.load\(\)"
     for ask in (
         lambda: scene.orientation("Top"),
-        lambda: scene.sample([[500.0, 500.0, -1030.0]], distance=True),
         lambda: scene.units["Top/Base F1+"].triangles,
         lambda: scene.replace(tolerance=1.0).curves,
         lambda: scene.replace(voxel_size=50.0).curves,

@@ -71,6 +71,8 @@ def test_law_measures_are_those_of_grids_in_memory(seed, holes, options):
         lambda m: m.thickness("above Top", 11.0),
         lambda m: m.thickness("Top/Base", 30.0, kind="isopach"),
         lambda m: m.sample(places),
+        lambda m: m.sample(places, distance=True),
+        lambda m: m.sample(places - [0.0, 0.0, 500.0], distance=True),  # far below
         lambda m: m.sample(cell=(17.0, 23.0, 5.0), codes=True),
         lambda m: m.section([(w, 100.0), (e, 100.0)]),  # along nodes
         lambda m: m.section([(150.0, n), (150.0, s)]),

@@ -53,7 +53,8 @@ def results(
     scene: gs.Scene, points: np.ndarray, line: list[tuple[float, float]], grid: xr.DataArray
 ) -> list[object]:
     """What has to be the same, as values that can be compared."""
-    tables = scene.units.table, scene.volumes, scene.sample(points), scene.cutoffs("Top", "F")
+    samples = scene.sample(points), scene.sample(points, distance=True)
+    tables = scene.units.table, scene.volumes, *samples, scene.cutoffs("Top", "F")
     return [
         scene.box, *(repr(one) for one in tables), scene.curves.local.tobytes(),
         scene.volumes.to_dict(), scene.check().checks, scene.coverage,

@@ -20,6 +20,7 @@ from geosurf.kernels.lattices.triangle_list import spread_bits
 from geosurf.kernels.search.tree import FAN, LEAF
 
 _CELLS = 1023.0  # ten bits along each axis
+_SLIP = 1e-12  # of the largest coordinate: more than distances are off by rounding
 
 
 @scalar
@@ -69,8 +70,15 @@ def _triangle_distance(x, t, row, px, py, pz):
 
 
 @scalar
-def _is_beyond(x, t, row, px, py, pz, best):
-    """Whether the box of a triangle is no nearer than the best: a cheap test."""
+def _widened(best, slip):
+    """Squared distance that is farther than the best one by a slip."""
+    far = np.sqrt(best) + slip
+    return far * far * (1.0 + _SLIP)
+
+
+@scalar
+def _is_beyond(x, t, row, px, py, pz, wide):
+    """Whether the box of a triangle is no nearer than a distance: a cheap test."""
     a, b, c = t[row, 0], t[row, 1], t[row, 2]
     total = 0.0
     for k in range(3):
@@ -78,17 +86,17 @@ def _is_beyond(x, t, row, px, py, pz, best):
         low, high = min(x[a, k], min(x[b, k], x[c, k])), max(x[a, k], max(x[b, k], x[c, k]))
         d = max(low - p, max(0.0, p - high))
         total += d * d
-    return total >= best
+    return total >= wide
 
 
 @scalar
-def _push_nearer(nodes, levels, node, level, px, py, pz, best, stack, far, top):
-    """Push the children of a node that are nearer than the best, the nearest on top."""
+def _push_nearer(nodes, levels, node, level, px, py, pz, wide, stack, far, top):
+    """Push the children of a node that are nearer than a distance, the nearest on top."""
     first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
     begin = top
     for child in range(first, min(first + FAN, levels[level, 0])):
         d = _box_distance(nodes, child, px, py, pz)
-        if d >= best:
+        if d >= wide:
             continue
 
         # insertion sort: the farthest at the bottom
@@ -104,27 +112,34 @@ def _push_nearer(nodes, levels, node, level, px, py, pz, best, stack, far, top):
 @entry("d2 l2 l1 d2 l2 d2 d1 -> .")
 def nearest_distance(x, t, order, nodes, levels, p, out):
     """Write the distance from each point to the nearest triangle; there is at least one."""
+    # a little farther than the best one is looked at, too: rounding then decides nothing, and the
+    # distance is the least of all triangles, whatever the order
+    slip = 0.0
+    for k in range(6):
+        slip = max(slip, _SLIP * abs(nodes[nodes.shape[0] - 1, k]))
     stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
     far = np.empty(stack.shape[0])
     nearest = 0
     for i in range(p.shape[0]):
         px, py, pz = p[i, 0], p[i, 1], p[i, 2]
         best = _triangle_distance(x, t, nearest, px, py, pz)
+        wide = _widened(best, slip)
         stack[0, 0], stack[0, 1], far[0], top = nodes.shape[0] - 1, levels.shape[0] - 1, 0.0, 1
         while top > 0:
             top -= 1
-            if far[top] >= best:
+            if far[top] >= wide:
                 continue
             node, level = stack[top, 0], stack[top, 1]
             if level > 0:
-                top = _push_nearer(nodes, levels, node, level, px, py, pz, best, stack, far, top)
+                top = _push_nearer(nodes, levels, node, level, px, py, pz, wide, stack, far, top)
                 continue
             for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
-                if _is_beyond(x, t, order[k], px, py, pz, best):
+                if _is_beyond(x, t, order[k], px, py, pz, wide):
                     continue
                 d = _triangle_distance(x, t, order[k], px, py, pz)
                 if d < best:
                     best, nearest = d, order[k]
+                    wide = _widened(best, slip)
         out[i] = np.sqrt(best)
 
 
