@@ -115,12 +115,14 @@ def find_candidates(
         if not voxels:
             if i == j:
                 return tree.candidate_pairs(*[tree.tree_of(surfaces[i])] * 2, same=True)
-            both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
+            both: Any = (surfaces[i], surfaces[j]), (trees[i], trees[j])
             if not (is_chunked(surfaces[i]) or is_chunked(surfaces[j])):
                 return _pairs_of_two(one_map, origin, both[1], *both)
             # next to a hole, pairs of cells count that may be in different tiles
             one_map = one_map and all(one.lattice.whole for one in both[0] if one.lattice)
-            return pairs_by_tiles(*both, one_map, partial(_pairs_of_two, one_map, origin, both[1]))
+            return pairs_by_tiles(
+                both[0], both[1], one_map, partial(_pairs_of_two, one_map, origin, both[1])
+            )
 
         # both surfaces have one where they share a map
         lattices: Any = surfaces[i].lattice, surfaces[j].lattice
@@ -178,7 +180,7 @@ def near_surfaces(
     Tops are not asked where two grids share a map: those count as near.
     """
     # Boxes around whole surfaces first, since they cost least.
-    trees = [tree_for(s) for s in surfaces]
+    trees: list[Any] = [tree_for(s) for s in surfaces]
     apart = tree.apart(trees).tolist()
     near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
     asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]

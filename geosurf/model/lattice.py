@@ -154,6 +154,10 @@ class Lattice(Noun):
         Axes that rise or fall strictly never fold; rows and columns in two dimensions do not where
         each step stays near the mean one (``geosurf.kernels.contacts.aligned_grids``).
         """
+        return self._height_in_map()
+
+    def _height_in_map(self) -> float:
+        """`map_height` of the nodes alone, whatever triangles there are."""
         # axes: no fold if both rise or fall strictly; a triangle with legs a and b has the height a
         # b / hypot(a, b) over its diagonal, at least min(a, b) / sqrt(2)
         if self.easting.ndim == 1:

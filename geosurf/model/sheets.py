@@ -79,7 +79,7 @@ class Sheet(Shown):
     plan: TearPlan | None = None
     walls: Mapping[str, np.ndarray] | None = None
     sectors: tuple[Sector, ...] = ()
-    prove: Callable[[TornLattice], Callable[[Any], None]] | None = None
+    prove: Callable[[TornLattice], Any] | None = None
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -83,7 +83,7 @@ class TriSurface(Shown):
         self.checked = False  # whether all triangles are known to have an area
         self.sectors: tuple[Sector, ...] = ()
         self.torn: TornLattice | None = None  # of a torn sheet: the lattice that most of it is
-        self.proof: Callable[[Any], None] | None = None  # of a sheet that a model has to close
+        self.proof: Any = None  # of a sheet that a model has to close
 
         # lattice without arrays: vertices and triangles follow by rule, when somebody reads them
         if vertices is None or triangles is None:
@@ -176,7 +176,8 @@ class TriSurface(Shown):
             nodes = self.torn.corners_of_keys(self.torn.keys_of_rows(keys))
             found: np.ndarray = self.torn.vertex_of_node[nodes]
             return found
-        return self.triangles[keys]
+        rows: np.ndarray = self.triangles[keys]
+        return rows
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """Return where nodes are.
@@ -195,7 +196,8 @@ class TriSurface(Shown):
             return self.lattice.places_of_nodes(nodes)
         if self.torn is not None and "vertices" not in self.__dict__:
             return self.torn.places_of_nodes(self.torn.node_of_vertex[nodes])
-        return self.vertices[nodes]
+        places: np.ndarray = self.vertices[nodes]
+        return places
 
     def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
         """Return the rows of `triangles` that keys stand for.

@@ -101,7 +101,7 @@ class TornLattice(Lattice):
     @property
     def nodes_lie_apart(self) -> bool:
         """Whether nodes of the lattice differ in the map, so that none of its triangles is flat."""
-        return Lattice.map_height.func(self) > 0.0
+        return self._height_in_map() > 0.0
 
     @cached_property
     def node_of_ghost(self) -> np.ndarray | None:
