@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -38,11 +39,12 @@ class StoredBoundaries(Boundaries):
         nearest = super().distance(points)
         for rows in groups_by_tile(self.pieces, points[:, :2]):
             feet = Feet.rounded(points[rows, :2])
-            nearest[rows] = self._nearer(points[rows], nearest[rows], lambda _, to=feet: to)
+            nearest[rows] = self._nearer(points[rows], nearest[rows], partial(_same, feet))
         found = nearest.copy()
         for rows in self._groups(points, nearest):
             some, known = points[rows], nearest[rows]
-            found[rows] = self._nearer(some, known, lambda of, p=some, r=known: _around(of, p, r))
+            around = partial(_around, points=some, reach=known)
+            found[rows] = self._nearer(some, known, around)
         return found
 
     def _groups(self, points: np.ndarray, reach: np.ndarray) -> Iterator[np.ndarray]:
@@ -92,6 +94,11 @@ def _reach_in_map(lattice: Lattice, points: np.ndarray, reach: np.ndarray) -> np
     wide = reach * (1.0 + 1e-9) + 1e-9 * np.abs(points).max(initial=0.0)  # more than rounding
     found: np.ndarray = np.where(wide < gap, -1.0, np.sqrt(np.maximum(wide**2 - gap**2, 0.0)))
     return found
+
+
+def _same(region: Region, _: Lattice) -> Region:
+    """One region for all grids."""
+    return region
 
 
 def _around(lattice: Lattice, points: np.ndarray, reach: np.ndarray) -> Boxes:

@@ -98,18 +98,20 @@ def _as_grid(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSur
     """The grid with moved nodes; None if some nodes are in one place, or a triangle shuts."""
     lattice = surface.lattice
     if isinstance(lattice, ChunkedLattice):
-        nodes, grid = rows, with_moved_nodes(lattice, rows, there)
-        if grid is None or _shuts(grid, nodes):
+        stored = with_moved_nodes(lattice, rows, there)
+        if stored is None or _shuts(stored, rows):
             raise _stays(surface, there[0])
-    else:
-        if type(lattice) is not Lattice or first_of_equals(surface) is not None:
-            return None
-        nodes = _nodes(lattice, rows)
-        grid = _in_memory(lattice, nodes, there)
-        if _shuts(grid, nodes):
-            return None
+        return _with_lattice(surface, stored)
+    if type(lattice) is not Lattice or first_of_equals(surface) is not None:
+        return None
+    nodes = _nodes(lattice, rows)
+    grid = _in_memory(lattice, nodes, there)
+    return None if _shuts(grid, nodes) else _with_lattice(surface, grid)
+
+
+def _with_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
     marks = dict(surface.vertex_data)
-    return TriSurface(surface.name, surface.role, lattice=grid, vertex_data=marks or None)
+    return TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=marks or None)
 
 
 def _in_memory(lattice: Lattice, nodes: np.ndarray, there: np.ndarray) -> Lattice:

@@ -45,9 +45,9 @@ def warn_of_inputs(
     whole = {one.subject for one in memory.warnings if one.kind == "fault extended"}
     for horizon in inputs.horizons.values():
         if isinstance(horizon, Sheet):
-            found = horizon.warnings
-            found = [w for w in found if w.kind != "fault extended" or w.subject not in whole]
-            memory.warn(*found, issued=True)
+            for one in horizon.warnings:
+                if one.kind != "fault extended" or one.subject not in whole:
+                    memory.warn(one, issued=True)
 
 
 __all__ = ["warn_of_inputs"]

@@ -166,7 +166,7 @@ def carry_rings(
     low = 3 * blocks[of, FIRST0] if of < until else 0
     at = n_rim = n_other = 0
     if of < until:
-        at = np.searchsorted(rim0, low)
+        at = int(np.searchsorted(rim0, low))
     rim = np.empty(rim0.shape[0] - at, dtype=np.int64)
     for b in range(of, until + 1):
         # new triangles between blocks
