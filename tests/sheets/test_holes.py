@@ -117,36 +117,16 @@ def test_faults_that_die_on_both_sides_of_their_crossing_need_no_remedy(shift):
 
 
 def attempts(monkeypatch):
-    """Lengths of the holes of each attempt [m], and whether a fault ends there; filled later."""
+    """Lengths of the holes of each attempt [m]; filled later."""
     found, make = [], building._attempt
 
     def attempt(*given):
         built = make(*given)
-        found.append([(hole.length, hole.at_fault_end) for hole in built.cut.holes])
+        found.append([hole.length for hole in built.cut.holes])
         return built
 
     monkeypatch.setattr(building, "_attempt", attempt)
     return found
-
-
-def test_a_fault_that_ends_at_a_long_hole_is_extended_at_once(monkeypatch):
-    # the crest of the horizon is 20 m higher than the fault: turned over, so that it is clipped
-    world = gs.synthetic.torn("normal", n=41)
-    horizon, over = world.horizons["Top"], np.array([1.0, 1.0, -1.0])
-    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
-    turned = gs.TriSurface("F1", "fault", fault.vertices * over, fault.triangles[:, ::-1])
-    low = clipped(turned, 20.0 - float(horizon.max()))
-    short = gs.TriSurface("F1", "fault", low.vertices * over, low.triangles[:, ::-1])
-
-    found = attempts(monkeypatch)
-    with pytest.warns(gs.GeosurfWarning, match="was extended up its dip"):
-        sheet = gs.tear_horizon(horizon, [short], name="Top", trim=2)
-    assert {one.kind for one in sheet.report.remedies} == {"fault extended"}
-    # one attempt with the fault as given, one with the longer one; no rings between
-    ((length, at_end),) = found[0]
-    assert at_end
-    assert length > 10 * 25.0
-    assert found[1:] == [[]]
 
 
 def test_throw_dies_at_once_where_a_tip_has_a_hole_shorter_than_a_cell(monkeypatch):

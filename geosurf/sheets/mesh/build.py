@@ -31,7 +31,6 @@ ROUNDS = 24  # attempts to close a sheet before an error names where it stays op
 MANY = 20  # holes
 HOPELESS = 8  # attempts in a row that leave as many
 STUCK = 3  # attempts after which a hole of the same size at the same place is stuck
-SHORT = 2.0  # cells: a longer hole at which a fault ends asks for a longer fault at once
 SAME_PLACE, SAME_SIZE = 1.0, 0.1  # cells, and share of its length, by which it may differ
 
 SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
@@ -181,8 +180,7 @@ def build(
         before.append(built.cut.holes)
         stuck = _stuck(before, picks.frame.cell)
         # A fault that is too short cannot be repaired in the mesh: the caller extends it.
-        short = [hole for hole in built.cut.holes if _is_short(hole, picks.frame.cell)]
-        if needs_more is not None and needs_more(short or stuck):
+        if needs_more is not None and needs_more(stuck):
             break
         more = repaired(repairs, state, built.torn, built.cut, stuck, rising, at_any_cost)
         # No repair is left: the last attempt is handed back, open.
@@ -248,11 +246,6 @@ def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
             for old in holes[-1 - STUCK]
         )
     ]
-
-
-def _is_short(hole: Hole, cell: float) -> bool:
-    """Whether a hole is surely not closed by rings: a fault ends there, far from the other end."""
-    return hole.at_fault_end and hole.length > SHORT * cell
 
 
 def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: SolveAgain) -> Heights:

@@ -33,7 +33,6 @@ from geosurf.sheets.mesh.leaks import (
     Leak,
     ends_in_copies,
     false_rims,
-    fault_ends,
     free_edges,
     leaks_of,
     sides_at_curves,
@@ -259,8 +258,7 @@ def _cut_part(
     if leaks or dead_ends:
         edges = distinct(*(keys for keys, _ in sides[1:]))
         is_source = _clear_triangles(band, is_own)
-        ends = fault_ends(patches, rim, distinct(sides[0][0]), sides)
-        holes = holes_of(patches, edges, ends, corner, is_source, band.outer, frame.cell)
+        holes = holes_of(patches, edges, corner, is_source, band.outer, frame.cell)
         if not holes:  # an outer edge comes back through the fault between its ends
             pairs = [*(leak[:2] for leak in leaks), *dead_ends]
             holes = holes_at(pairs, _places(band), torn.n_node, frame.cell)

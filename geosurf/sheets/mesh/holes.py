@@ -41,9 +41,6 @@ class Hole:
         Outer ghosts behind it, as vertices of `Torn`.
     lowest, highest : ndarray (3,)
         Of the middles of its edges [m].
-    at_fault_end : bool
-        Whether a fault ends inside the sheet at one of its edges. No further ring closes such a
-        hole: rings are added at outer edges, and the sheet stays one around the end of the fault.
     """
 
     place: np.ndarray
@@ -51,7 +48,6 @@ class Hole:
     ghosts: np.ndarray
     lowest: np.ndarray
     highest: np.ndarray
-    at_fault_end: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +69,6 @@ class Links:
 def holes_of(
     patches: Patches,
     fault_edges: np.ndarray,
-    fault_ends: np.ndarray,
     named: np.ndarray,
     own: np.ndarray,
     outer: np.ndarray,
@@ -87,8 +82,6 @@ def holes_of(
         Of the sheet, ghosts included, and its faults.
     fault_edges : ndarray of int64
         Edges of faults, as ``low point * n_point + high point``, increasing.
-    fault_ends : ndarray of bool (n_point,)
-        Points inside the sheet at which a fault ends.
     named : ndarray of int64 (n_triangle, 3)
         Vertex of `Torn` at each corner, -1 for points that were made.
     own : ndarray of bool (n_face,)
@@ -119,7 +112,6 @@ def holes_of(
     if not len(through):
         return []
     middle = patches.local[links.ends[through]].mean(axis=1)
-    at_end = any_of(fault_ends[links.ends[through]])
 
     # outer ghosts, and where they are
     ghost, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
@@ -127,15 +119,7 @@ def holes_of(
     ghosts, tree = ghost[is_outer], cKDTree(patches.local[point[is_outer], :2])
     # Edges of the minimum cut that are near each other make one hole.
     return [
-        _hole(
-            middle[mine],
-            length[through[mine]],
-            bool(at_end[mine].any()),
-            ghosts,
-            tree,
-            patches.origin,
-            cell,
-        )
+        _hole(middle[mine], length[through[mine]], ghosts, tree, patches.origin, cell)
         for mine in _clusters(middle[:, :2] / cell)
     ]
 
@@ -222,7 +206,6 @@ def _clusters(uv: np.ndarray) -> list[np.ndarray]:
 def _hole(
     middle: np.ndarray,
     length: np.ndarray,
-    at_fault_end: bool,
     ghosts: np.ndarray,
     tree: cKDTree,
     origin: np.ndarray,
@@ -237,8 +220,7 @@ def _hole(
     near = sorted({k for ks in tree.query_ball_point(middle[:, :2], reach) for k in ks})
     # Long edges count more: the middle of the hole, not of its edges.
     place = np.average(middle, axis=0, weights=length) + origin
-    lowest, highest = _ends(middle) + origin
-    return Hole(place, float(length.sum()), distinct(ghosts[near]), lowest, highest, at_fault_end)
+    return Hole(place, float(length.sum()), distinct(ghosts[near]), *(_ends(middle) + origin))
 
 
 def holes_at(

@@ -164,11 +164,10 @@ def _faults_at(patches: Patches, vertices: set[int]) -> dict[int, set[int]]:
     return found
 
 
-def fault_ends(patches: Patches, rim: Rim, keys: np.ndarray, sides: Sides) -> np.ndarray:
-    """Points inside the sheet at which a curve with a fault ends, bool (n_point,).
-
-    `keys` are the edges of the sheet that count, rising.
-    """
+def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) -> np.ndarray:
+    """Parents of triangles of torn copies in which a curve with a fault ends."""
+    keys, row = sides[0]
+    keys = distinct(keys[among[row]])
     on_fault = is_among(keys, distinct(*(k for k, _ in sides[1:])))
 
     # a point with one edge on a fault: there the curve ends
@@ -178,13 +177,6 @@ def fault_ends(patches: Patches, rim: Rim, keys: np.ndarray, sides: Sides) -> np
     ends = degree == 1
     one, two, _ = _with_marked(rim, ends)
     ends[one] = ends[two] = False  # where it leaves the sheet
-    return ends
-
-
-def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) -> np.ndarray:
-    """Parents of triangles of torn copies in which a curve with a fault ends."""
-    keys, row = sides[0]
-    ends = fault_ends(patches, rim, distinct(keys[among[row]]), sides)
     # Triangles in which a curve ends; of these only the copies, which have a ghost.
     rows = np.flatnonzero((patches.surface_of_triangle == 0) & among)
     faces = patches.parent_of_triangle[rows[any_of(ends[patches.triangles[rows]])]]

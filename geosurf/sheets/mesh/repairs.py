@@ -15,7 +15,6 @@ import numpy as np
 
 from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.cut import Cut
 from geosurf.sheets.mesh.holes import Hole
@@ -36,9 +35,6 @@ AT_END = 1  # rings that are tried before any tear ends early, by its first two 
 # cells: an edge that leaks is as long as that. A shorter hole at a tip passes through a triangle
 # which the fault divides, and no ring closes it: 80 of 80 on 400 random networks
 SHORTEST = 1.0
-# rings at once at a hole far from tips, and cells around it: they lose no throw, and each attempt
-# with one more ring moves the hole by a cell
-AT_ONCE, BESIDE, FAR = 3, 4, 6.0
 RINGS, RINGS_OVER = 6, 12  # that are tried at a hole: at a gap, and where the horizon overlaps
 LEVELLED = 2  # further ones, which are level
 NEAR_LEAK = 4.0  # cells from a hole within which an outer edge that leaks gets a ring with it
@@ -75,14 +71,10 @@ NO_REPAIRS = Repairs()
 
 @dataclass
 class Plan:
-    """What to change before the next attempt, hole by hole.
-
-    `links` get one more ring at their edges, `several` get some at once.
-    """
+    """What to change before the next attempt, hole by hole."""
 
     ends: set[End]
     links: set[Pair]
-    several: set[Pair]
     level: list[tuple[float, float]]
     untorn: tuple[Part, ...]
 
@@ -102,13 +94,13 @@ def repaired(
     sheet, ends of tears that are moved far, and parts of traces that are left out.
     """
     # All holes of one attempt are planned for together: each attempt costs a cut.
-    frame, plan = state.network.frame, Plan(set(), set(), set(), [], repairs.untorn)
+    frame, plan = state.network.frame, Plan(set(), set(), [], repairs.untorn)
     tears = Ends(state, torn_limits(state, repairs.shortened, rising))
     for hole in cut.holes:
         is_stuck = any(hole is one for one in stuck)
         _plan_for(hole, plan, repairs, tears, torn, cut, is_stuck, at_any_cost)
     # Nothing changes: another attempt would find the same holes.
-    if not (plan.ends or plan.links or plan.several or plan.untorn != repairs.untorn):
+    if not (plan.ends or plan.links or plan.untorn != repairs.untorn):
         return None
 
     shortened, rings = dict(repairs.shortened), list(repairs.rings)
@@ -125,11 +117,9 @@ def repaired(
         # at a tip 0 comes first: the tear ends where it did, but throw dies at its last link
         is_tip = state.network.traces[end[0]].ends[end[1]] == "tip"
         shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
-    # One ring per attempt, at all holes that ask for one, or several.
-    if plan.links or plan.several:
-        rings.append(frozenset(plan.links | plan.several))
-    if plan.several:
-        rings += [frozenset(plan.several)] * (AT_ONCE - 1)
+    # One ring per attempt, at all holes that ask for one.
+    if plan.links:
+        rings.append(frozenset(plan.links))
     return Repairs(shortened, tuple(rings), (*repairs.level, *plan.level), plan.untorn)
 
 
@@ -172,13 +162,9 @@ def _plan_for(
     elif tried < most or (at_any_cost and len(level) < LEVELLED):
         leaks = _leaks_near(at, cut, torn, frame)
         plan.links |= leaks
-        behind = torn.node_of(hole.ghosts)
-        if not over and tears.nearest(at, FAR, ("tip",)) is None:
-            nodes = around(behind, frame.shape, BESIDE).tolist()
-            plan.several.update(zip(nodes, nodes, strict=True))
-        elif not leaks or tried > 1:
+        if not leaks or tried > 1:
             # no outer edge leaks here, or rings did not help: one at all ghosts behind the hole
-            nodes = behind.tolist()
+            nodes = torn.node_of(hole.ghosts).tolist()
             plan.links.update(zip(nodes, nodes, strict=True))
         if tried >= most:
             plan.level.append((float(at[0]), float(at[1])))
@@ -190,7 +176,7 @@ def _rings_first(end: End, repairs: Repairs, state: Heights, hole: Hole) -> int:
     """How many rings are tried at a hole before a tear ends earlier, at an end."""
     if end in reverse_ends(state):
         return PATIENCE
-    if hole.at_fault_end or hole.length < SHORTEST * state.network.frame.cell:
+    if hole.length < SHORTEST * state.network.frame.cell:
         return 0
     # a hole that moves with the end of a tear would take a ring at each link
     return AT_END if repairs.shortened.get(end, -1) < 1 else 0
