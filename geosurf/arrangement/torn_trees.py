@@ -96,7 +96,9 @@ def look_at_torn(surface: TriSurface) -> tuple[np.ndarray, float, float] | None:
     if not isinstance(found, TornTree):
         return None
     rows, _ = found.rows(1, found.doubted)
-    large = max(float(np.abs(found.torn.survey.box).max()), float(found.sizes[LARGEST]))
+    large = float(np.abs(found.torn.survey.box).max())
+    if len(found.torn.copies):  # no numbers have no largest one
+        large = max(large, float(found.sizes[LARGEST]))
     return rows, float(found.sizes[SMALLEST]), large
 
 
