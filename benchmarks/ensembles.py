@@ -1,9 +1,10 @@
-"""How long ensembles take: ``python -m benchmarks.ensembles throw|field [--n 20]``.
+"""How long ensembles take: ``python -m benchmarks.ensembles throw|field|network [--n 20]``.
 
 throw: one horizon pair of 201 x 201 nodes, one fault; its throw and an error of both horizons that
 is correlated in the map are uncertain. field: the horizons and faults of Drogon, picked as points
 and sticks; depth errors of all horizons and a contact are uncertain, and all horizons are torn
-again in each realisation. Times are of this process and its workers, and include the base case.
+again in each realisation. network: the same with the proposed fault network, in which one fault
+ends at another. Times are of this process and its workers, and include the base case.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import resource
 import sys
 import time
 import warnings
+from functools import partial
 from typing import Any
 
 import geosurf as gs
@@ -31,29 +33,33 @@ def throw() -> Case:
     return scene, [error, Throw("F1", Normal(60.0, 10.0))]
 
 
-def field() -> Case:
-    """Drogon from its points and sticks."""
+def field(apply: bool = False) -> Case:
+    """Drogon from its points and sticks; with the fault network that is proposed, if applied."""
     from benchmarks.folders import drogon_folder
     from benchmarks.torn_fields import FIELDS
 
     horizons, faults, _ = FIELDS["Drogon points"](drogon_folder())
     names = tuple(horizons)
     scene = gs.Scene(horizons, faults, tear=True, contacts={"OWC": -1680.0})
-    scene = scene.propose_fault_network().apply(scene)
+    if apply:
+        scene = scene.propose_fault_network().apply(scene)
     errors = [DepthError(name, sd=8.0, range=2000.0) for name in names]
     return scene, [*errors, ContactLevel("OWC", elevation=Uniform(-1690.0, -1670.0))]
+
+
+CASES = {"throw": throw, "field": field, "network": partial(field, apply=True)}
 
 
 def main() -> None:
     """Print time and user time of one ensemble."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("case", choices=("throw", "field"))
+    parser.add_argument("case", choices=tuple(CASES))
     parser.add_argument("--n", type=int, default=20)
     parser.add_argument("--workers", type=int)
     parser.add_argument("--processes", action=argparse.BooleanOptionalAction)
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
-    scene, uncertain = {"throw": throw, "field": field}[asked.case]()
+    scene, uncertain = CASES[asked.case]()
     start = time.perf_counter()
     result = gs.run_ensemble(
         scene, asked.n, uncertain=uncertain, workers=asked.workers, processes=asked.processes
