@@ -81,6 +81,11 @@ class Plan:
         """Distribution of each of them, in words."""
         return [words_of_uncertainty(one) for one in self.uncertain]
 
+    @property
+    def is_known_before_base(self) -> bool:
+        """Whether `identity` needs no base case: the grid of maps does."""
+        return self.grid is None
+
     @cached_property
     def identity(self) -> str:
         """A hash of everything that results depend on."""

@@ -9,6 +9,7 @@ on their order, or on how often a run was interrupted.
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,6 +25,7 @@ from geosurf.ensemble.sums import MapSums
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.files.locks import Lock
+from geosurf.model.expected import path_of
 
 REGION = 20  # realisations
 UNITS = 64  # units of one chunk
@@ -34,6 +36,26 @@ TEARS = {
     "torn": "horizons that were torn as picked",
     "searched": "horizons among these that the remedies of the base case did not close",
 }
+
+
+def is_finished(path: str | os.PathLike[str], identity: str, n: int) -> bool:
+    """Return whether a folder holds all n realisations of an ensemble, so that nothing is built.
+
+    An ensemble whose first realisations all failed is not: it is refused when it is opened.
+    """
+    import zarr
+
+    folder = path_of(path, "store")
+    # `finish` removes the records last
+    if not (folder / ".zgroup").is_file() or (folder / RECORDS).exists():
+        return False
+    try:
+        group: Any = zarr.open_group(folder, mode="r", zarr_format=2)
+        same = group.attrs.get("identity") == identity
+        status = group["status"][:]
+        return bool(same and len(status) == n and status.all() and (status[:REGION] == DONE).any())
+    except (KeyError, OSError, ValueError):
+        return False  # what is wrong with it is said when it is opened to be continued
 
 
 class EnsembleStore:

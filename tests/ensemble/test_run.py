@@ -172,6 +172,18 @@ def test_a_longer_ensemble_continues_a_shorter_one(tmp_path, truth):
         run(n=7, store=tmp_path / "e.zarr")
 
 
+def test_a_finished_ensemble_is_opened_without_a_model(tmp_path, monkeypatch):
+    first = run(n=3, maps=None, store=tmp_path / "e.zarr")
+    before = bytes_of(tmp_path / "e.zarr")
+    monkeypatch.setattr(Plan, "start", lambda _: pytest.fail("the base case is not needed"))
+    assert run(n=3, maps=None, store=tmp_path / "e.zarr").identical(first)
+    assert bytes_of(tmp_path / "e.zarr") == before
+    with pytest.raises(pytest.fail.Exception):  # more of them need it
+        run(n=4, maps=None, store=tmp_path / "e.zarr")
+    with pytest.raises(pytest.fail.Exception):  # other ones, too: the store is refused then
+        run(n=3, seed=1, maps=None, store=tmp_path / "e.zarr")
+
+
 def test_seeds_differ(tmp_path):
     one, two = (run(n=3, seed=seed, maps=None) for seed in (0, 1))
     assert not np.isclose(one.drawn, two.drawn).any()
