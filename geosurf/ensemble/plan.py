@@ -91,7 +91,7 @@ class Plan:
         """A hash of everything that results depend on."""
         # The version counts: another geosurf may compute other volumes.
         # The second word changes with what a store holds.
-        digest = hashlib.sha256(f"{__version__} closed at once {self.seed}".encode())
+        digest = hashlib.sha256(f"{__version__} no rings at short holes {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
         return digest.hexdigest()

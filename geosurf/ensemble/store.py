@@ -251,15 +251,6 @@ class EnsembleStore:
         first = self.next_region * REGION
         return [k for k in range(first, self.n) if k not in self.pending]
 
-    @property
-    def n_finished(self) -> int:
-        """Realisations that are stored, failed ones too."""
-        return (
-            self.next_region * REGION + len(self.pending)
-            if self.next_region < self.n_region
-            else self.n
-        )
-
     # ---- write ---------------------------------------------------------------------------
 
     def add(self, record: Record) -> None:

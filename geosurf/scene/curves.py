@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
+from geosurf.conventions import counted
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.model import Curves, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.model.chunked import ChunkedLattice
+from geosurf.scene.area import boxes_meet
 from geosurf.scene.inputs import SceneInputs
+from geosurf.scene.memory import Memory
 
 Pair = tuple[int, int]
 
@@ -47,6 +50,47 @@ def curves_of_pair(
     held = known(pair) if any(isinstance(one.lattice, ChunkedLattice) for one in pair) else None
     how: dict[str, Any] = {"pairs": pairs, "origin": origin, "voxel_size": voxel_size}
     return curves_of(find_contacts(pair, known=held, **how))
+
+
+def remembered_curves(
+    inputs: SceneInputs,
+    memory: Memory,
+    pair: tuple[TriSurface, ...],
+    origin_for: Callable[[Sequence[TriSurface]], np.ndarray],
+    near: bool,
+) -> Curves | None:
+    """Return the curves of one or two surfaces, from memory if they are there.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    memory : Memory
+    pair : one or two TriSurface
+    origin_for : callable
+        Surfaces -> origin of their local frame.
+    near : bool
+        Whether some of their parts are near.
+
+    Returns
+    -------
+    Curves or None
+        None where they, or all of their parts, are apart.
+    """
+    subject = f"{pair[0].name} x {pair[-1].name}"
+    far = not boxes_meet(pair[0].bounds, pair[-1].bounds)
+    if far or not near:
+        boxes = "boxes" if far else "boxes of their parts"
+        memory.note("curves", subject, "skipped", f"{boxes} do not meet")
+        return None
+
+    # the key: both surfaces, their frame, and the options of the search
+    origin, keys = origin_for(pair), map(memory.key_of, pair)
+    options = {"voxel_size": inputs.voxel_size, "tolerance": inputs.tolerance}
+    return memory.get_or_compute(
+        "curves", subject, ("curves", *keys, origin.tobytes(), *options.values()),
+        lambda: curves_of_pair(pair, origin, known=memory.known_pairs, **options),
+        lambda curves: counted(curves.n_curve, "curve"),
+    )  # fmt: skip
 
 
 def curves_of_all(
@@ -97,4 +141,4 @@ def curves_of_all(
     return in_crs_of(merged, surfaces)
 
 
-__all__ = ["curves_of_all", "curves_of_pair"]
+__all__ = ["curves_of_all", "curves_of_pair", "remembered_curves"]

@@ -50,8 +50,7 @@ from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.coverage import coverage_in_words, share_inside
-from geosurf.scene.curves import curves_of_all, curves_of_pair
-from geosurf.scene.decimated import decimated
+from geosurf.scene.curves import curves_of_all, remembered_curves
 from geosurf.scene.ended import Ended, describe, end_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
@@ -116,11 +115,16 @@ class Graph:
 
     def _in_model(self, name: str) -> TriSurface:
         """Return a horizon or fault with the nodes that the model has, before it is split."""
-        return (name in self.inputs.horizons and self._decimated.get(name)) or self.whole(name)
+        few = self._decimated
+        return few[name] if name in few else self.whole(name)
 
     @cached_property
     def _decimated(self) -> dict[str, TriSurface]:
         """Horizons of which the model has every k-th node only, by name."""
+        if self.inputs.tolerance is None:
+            return {}
+        from geosurf.scene.decimated import decimated  # loaded by those who give a tolerance
+
         return decimated(self.inputs, self.memory, self.whole)
 
     def whole(self, name: str) -> TriSurface:
@@ -195,7 +199,8 @@ class Graph:
     @cached_property
     def given_area(self) -> np.ndarray | None:
         """The area as it is given, or the default one; None if it is an axis-parallel rectangle."""
-        # by default the outline that horizons share; None where it is a rectangle along the axes
+        # by default the outline that horizons share; None where that is a rectangle along the axes,
+        # which the box describes alone
         if self.inputs.aoi is None:
             default = self.default_area
             return None if default is None or default.axis_parallel else default.outline
@@ -257,10 +262,12 @@ class Graph:
 
     def tied(self, name: str) -> tuple[TriSurface, TieReport | None]:
         """A horizon with all its nodes, tied to its tops if that is requested; and how."""
+        # no settings or no tops of this horizon: the surface itself, no copy
         plain, settings = self.untied(name), self.inputs.tie
         if settings is None or self.tops is None or not len(self.tops.of(name)):
             return plain, None
 
+        # all faults that reach it: a correction must not cross any of them
         faults = [self.faults.surface(fault) for fault in self.inputs.faults_at(name)]
         sheet = self.sheets.get(name)
         return remembered_tie(self.memory, name, plain, sheet, faults, self.tops, settings)
@@ -301,20 +308,7 @@ class Graph:
 
     def _searched(self, pair: tuple[TriSurface, ...], near: bool) -> Curves | None:
         """Curves of one or two surfaces; None where they, or all of their parts, are apart."""
-        subject = f"{pair[0].name} x {pair[-1].name}"
-        far = not area.boxes_meet(pair[0].bounds, pair[-1].bounds)
-        if far or not near:
-            boxes = "boxes" if far else "boxes of their parts"
-            self.memory.note("curves", subject, "skipped", f"{boxes} do not meet")
-            return None
-
-        origin, keys = self.origin_for(pair), map(self.memory.key_of, pair)
-        options = {"voxel_size": self.inputs.voxel_size, "tolerance": self.inputs.tolerance}
-        return self.memory.get_or_compute(
-            "curves", subject, ("curves", *keys, origin.tobytes(), *options.values()),
-            lambda: curves_of_pair(pair, origin, known=self.memory.known_pairs, **options),
-            lambda curves: counted(curves.n_curve, "curve"),
-        )  # fmt: skip
+        return remembered_curves(self.inputs, self.memory, pair, self.origin_for, near)
 
     def _ends_inside(self, name: str) -> bool:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
@@ -418,6 +412,7 @@ class Graph:
             lambda u: "; ".join(filter(None, [counted(len(u), "unit"), u.merged_in_words])),
         )  # fmt: skip
 
+        # faults that bound no unit are named: their names may be missing in blocks
         where = "model box" if self.aoi is None else "area of interest"
         for fault in units.report["outside"]:
             words = f"does not reach the {where}, and parts nothing"

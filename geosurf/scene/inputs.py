@@ -406,7 +406,8 @@ def check_scene_tolerance(tolerance: Any, horizons: Mapping[str, Any]) -> float 
         return None
     if not (is_number(tolerance) and tolerance > 0):
         raise InputError(
-            f"tolerance is {tolerance!r}; give a length above 0 m, or None for the exact curves."
+            f"tolerance is {tolerance!r}; give a length above 0 m, or None for all nodes and exact "
+            "curves."
         )
 
     # ghosts mark a torn mesh that came as triangles

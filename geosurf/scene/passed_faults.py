@@ -41,8 +41,7 @@ def warnings_of_passed_faults(
         area = _area_beyond(rule, faults) if both else 0.0
         if area == 0.0:
             continue
-        lengths = {name: longer_by(given[name], faults[name]) for name in both}
-        ways = [how_to_lengthen(name, far) for name, far in lengths.items() if far]
+        ways = [how_to_lengthen(name, longer_by(given[name], faults[name])) for name in both]
         found.append(
             GeosurfWarning(
                 "fault passes another",

@@ -130,7 +130,7 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
 
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
-            how = how_to_lengthen(name, far) if far else f"lengthen={{{name!r}: ...}}"
+            how = how_to_lengthen(name, far)
             middle = tuple(fault.vertices.mean(axis=0).tolist())
             at = needed[name].place or middle if name in needed else middle
             found.append(

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from geosurf.kernels.meshes.mesh import (
     edges,
     ends_of,
-    renumber_in_order,
 )
 from geosurf.rebuild import edges as in_ranges
 
@@ -85,14 +84,3 @@ def test_patches_end_where_owners_change_or_sheets_meet(triangles):
             assert len(found[1]) == len(edges_of_rim)
             assert (np.diff(found[1]) > 0).all()
             assert set(map(tuple, ends_of(t, found[1]).tolist())) == edges_of_rim
-
-
-@given(st.integers(0, 9999), st.integers(1, 40))
-def test_numbers_as_they_are_met_in_an_order(seed, n):
-    rng = np.random.default_rng(seed)
-    number, order = rng.integers(0, 12, n), rng.permutation(n)
-    seen = {}
-    expected = np.empty(n, dtype=np.int64)
-    for i in order.tolist():
-        expected[i] = seen.setdefault(number[i], len(seen))
-    assert np.array_equal(renumber_in_order(number, order, 12), expected)

@@ -187,21 +187,6 @@ def join_pairs(pairs, n):
     return parent
 
 
-@entry("l1 l1 l -> l1")
-def renumber_in_order(number, order, n):
-    """Numbers below n, renumbered by first occurrence in an order of the elements."""
-    new = np.full(n, -1, dtype=np.int64)
-    out = np.empty(number.shape[0], dtype=np.int64)
-    count = 0
-    for i in range(order.shape[0]):
-        old = number[order[i]]
-        if new[old] < 0:
-            new[old] = count
-            count += 1
-        out[order[i]] = new[old]
-    return out
-
-
 @entry("l2 l1 -> l1 l")
 def pieces(t, ring):
     """Connected pieces over common edges: number of each triangle, and how many."""

@@ -22,13 +22,17 @@ def how_to_lengthen(name: str, lengths: Mapping[str, float]) -> str:
     ----------
     name : str
     lengths : mapping of {"up", "down", "start", "end"} to float
-        How far at least [m].
+        How far at least [m]; empty where that is not known.
 
     Examples
     --------
     >>> how_to_lengthen("F3", {"end": 133.6})
     "lengthen={'F3': {'end': 134}}; in a scenario, lengthen_m = {end = 134} of 'F3'"
+    >>> how_to_lengthen("F3", {})
+    "lengthen={'F3': distance}, with a distance [m]"
     """
+    if not lengths:
+        return f"lengthen={{{name!r}: distance}}, with a distance [m]"
     whole = {side: math.ceil(length) for side, length in lengths.items()}
     typed = ", ".join(f"{side} = {length}" for side, length in whole.items())
     return f"lengthen={{{name!r}: {whole}}}; in a scenario, lengthen_m = {{{typed}}} of {name!r}"
