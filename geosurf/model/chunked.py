@@ -193,8 +193,8 @@ class ChunkedLattice(Lattice):
         return HorizonError(
             f"horizon {self.store.name!r} stays in its store ({n_row} x {n_col} nodes, "
             f"{self._bytes_of_node * 1e-9 * self.n_node:.2g} GB), and this result needs all nodes "
-            f"in memory. {self._streamed} do not. Load it with da.load(), or select a part with "
-            "da.isel(...).",
+            f"in memory. {self._streamed} do not. Load it with da.load(), select a part with "
+            "da.isel(...), or keep fewer nodes: gs.triangulate_horizon(da, tolerance=1.0), in m.",
             surfaces=[self.store.name],
         )
 

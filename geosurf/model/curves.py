@@ -127,8 +127,8 @@ class Curves(Shown):
         tolerance, ``exact_pairs``: pairs of surfaces whose exact curve is near enough, or rough.
     error_bound : ndarray of float64, shape (n_curve,), or None
         With a tolerance: how far each curve can be from that of the smooth surfaces [m]; 0 for
-        plain curves of surfaces other than lattices, inf where a part is not known. None for
-        plain curves.
+        plain curves of surfaces other than lattices, inf where a part is not known, and for
+        exact curves of grids in their store. None for plain curves.
     places : tuple of CurveIssue
         With a tolerance: where it is not met, or not known to be, and why.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.conventions import counted
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.model import Curves, TriSurface
-from geosurf.model.base import in_crs_of
+from geosurf.model.base import frozen, in_crs_of
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.scene.area import boxes_meet
 from geosurf.scene.inputs import SceneInputs
@@ -42,14 +43,18 @@ def curves_of_pair(
         horizons in their store are worth the memory.
     """
     alone = len(pair) == 1
-    if tolerance is not None:
+    stored = any(isinstance(one.lattice, ChunkedLattice) for one in pair)
+    if tolerance is not None and not stored:  # from a store, exact curves read the fewest chunks
         return intersect_surfaces(
             pair, tolerance=tolerance, voxel_size=voxel_size, self_intersections=alone
         )
     pairs = [(0, len(pair) - 1)]
-    held = known(pair) if any(isinstance(one.lattice, ChunkedLattice) for one in pair) else None
+    held = known(pair) if stored else None
     how: dict[str, Any] = {"pairs": pairs, "origin": origin, "voxel_size": voxel_size}
-    return curves_of(find_contacts(pair, known=held, **how))
+    found = curves_of(find_contacts(pair, known=held, **how))
+    if tolerance is None:
+        return found
+    return replace(found, error_bound=frozen(np.full(found.n_curve, np.inf), np.float64))
 
 
 def remembered_curves(

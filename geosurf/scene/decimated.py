@@ -19,6 +19,7 @@ from geosurf.triangulate.decimate import (
     measure_differences,
     strides_of,
 )
+from geosurf.triangulate.decimate_stored import decimate_stored, is_in_store, strides_in_store
 
 
 def decimated(
@@ -87,17 +88,22 @@ def _frames(horizons: Sequence[TriSurface]) -> list[list[TriSurface]]:
 def _needs_all(frame: list[TriSurface]) -> str | None:
     """Why the horizons of one frame keep all nodes, before these are looked at."""
     shape = None if frame[0].lattice is None else frame[0].lattice.shape
-    if shape is None or not strides_of(shape):
+    in_store = any(is_in_store(one.lattice) for one in frame)
+    if shape is None or not (strides_in_store if in_store else strides_of)(shape):
         return "the grid is small"
     other = [one.name for one in frame if not can_be_decimated(one)]
     if not other:
         return None
-    return f"{other[0]} has absent nodes, 2-D coordinates, or is in its store"
+    if any("vertical_error" in one.vertex_data for one in frame):
+        return "of one, nodes have been left out already"
+    return f"{other[0]} has absent nodes or 2-D coordinates"
 
 
 def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
     """The horizons of one frame with as few nodes as the tolerance allows; none if it needs all."""
     lattices = [one.lattice for one in frame if one.lattice is not None]
+    if any(map(is_in_store, lattices)):
+        return decimate_stored(frame, tolerance)
     shape = lattices[0].shape
     worst, first = 0, 0.5
     for stride in strides_of(shape):

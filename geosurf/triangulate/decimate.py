@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkedLattice
+from geosurf.triangulate.decimate_bands import differences_in_bands
 
 STRIDES = (10, 8, 5, 4, 3, 2)
 ENOUGH = 10_000  # nodes that stay, at least: fewer make a model no cheaper
@@ -42,16 +43,16 @@ class Differences:
 
 
 def can_be_decimated(surface: TriSurface) -> bool:
-    """Whether nodes can be left out of a horizon: a whole grid with axes of its own, in memory."""
+    """Whether nodes can be left out of a horizon: a whole grid with axes, and all of its nodes."""
     lattice = surface.lattice
     return (
         lattice is not None
-        and not isinstance(lattice, ChunkedLattice)
         and lattice.has_rising_axes
         and lattice.rising
         and lattice.whole
         and not surface.sectors
         and surface.torn is None
+        and "vertical_error" not in surface.vertex_data
     )
 
 
@@ -94,7 +95,7 @@ def measure_differences(
     limit : float
         [m]. What is farther off ends the search.
     first : float
-        Where it begins, from 0 (south) to below 1 (north).
+        Where it begins, from 0 (south) to below 1 (north). A grid in its store is read from south.
 
     Returns
     -------
@@ -111,15 +112,18 @@ def measure_differences(
     >>> measure_differences(bowl, every, every, limit=1.0)
     0.75
     """
-    from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
-
-    # blocks far apart one after the other: what is rough somewhere shows soon
     n = len(rows) - 1
-    order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
-    order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
-    few, largest, sums, failed = differences_of_rows_and_columns(
-        lattice.elevation, rows, cols, order, limit
-    )
+    if isinstance(lattice, ChunkedLattice):
+        few, largest, sums, failed = differences_in_bands(lattice, rows, cols, limit)
+    else:
+        from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
+
+        # blocks far apart one after the other: what is rough somewhere shows soon
+        order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
+        order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
+        few, largest, sums, failed = differences_of_rows_and_columns(
+            lattice.elevation, rows, cols, order, limit
+        )
     if failed >= 0:
         return (failed + 0.5) / n
 

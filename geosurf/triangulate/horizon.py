@@ -21,6 +21,8 @@ from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import flag_of, name_of
 from geosurf.triangulate.chunked import chunked_lattice, chunked_map, stays_in_store
 from geosurf.triangulate.coarsen import coarsen_lattice
+from geosurf.triangulate.decimate import can_be_decimated
+from geosurf.triangulate.decimate_stored import decimate_stored, strides_in_store
 from geosurf.triangulate.horizon_checks import (
     check_array,
     check_axis,
@@ -74,7 +76,8 @@ def triangulate_horizon(
         0: all nodes. Above 0 [m]: fewer triangles, nowhere farther than this from the plain
         ones, vertically; for pictures and quick volumes. Needs even steps. What was met is in
         ``vertex_data``: ``"vertical_error"`` [m] around each vertex, and ``"volume_error"`` [m3],
-        whose sum bounds the change of any volume below or above the horizon.
+        whose sum bounds the change of any volume below or above the horizon. Of a grid in its
+        store, every k-th node becomes a grid in memory, which can be torn as well.
     lazy : bool, optional
         Whether elevations stay in the store of a Dask array and are read chunk by chunk, for
         curves, units and volumes of grids that exceed the memory. Default: Dask arrays of more
@@ -85,8 +88,8 @@ def triangulate_horizon(
     -------
     TriSurface
         Role "horizon", normals up; metres, elevation positive up. With its `Lattice`, unless
-        a tolerance was given. Arrays of float64 in metres, positive up, from south-west to
-        north-east, are not copied: leave them as they are afterwards.
+        a tolerance was given for a grid in memory. Arrays of float64 in metres, positive up, from
+        south-west to north-east, are not copied: leave them as they are afterwards.
 
     Raises
     ------
@@ -208,11 +211,6 @@ def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface
             f"{what}: lazy=True, but its values are in memory. Open it with "
             "xr.open_zarr(path), or leave lazy out."
         )
-    if tolerance > 0:
-        raise HorizonError(
-            f"{what}: tolerance is {tolerance:g}, but a grid that stays in its store cannot be "
-            "simplified. Take every tenth node instead: da[::10, ::10]."
-        )
     easting, northing = _labels(da, what)
     lattice: ChunkedLattice
     if easting.ndim == 2:  # read with the elevations
@@ -233,7 +231,29 @@ def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface
         )
     made = TriSurface(title, "horizon", lattice=lattice)
     made.crs = crs_of(da)
-    return made
+    return _with_fewer_nodes(made, tolerance) if tolerance > 0 else made
+
+
+def _with_fewer_nodes(horizon: TriSurface, tolerance: float) -> TriSurface:
+    """A horizon in its store as a grid in memory, with every k-th node."""
+    what = f"horizon {horizon.name!r}: tolerance is {tolerance:g} m, but"
+    assert horizon.lattice is not None
+    if not can_be_decimated(horizon):
+        raise HorizonError(
+            f"{what} a grid in its store with absent nodes or 2-D coordinates cannot be "
+            "simplified. Leave tolerance out, or select a part without absent nodes: da.isel(...)."
+        )
+    strides = strides_in_store(horizon.lattice.shape)
+    found = decimate_stored([horizon], tolerance)
+    if found:
+        return found[0]
+    if not strides:
+        raise HorizonError(f"{what} the grid is small. Load it with da.load().")
+    raise HorizonError(
+        f"{what} a grid of one in {strides[-1]} rows and columns is farther off, and a finer one "
+        "takes too much memory. Give a larger tolerance, or leave it out: then all nodes stay in "
+        "their store."
+    )
 
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:

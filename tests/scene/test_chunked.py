@@ -121,7 +121,6 @@ def test_what_needs_all_nodes_names_the_size_and_the_remedy(path):
     for ask in (
         lambda: scene.orientation("Top"),
         lambda: scene.units["Top/Base F1+"].triangles,
-        lambda: scene.replace(tolerance=1.0).curves,
         lambda: scene.replace(voxel_size=50.0).curves,
         lambda: scene.surface("Top").vertices,
         lambda: scene.surface("Top").triangles,
