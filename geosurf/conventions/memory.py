@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,22 @@ def _of_process() -> int | None:
         return most - pages * resource.getpagesize()
     except (ImportError, OSError):
         return None
+
+
+def most_memory_so_far() -> float:
+    """Return the most memory that this process has had [bytes]; infinity if that is unknown.
+
+    Examples
+    --------
+    >>> most_memory_so_far() > 0
+    True
+    """
+    try:
+        import resource
+    except ImportError:  # Windows
+        return math.inf
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(peak if sys.platform == "darwin" else peak << 10)
 
 
 def give_back_memory() -> None:

@@ -267,7 +267,9 @@ class Memory:
         """Shared results in memory, and those that were dropped, as a line of `explain`."""
         store = self.store
         stored = f"{counted(store.n_stored, 'result')}, {in_bytes(store.bytes_stored())}"
-        dropped = f"{counted(store.n_dropped, 'result')}, {in_bytes(store.bytes_dropped)}"
+        dropped = counted(store.n_dropped, "result")
+        if store.bytes_dropped:
+            dropped += f" ({in_bytes(store.bytes_dropped)} by this limit)"
         detail = f"{stored} of at most {in_bytes(store.budget)}; dropped: {dropped}"
         return Step("memory", "of the family", "stored", detail)
 

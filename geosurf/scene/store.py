@@ -3,7 +3,8 @@
 Three rules bound it:
 
     budget     all results together stay below a number of bytes; arrays that results share count
-               once. What was not requested for longest is dropped first.
+               once. What was not requested for longest is dropped first. They are counted only when
+               the whole process has had as much memory.
     family     a result that no living scene has requested is dropped after some more scenes of the
                family: in a chain of `Scene.replace` only the last few stay.
     scene      what a scene needs again and again (its surfaces, patches and units) it holds itself,
@@ -18,12 +19,13 @@ import threading
 import weakref
 from collections import OrderedDict, deque
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
+from geosurf.conventions.memory import most_memory_so_far
 from geosurf.errors import GeosurfWarning, InputError
 
 CHOICE = "GEOSURF_MEMORY"
@@ -161,14 +163,14 @@ def _slots_of(kind: type) -> tuple[str, ...]:
 
 @dataclass
 class Entry:
-    """A result, the warnings that came with it, and who requested it when."""
+    """A result, the warnings that came with it, and who requested it when; arrays once counted."""
 
     result: Any
     warnings: tuple[GeosurfWarning, ...]
     serial: int
     generation: int
     owners: int = 0
-    buffers: dict[int, int] = field(default_factory=dict)
+    buffers: dict[int, int] | None = None
 
 
 class Store:
@@ -179,6 +181,11 @@ class Store:
     ----------
     budget : int, optional
         Bytes; default: see `budget_of_family`.
+
+    Attributes
+    ----------
+    n_dropped, bytes_dropped : int
+        Results that are no longer here, and the bytes that the budget has freed.
 
     Examples
     --------
@@ -199,7 +206,7 @@ class Store:
         self.n_dropped = self.bytes_dropped = 0
         self._entries: OrderedDict[Hashable, Entry] = OrderedDict()
         self._times: dict[int, int] = {}  # in how many results an array is
-        self._bytes = self._generation = self._serial = self._since_count = 0
+        self._bytes = self._generation = self._serial = self._since_count = self._n_uncounted = 0
         self._released: deque[dict[Hashable, int]] = deque()
         self._lock = threading.RLock()
 
@@ -262,17 +269,22 @@ class Store:
             self._serial += 1
             entry = Entry(result, warnings, self._serial, self._generation)
             self._entries[key] = entry
-            self._take_in(entry)
             self._use(key, entry, used)
 
             # results may make arrays later; count again now and then, at a cost that averages out
             self._since_count += grows
-            if self._since_count > len(self._entries) // 2 + 8:
-                self._count_again()
-
-            self._keep_within_budget()
+            self._n_uncounted += 1
+            if most_memory_so_far() >= self.budget:
+                if self._since_count > len(self._entries) // 2 + 8:
+                    self._count_again()
+                self._keep_within_budget()
 
     def _keep_within_budget(self) -> None:
+        if self._n_uncounted:
+            for entry in self._entries.values():
+                if entry.buffers is None:
+                    self._take_in(entry)
+            self._n_uncounted = 0
         # a result larger than the budget drops everything, itself at last: the scene still has it
         while self._bytes > self.budget:
             self._drop(next(iter(self._entries)))
@@ -292,7 +304,8 @@ class Store:
         before = self._bytes
         self._take_out(entry)
         self.n_dropped += 1
-        self.bytes_dropped += before - self._bytes - _OVERHEAD
+        if entry.buffers is not None:
+            self.bytes_dropped += before - self._bytes - _OVERHEAD
 
     # ---- bytes ---------------------------------------------------------------------------
 
@@ -309,7 +322,7 @@ class Store:
             return self._bytes
 
     def _count_again(self) -> None:
-        self._times, self._bytes, self._since_count = {}, 0, 0
+        self._times, self._bytes, self._since_count, self._n_uncounted = {}, 0, 0, 0
         for entry in self._entries.values():
             self._take_in(entry)
 
@@ -323,6 +336,8 @@ class Store:
                 self._bytes += size
 
     def _take_out(self, entry: Entry) -> None:
+        if entry.buffers is None:
+            return
         self._bytes -= _OVERHEAD
         for one, size in entry.buffers.items():
             self._times[one] -= 1

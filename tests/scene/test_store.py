@@ -54,6 +54,20 @@ def test_bytes_are_counted_once_and_stay_below_the_budget(seed):
     assert store.n_dropped
 
 
+def test_bytes_are_counted_once_the_process_has_had_as_many(monkeypatch):
+    """Below the budget nothing is counted; from there on all results are, and the first go."""
+    store, most = Store(budget=24 * KB), 0.0
+    monkeypatch.setattr("geosurf.scene.store.most_memory_so_far", lambda: most)
+    mine = Scene(store)
+    for k in range(6):
+        store.put(k, np.zeros(KB), (), mine.used)
+    assert (store.n_stored, store._bytes, store.bytes_dropped) == (6, 0, 0)
+    most = 24.0 * KB
+    store.put(6, np.zeros(KB), (), mine.used)
+    assert store._bytes == true_bytes(store) <= store.budget
+    assert (store.n_stored, store.n_dropped, store.bytes_dropped) == (2, 5, 5 * 8 * KB)
+
+
 def test_arrays_that_a_result_makes_later_are_counted():
     class Late:
         """As patches do, this one makes its arrays when they are asked for."""
