@@ -12,7 +12,7 @@ from geosurf.arrangement.checked import check_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
-from geosurf.intersect.exact_route import exact_lines
+from geosurf.intersect.exact_route import exact_curves
 from geosurf.intersect.layers import are_apart
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
@@ -82,6 +82,10 @@ def smooth_curves(
             pair = (i, j)
             one, two = surfaces[i], surfaces[j]
             lines, more, plain = _pair(one, two, origin, tolerance, linker, options)
+            if isinstance(lines, Curves):
+                if len(surfaces) == 2:  # nothing to join: they are the answer
+                    return lines
+                lines = _lines_of(lines)
             found += [(pair, line) for line in lines]
             places += [(pair, *place) for place in more]
             for curves in plain:
@@ -99,15 +103,15 @@ def _pair(
     tolerance: float,
     linker: Linker,
     options: dict[str, Any],
-) -> tuple[list[Line], list[tuple[str, np.ndarray, float]], list[Curves]]:
-    """Lines, places and plain curves of two surfaces."""
+) -> tuple[list[Line] | Curves, list[tuple[str, np.ndarray, float]], list[Curves]]:
+    """Lines (or exact curves with their bound), places and plain curves of two surfaces."""
     # Layers on one map are compared node by node.
     if has_cubics(one) and has_cubics(two) and are_apart(one, two):
         return [], [], []
 
     # A lattice comes first, so that the result does not depend on the order of arguments.
-    flip = _second_first(one, two)
-    if flip:
+    names = one.name, two.name
+    if _second_first(one, two):
         one, two = two, one
 
     # A curved lattice below the size for cubics has no error estimate: its bound is infinite.
@@ -123,9 +127,9 @@ def _pair(
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
 
     # Rough and dense lattices: the exact curve costs less, and is as near.
-    given = one, two, origin, tolerance, linker, options
-    if not coarse and (exact := exact_lines(*given)) is not None:
-        return exact[0], [], [exact[1]]
+    given = one, two, origin, tolerance, linker, options, names
+    if not coarse and (exact := exact_curves(*given)) is not None:
+        return exact, [], [exact]
 
     # Only cells that the bounds of the cubics leave over are looked at from here on.
     sides = sides_of(one, two, origin)
@@ -134,8 +138,8 @@ def _pair(
     # Both lattices are smooth wherever they may meet: done without triangles.
     if walked is not None:
         return walked, [], []
-    if not coarse and (exact := exact_lines(*given, walked=True)) is not None:
-        return exact[0], [], [exact[1]]
+    if not coarse and (exact := exact_curves(*given, walked=True)) is not None:
+        return exact, [], [exact]
 
     # Otherwise the exact curve of the remaining triangles is moved onto the cubics.
     first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
@@ -178,6 +182,8 @@ def _bent(surface: TriSurface) -> np.ndarray | None:
         return None
 
     lattice = surface.lattice
+    if max(lattice.shape) < 3:
+        return None  # a single cell
     nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
 
     # Second differences of the nodes [m] vanish on a plane.
@@ -203,21 +209,24 @@ def merge_lines(
     found: list[tuple[tuple[int, int], Line]] = []
     places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
     for pair, part in parts:
-        # Points move from the frame of the part to the common one.
-        shift = part.origin - origin
-        for k, curve in enumerate(part.curves):
-            said = [
-                (p.reason, p.points - origin, p.error_bound) for p in part.places if p.curve == k
-            ]
-            points = part.local[curve] + shift
-            bound = 0.0 if part.error_bound is None else float(part.error_bound[k])
-            found.append((pair, Line(points, bool(part.closed[k]), bound, said)))
+        found += [(pair, line) for line in _lines_of(part, origin)]
 
         # Places without a curve belong to the pair.
         places += [
             (pair, p.reason, p.points - origin, p.error_bound) for p in part.places if p.curve < 0
         ]
     return _assemble(names, origin, found, places, touches, cost)
+
+
+def _lines_of(part: Curves, origin: np.ndarray | None = None) -> list[Line]:
+    """Curves one by one, in the frame of an origin (default: their own)."""
+    here = part.origin if origin is None else origin
+    shift, lines = part.origin - here, []
+    for k, curve in enumerate(part.curves):
+        said = [(p.reason, p.points - here, p.error_bound) for p in part.places if p.curve == k]
+        bound = 0.0 if part.error_bound is None else float(part.error_bound[k])
+        lines.append(Line(part.local[curve] + shift, bool(part.closed[k]), bound, said))
+    return lines
 
 
 def _stacked(lines: list[Line]) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Choose the exact curve where a smooth one costs more for the same accuracy.
 
 On rough lattices triangles are as near to the surface as cubics; on dense ones triangles are near
-enough. Both are foreseen from some hundred nodes of each lattice, so that only pairs that will keep
+enough. Both are foreseen from some nodes of each lattice, so that only pairs that will keep
 the exact curve pay for it. The error of that curve is measured where it was made: at the middle of
 some of its segments, with the estimate that smooth curves have.
 """
@@ -16,32 +16,33 @@ import numpy as np
 
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.intersect.sides import has_cubics
-from geosurf.intersect.strand import Line
 from geosurf.kernels.smooth.exact_error import error_of_exact, judge_lattices
-from geosurf.model import Curves, Lattice, TriSurface
+from geosurf.model import CurveIssue, Curves, Lattice, TriSurface, frozen
 
 DENSE = 40_000  # nodes of a lattice from which on the exact curve costs less than a smooth one
-SEGMENTS = 100  # of the exact curve at which its error is measured, about
-SAMPLES = 7  # nodes along either axis by which a lattice is judged
+SEGMENTS = 64  # of the exact curve at which its error is measured, at most
+SAMPLES = 5  # nodes along either axis by which a lattice is judged
 LOUD = 0.5  # part of the tolerance from which on noise keeps curves exact (`lift.doubt_along`)
 AUDIBLE = 0.1  # part of the tolerance from which on noise matters
 SPARE = 0.33  # part of the tolerance that triangles may take, by samples, to be kept
 _NONE = np.zeros((1, 1))
 
 
-def exact_lines(
+def exact_curves(
     one: TriSurface,
     two: TriSurface,
     origin: np.ndarray,
     tolerance: float,
     linker: Callable[..., Curves],
     options: dict[str, Any],
+    names: tuple[str, str],
     *,
     walked: bool = False,
-) -> tuple[list[Line], Curves] | None:
-    """Return the exact curves of a lattice and another surface with bounds, or None.
+) -> Curves | None:
+    """Return the exact curves of a lattice and another surface with their bound, or None.
 
-    None: smooth curves are worth their cost, or the error of the exact ones is unknown somewhere.
+    They have the points and rows of the exact route. None: smooth curves are worth their cost, or
+    the error of the exact ones is unknown somewhere.
 
     Parameters
     ----------
@@ -55,6 +56,8 @@ def exact_lines(
         From contacts to curves.
     options : dict
         For `find_contacts`.
+    names : (str, str)
+        Of both surfaces, in the order in which the curves name them.
     walked : bool
         Whether smooth curves were walked in vain, so that the exact ones are needed in any case.
     """
@@ -85,12 +88,13 @@ def exact_lines(
     near = error <= tolerance and (dense or noise > AUDIBLE * tolerance)
     if not (near or noise > LOUD * tolerance):
         return None
-    lines = []
-    for curve, closed in zip(plain.curves, plain.closed.tolist(), strict=True):
-        points = plain.local[curve]
-        places = [("noise", points, error)] if error > tolerance else []
-        lines.append(Line(points, closed, error, places))
-    return lines, replace(plain, cost=plain.cost | {"exact_pairs": 1})
+    places: tuple[CurveIssue, ...] = ()
+    if error > tolerance:
+        ours = [frozen(plain.local[curve] + origin, np.float64) for curve in plain.curves]
+        places = tuple(CurveIssue("noise", (0, 1), x, error, k) for k, x in enumerate(ours))
+    cost = plain.cost | {"exact_pairs": 1}
+    bound = frozen(np.full(plain.n_curve, error), np.float64)
+    return replace(plain, names=names, error_bound=bound, places=places, cost=cost)
 
 
 def _nodes(lattice: Lattice, there: bool = True) -> tuple[np.ndarray, ...]:
@@ -119,4 +123,4 @@ def _error_of(contacts: Contacts) -> tuple[float, float] | None:
     return (error, typical) if good and (typical or not astray) else None
 
 
-__all__ = ["exact_lines"]
+__all__ = ["exact_curves"]

@@ -16,12 +16,8 @@ from geosurf.errors import SurfaceError
 from geosurf.kernels.smooth.control_nets import nets_of
 from geosurf.kernels.smooth.coverage import cones_of
 from geosurf.kernels.smooth.curve_walk import find_and_walk
-from geosurf.kernels.smooth.patch_pyramid import (
-    BLOCK,
-    boxes_of_cubics,
-    lattice_pyramid,
-    near_blocks,
-)
+from geosurf.kernels.smooth.near_blocks import boxes_of_cubics, near_blocks, shift_near
+from geosurf.kernels.smooth.patch_pyramid import BLOCK, lattice_pyramid
 from geosurf.model import TriSurface
 
 _MANY = 1000  # blocks, from which it pays to look for those that are near
@@ -157,10 +153,10 @@ def sides_of(one: TriSurface, two: TriSurface, origin: np.ndarray) -> tuple[Side
         return side_of(one, origin), side_of(two, origin)
     if not has_cubics(two):
         mesh = side_of(two, origin)
-        near = near_blocks(finest, levels, mesh.boxes, mesh.planes)
+        near = near_blocks(finest, levels, mesh.boxes, _NO_LEVELS, mesh.planes)
         return side_of(one, origin, near[0]), mesh
-    items, _ = _boxes_of_cubics(two, origin)
-    near = near_blocks(finest, levels, items, _NO_PLANES)
+    items = _boxes_of_cubics(two, origin)
+    near = near_blocks(finest, levels, *items, _NO_PLANES)
     return side_of(one, origin, near[0]), side_of(two, origin, near[1])
 
 
@@ -171,17 +167,6 @@ def _boxes_of_cubics(surface: TriSurface, origin: np.ndarray) -> tuple[np.ndarra
     n_row, n_col = survey.levels[0, 1:].tolist()
     boxes = boxes_of_cubics(survey.nodes, n_row, n_col, origin, _BEYOND, _BEYOND_AT_RIM)
     return boxes, survey.levels
-
-
-def _around(values: np.ndarray, of: np.ufunc) -> np.ndarray:
-    """`of` each block and the eight around it."""
-    for axis in (0, 1):
-        out, one = values.copy(), np.moveaxis(values, axis, 0)
-        there = np.moveaxis(out, axis, 0)
-        of(there[1:], one[:-1], out=there[1:])
-        of(there[:-1], one[1:], out=there[:-1])
-        values = out
-    return values
 
 
 def side_of(surface: TriSurface, origin: np.ndarray, near: np.ndarray | None = None) -> Side:
@@ -220,14 +205,9 @@ def _shifted(values: np.ndarray, origin: float, near: np.ndarray) -> np.ndarray:
     if 1 in values.shape or near.all():
         return values - origin
     out = np.zeros(values.shape)  # memory that nothing touches costs nothing
-    wide = _around(near, np.logical_or)
 
     # All stencils of a cell, of up to eight nodes, lie in its block or in those around it.
-    for i in np.flatnonzero(wide.any(axis=1)).tolist():
-        across = np.flatnonzero(wide[i])
-        rows = slice(i * BLOCK, i * BLOCK + BLOCK + 1)
-        columns = slice(across[0] * BLOCK, across[-1] * BLOCK + BLOCK + 1)
-        np.subtract(values[rows, columns], origin, out=out[rows, columns])
+    shift_near(values, origin, near, BLOCK, out)
     return out
 
 

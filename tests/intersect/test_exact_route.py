@@ -62,6 +62,24 @@ def test_a_tolerance_that_triangles_miss_is_met_by_a_smooth_curve():
     assert curves.error_bound.max() <= 1e-3
 
 
+@pytest.mark.parametrize("flip", [False, True])
+def test_one_pair_has_the_rows_of_the_exact_route_in_either_order(flip, rng):
+    pair = rough_pair(rng)[:: -1 if flip else 1]
+    curves, plain = intersect_surfaces(pair, tolerance=0.01), intersect_surfaces(pair)
+    assert curves.names == plain.names == tuple(one.name for one in pair)
+    for key in ("points", "segments", "surfaces_of_segment", "surfaces_of_curve", "closed"):
+        assert getattr(curves, key).tobytes() == getattr(plain, key).tobytes()
+
+    # among more surfaces they are the same curves, with the same bound and place
+    apart = two_triangles(-3000.0).renamed("far below")
+    both = intersect_surfaces([*pair, apart], tolerance=0.01)
+    assert same_curve(both, plain)
+    assert both.error_bound.tobytes() == curves.error_bound.tobytes()
+    for one, other in zip(both.places, curves.places, strict=True):
+        assert (one.reason, one.surfaces, one.curve) == (other.reason, other.surfaces, other.curve)
+        np.testing.assert_allclose(one.points, other.points, atol=1e-9)
+
+
 @pytest.mark.parametrize("tolerance", [0.3, 0.01])
 def test_noise_keeps_the_exact_curve_at_once_and_says_so(tolerance, rng, no_cubics):
     pair = rough_pair(rng)

@@ -5,6 +5,7 @@ file              question                                               source
 ================  =====================================================  =======================
 `cubic_patch`     What are the cubics, and how accurate are they?        Lagrange
 `patch_pyramid`   Where can two smooth surfaces meet? Bounds of blocks.
+`near_blocks`     Which blocks need bounds at all? Boxes of nodes.
 `patch_pairs`     Which pairs of cells follow from pairs of blocks?
 `quadtree`        Which box and slab hold a block or its quarter?
 `control_nets`    Are two Bernstein nets separated by a plane?

@@ -155,12 +155,12 @@ def error_of_exact(
     """Largest error of the exact curves of two surfaces [m], noise at half of its segments [m], and
     two numbers.
 
-    Some `most` segments are looked at; they are contacts as in `geosurf.arrangement.search`.
+    At most `most` segments are looked at; they are contacts as in `geosurf.arrangement.search`.
     The numbers are of segments that were measured, and of those astray. None was measured where
     less than half can be, or where one meets a hole.
     """
     n_line = _in_lines(rows)
-    step = max(1, n_line // most)
+    step = max(1, (n_line + most - 1) // most)
     n = (n_line + step - 1) // step
     c = np.zeros((max(n, 1), 3, 3))
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)

@@ -235,7 +235,7 @@ def _shape_of(n_row, n_col):
 
 
 @scalar
-def _join_boxes(boxes, shape, level):
+def join_boxes(boxes, shape, level):
     """Boxes of one level around those of the level below."""
     before, _, below = shape[level - 1]
     for i in range(shape[level, 1]):
@@ -310,12 +310,12 @@ def lattice_pyramid(x, y, z, whole, near):
 
     # Coarser levels join four boxes.
     for level in range(1, shape.shape[0]):
-        _join_boxes(boxes, shape, level)
+        join_boxes(boxes, shape, level)
     return boxes, shape, bends
 
 
 @scalar
-def _boxes_meet(p, i, q, j):
+def boxes_meet(p, i, q, j):
     """Whether box i of p meets box j of q; an empty or undefined box meets none."""
     # no short circuit: which comparison fails is unpredictable
     return (
@@ -353,7 +353,7 @@ def block_pairs(boxes, shape, items, planes):
             top -= 1
             level, i, j = stack[top, 0], stack[top, 1], stack[top, 2]
             row = shape[level, 0] + i * shape[level, 2] + j
-            if not _boxes_meet(boxes, row, items, item):
+            if not boxes_meet(boxes, row, items, item):
                 continue
             if flat and _off_plane(boxes, row, planes, item):
                 continue
@@ -372,57 +372,3 @@ def block_pairs(boxes, shape, items, planes):
                     stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, k, col
                     top += 1
     return out[:n]
-
-
-@entry("d2 l2 d2 d2 -> b1 b1")
-def near_blocks(finest, shape, items, planes):
-    """Which of the finest blocks, and which items, have boxes that meet.
-
-    `shape` as that of `lattice_pyramid`, `planes` as those of `block_pairs`.
-    """
-    last = shape[shape.shape[0] - 1]
-    boxes = np.empty((last[0] + last[1] * last[2], 6))
-    boxes[: finest.shape[0]] = finest
-    for level in range(1, shape.shape[0]):
-        _join_boxes(boxes, shape, level)
-    near_block = np.zeros(finest.shape[0], dtype=np.bool_)
-    near_item = np.zeros(items.shape[0], dtype=np.bool_)
-    pairs = block_pairs(boxes, shape, items, planes)
-    for k in range(pairs.shape[0]):
-        near_block[pairs[k, 0]] = True
-        near_item[pairs[k, 1]] = True
-    return near_block, near_item
-
-
-@entry("d2 l l d1 d d -> d2")
-def boxes_of_cubics(nodes, n_row, n_col, origin, beyond, at_rim):
-    """Boxes (n_row * n_col, 6) around the cubics of blocks, from boxes `nodes` of their nodes.
-
-    A cubic leaves the range of the nodes of its block and of the eight around it by at most
-    `beyond` of that range, in blocks at the rim by `at_rim` of it. A missing block has an empty
-    box.
-    """
-    out = np.empty((n_row * n_col, 6))
-    across = np.empty((n_col, 6))
-    for i in range(n_row):
-        # extremes of up to three rows of blocks, column by column
-        for j in range(n_col):
-            for k in range(6):
-                across[j, k] = nodes[i * n_col + j, k]
-        for row in range(max(i - 1, 0), min(i + 2, n_row)):
-            for j in range(n_col):
-                for k in range(3):
-                    across[j, k] = min(across[j, k], nodes[row * n_col + j, k])
-                    across[j, 3 + k] = max(across[j, 3 + k], nodes[row * n_col + j, 3 + k])
-
-        # then of up to three columns, widened
-        for j in range(n_col):
-            rim = i == 0 or j == 0 or i == n_row - 1 or j == n_col - 1
-            box = out[i * n_col + j]
-            for k in range(3):
-                low, high = across[j, k], across[j, 3 + k]
-                for col in range(max(j - 1, 0), min(j + 2, n_col)):
-                    low, high = min(low, across[col, k]), max(high, across[col, 3 + k])
-                more = (at_rim if rim else beyond) * (high - low) + SLACK if low <= high else 0.0
-                box[k], box[3 + k] = low - more - origin[k], high + more - origin[k]
-    return out
