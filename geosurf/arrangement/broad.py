@@ -66,7 +66,7 @@ def shared_box(
 
 
 def fit_voxels(
-    boxes_a: np.ndarray, boxes_b: np.ndarray, size: float | None = None
+    boxes_a: np.ndarray, boxes_b: np.ndarray, size: float | None = None, coarser: float = 1.0
 ) -> VoxelGrid | None:
     """Voxels for two sets of boxes, or None where they are apart.
 
@@ -77,6 +77,8 @@ def fit_voxels(
     size : float, optional
         Edge of the voxels [m]. Default: fitted, so that the larger surface has
         about one face for two voxels, and no voxel is much smaller than a face.
+    coarser : float
+        The fitted edge is multiplied by this.
 
     Returns
     -------
@@ -95,7 +97,7 @@ def fit_voxels(
 
         # the limit is for sizes that users choose; rounding up an axis may double the number
         wanted = min(wanted, 0.45 * _MOST_VOXELS)
-        size = max(face, _size_for(extent, wanted))
+        size = coarser * max(face, _size_for(extent, wanted))
     size = float(size)
 
     # Boxes that meet in a point have no extent.

@@ -17,11 +17,12 @@ from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.holes import Holes, holes_in
+from geosurf.model.map_blocks import MapBlocks
 from geosurf.model.survey import Survey
 
 # what does not ask how cells are split and turned
 OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
-             "present", "vertex_of_node", "holes")  # fmt: skip
+             "present", "vertex_of_node", "holes", "map_blocks")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,6 +201,11 @@ class Lattice(Noun):
     def has_rising_axes(self) -> bool:
         """Whether easting and northing are axes of their own, and rise."""
         return self.easting.ndim == 1 and self.survey.axes_rise
+
+    @cached_property
+    def map_blocks(self) -> MapBlocks:
+        """Boxes in the map around blocks of cells; easting and northing are 2-D."""
+        return MapBlocks(self.easting, self.northing)
 
     @cached_property
     def extent(self) -> np.ndarray:

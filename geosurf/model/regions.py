@@ -57,7 +57,7 @@ class Feet:
         if isinstance(lattice, ChunkedMap):
             return lattice.cells_around(self.places)
         if lattice.easting.ndim == 2:
-            return _all_cells(lattice)
+            return lattice.map_blocks.cells_where(self._are_in)
         n_col = lattice.shape[1]
         ranges = []
         for axis, values in ((lattice.northing, 1), (lattice.easting, 0)):
@@ -83,6 +83,16 @@ class Feet:
         mask: np.ndarray = (
             (low <= self.places.max(axis=0)) & (high >= self.places.min(axis=0))
         ).all(axis=1)
+        return mask
+
+    def _are_in(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Which boxes a line goes through, their rims included."""
+        mask = np.zeros(len(low), dtype=bool)
+        within = np.flatnonzero(self.meets(low, high))
+        low, high = low[within], high[within]
+        for places in np.array_split(self.places, max(len(self.places) * len(low) >> 22, 1)):
+            met = (low[:, None] <= places) & (places <= high[:, None])
+            mask[within] |= met.all(axis=2).any(axis=1)
         return mask
 
 
@@ -186,12 +196,7 @@ def _cells_of_map(region: Line | Boxes, lattice: Lattice) -> np.ndarray:
     """Cells of a grid with 2-D coordinates: in a store those of blocks that meet the region."""
     if isinstance(lattice, ChunkedMap):
         return lattice.cells_where(region.meets)
-    return _all_cells(lattice)
-
-
-def _all_cells(lattice: Lattice) -> np.ndarray:
-    n_row, n_col = lattice.shape
-    return np.arange((n_row - 1) * (n_col - 1))
+    return lattice.map_blocks.cells_where(region.meets)
 
 
 __all__ = ["Boxes", "Feet", "Line"]
