@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,11 +16,14 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from pyvista import Plotter
     from pyvista.plotting.themes import Theme
 
+LARGEST_PART = 540_000  # pixels that are drawn at once; drivers have a few buffers of that size,
+LARGEST_PEELED = 150_000  # and a dozen if surfaces are transparent
 OVERSAMPLING = 2  # edges are smoothed by averaging, which is the same for every driver
 MARGIN = 16  # pixels around each part that is drawn: drivers drop lines whose middle is outside
 LIFT = 1.5e-3  # lines are moved to the viewer by this fraction of the size of the model
 LIFT_STEEP = 3.0  # plus this number of line widths, for steep surfaces
 FEATURE_ANGLE = 40.0
+PEELS = 6  # transparent surfaces one behind the other
 
 
 def draw_layers(
@@ -48,13 +52,14 @@ def draw_layers(
     DependencyError
         If no graphics driver can draw.
     """
-    # until the end, because pyvista opens further windows to test the driver
+    peeled = any(layer.opacity < 1.0 for layer in layers)
+    n_part = _parts(camera.size, LARGEST_PEELED if peeled else LARGEST_PART)
     with off_screen():
         import pyvista
 
         plotter = pyvista.Plotter(
             off_screen=True,
-            window_size=[n + 2 * MARGIN for n in camera.size],
+            window_size=[-(-OVERSAMPLING * n // n_part) + 2 * MARGIN for n in camera.size],
             lighting="none",
             theme=_theme(background),
         )
@@ -62,7 +67,9 @@ def draw_layers(
             reach = _add_layers(plotter, layers, camera)
             _point_camera(plotter, camera, reach)
             _light(plotter)
-            image = _pixels(plotter, transparent)
+            if peeled:
+                _peel(plotter)
+            image = _pixels(plotter, camera.size, n_part, transparent)
         finally:
             plotter.close()
     return _average_rgba(image) if transparent else _average(image)
@@ -92,9 +99,6 @@ def _add_layers(plotter: Plotter, layers: tuple[Layer, ...], camera: Camera) -> 
         if len(layer.lines):
             lift = LIFT * reach + LIFT_STEEP * layer.width * camera.metres_per_pixel
             _add_lines(plotter, layer, points + lift * camera.towards)
-    if any(layer.opacity < 1.0 for layer in layers):
-        # pyvista copies the signature of a method of another class, with its `self`
-        plotter.enable_depth_peeling(number_of_peels=6)  # type: ignore[call-arg]
     return reach
 
 
@@ -190,6 +194,19 @@ def _point_camera(plotter: Plotter, camera: Camera, reach: float) -> None:
     eye.clipping_range = (distance - 1.1 * max(reach, 1.0), distance + 1.1 * max(reach, 1.0))
 
 
+def _peel(plotter: Plotter) -> None:
+    """Draw transparent surfaces in their order."""
+    # not `enable_depth_peeling`, which opens a second window to test the driver
+    plotter.renderer.SetUseDepthPeeling(True)
+    plotter.renderer.SetMaximumNumberOfPeels(PEELS)
+    plotter.renderer.SetOcclusionRatio(0.0)
+
+
+def _parts(size: tuple[int, int], most: int) -> int:
+    """Into how many parts along either side a picture is divided, so that none is too large."""
+    return max(OVERSAMPLING, math.ceil(OVERSAMPLING * math.sqrt(size[0] * size[1] / most)))
+
+
 def _light(plotter: Plotter) -> None:
     """Add a key light from the upper left, as in shaded maps, and a weak light against it."""
     import pyvista
@@ -202,25 +219,27 @@ def _light(plotter: Plotter) -> None:
         plotter.add_light(light)
 
 
-def _pixels(plotter: Plotter, transparent: bool) -> np.ndarray:
+def _pixels(plotter: Plotter, size: tuple[int, int], n_part: int, transparent: bool) -> np.ndarray:
     """Draw part after part, and return the pixels (height, width, 3 or 4) from the top, uint8.
 
-    The driver has up to a dozen buffers of the size of the window.
+    All of it is `OVERSAMPLING` times as wide and as high as the picture.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-    n, m = OVERSAMPLING, MARGIN
+    m = MARGIN
     window, eye = plotter.render_window, plotter.camera
     assert window is not None  # the plotter is open
     wide, high = window.GetActualSize()
     width, height = wide - 2 * m, high - 2 * m
-    image = np.empty((n * height, n * width, 4 if transparent else 3), dtype=np.uint8)
-    eye.SetParallelScale(eye.GetParallelScale() * high / (n * height))
-    for row in range(n):
-        for column in range(n):
+    across_all, up_all = (OVERSAMPLING * n for n in size)
+    image = np.empty((up_all, across_all, 4 if transparent else 3), dtype=np.uint8)
+    eye.SetParallelScale(eye.GetParallelScale() * high / up_all)
+    for row in range(n_part):
+        for column in range(n_part):
             # in halves of the window, from the middle of the picture to that of the part
-            across, up = (2 * column + 1 - n) * width, (2 * row + 1 - n) * height
+            across = (2 * column + 1) * width - across_all
+            up = (2 * row + 1) * height - up_all
             eye.SetWindowCenter(across / wide, up / high)
             window.Render()
             found = vtkUnsignedCharArray()
@@ -229,10 +248,10 @@ def _pixels(plotter: Plotter, transparent: bool) -> np.ndarray:
                 window.GetRGBACharPixelData(*corners, 1, found, 0)
             else:
                 window.GetPixelData(*corners, 1, found, 0)
-            rows = slice(row * height, (row + 1) * height)
-            columns = slice(column * width, (column + 1) * width)
             part: np.ndarray = vtk_to_numpy(found)  # type: ignore[no-untyped-call]
-            image[rows, columns] = part.reshape(height, width, -1)
+            # the last parts may be larger than what is left
+            room = image[row * height : (row + 1) * height, column * width : (column + 1) * width]
+            room[...] = part.reshape(height, width, -1)[: room.shape[0], : room.shape[1]]
     return image[::-1]
 
 

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from geosurf.conventions.packages import DRAWING, missing_sentence
 from geosurf.errors import DependencyError
 
 CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
+ALLOWED = "ALLOW_PLOTTING"  # pyvista opens no window to test what has been tested
 PROBE = Path(__file__).with_name("probe.py")
 PROBE_SECONDS = 60
 INSTALL = (
@@ -31,6 +32,7 @@ INSTALL = (
 )
 
 _lock = threading.Lock()
+_early: threading.Thread | None = None  # that has been looking for a backend
 
 
 @dataclass(frozen=True)
@@ -150,17 +152,40 @@ def off_screen() -> Iterator[None]:
         return
 
     # VTK reads the variable when a window opens; one picture at a time sets it
-    before = os.environ.get(CHOICE)
-    window = find_backend(before or "").backend.window
+    window = _found(os.environ.get(CHOICE) or "").backend.window
     with _lock:
-        os.environ[CHOICE] = window
+        wanted = {CHOICE: window, ALLOWED: "true"}
+        before = {key: os.environ.get(key) for key in wanted}
+        os.environ.update(wanted)
         try:
             yield
         finally:
-            if before is None:
-                del os.environ[CHOICE]
-            else:
-                os.environ[CHOICE] = before
+            for key, value in before.items():
+                if value is None:
+                    del os.environ[key]
+                else:
+                    os.environ[key] = value
+
+
+def begin_to_find() -> None:
+    """Look for a backend in a thread, while a model is built: the probe is another process."""
+    global _early
+    if sys.platform.startswith("linux") and _early is None:
+        asked = os.environ.get(CHOICE) or ""
+        _early = threading.Thread(target=_find_quietly, args=(asked,), daemon=True)
+        _early.start()
+
+
+def _find_quietly(asked: str) -> None:
+    with suppress(DependencyError):  # raised again by whoever draws
+        find_backend(asked)
+
+
+def _found(asked: str) -> Finding:
+    """What `find_backend` returns, after the thread that may be looking."""
+    if _early is not None:
+        _early.join()
+    return find_backend(asked)
 
 
 def views_obstacle() -> str:
@@ -169,7 +194,7 @@ def views_obstacle() -> str:
         return sentence
     if sys.platform.startswith("linux"):
         try:
-            find_backend(os.environ.get(CHOICE) or "")
+            _found(os.environ.get(CHOICE) or "")
         except DependencyError as error:
             return str(error)
     return ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions.memory import collect_later, give_back_memory
 from geosurf.conventions.packages import need_views
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
@@ -37,6 +38,7 @@ N_BAND = 4  # of a colour bar, between two of its values
 VECTOR = (".png", ".svg", ".pdf")
 
 
+@collect_later()
 def draw_picture(
     content: Content,
     path: str | os.PathLike[str],
@@ -98,7 +100,9 @@ def draw_picture(
     # VTK draws the geometry; matplotlib draws all text and lines around it
     frame = show_box(box, camera.towards) if axes else Content()
     layers = (content + frame).layers
+    give_back_memory()  # of making the layers; afterwards, of the driver
     image = draw_layers(layers, camera, background(style), style.transparent)
+    give_back_memory()
     sheet = furniture.Sheet(layout, style)
     sheet.paste(image)
     if axes:

@@ -12,6 +12,7 @@ from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel
+from geosurf.render.backend import begin_to_find
 from geosurf.render.clip import Prism, as_modelled
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import check_look, draw_picture
@@ -127,6 +128,7 @@ def render_scene(
     _check_colour_by(by, show)
     if selection.names is not None and not BUILT & set(show):
         selection.check(_names_of(scene, show))
+    begin_to_find()
     _check_scene(scene, show)
 
     # only what is shown is asked of the scene, so that nothing else is computed

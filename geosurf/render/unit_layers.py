@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.conventions import counted, is_number, volume_text
 from geosurf.errors import InputError
+from geosurf.kernels.meshes.mesh import edges, ends_of
 from geosurf.model import Units
 from geosurf.render import palette
 from geosurf.render.cluster import shells_in_picture
@@ -103,20 +104,18 @@ def outline(shell: Shell, creases: bool = True) -> np.ndarray:
 
     # unit normals of triangles; of one without area, zero
     normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, size, out=np.zeros_like(normals), where=size > 0.0)
+    size = np.linalg.norm(normals, axis=1)
+    normals /= np.where(size > 0.0, size, 1.0)[:, None]
 
-    # sorted by their ends, the two triangles at an edge come one after the other
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    face_of_edge = np.repeat(np.arange(len(faces)), 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges, face_of_edge = edges[order], face_of_edge[order]
-    twins = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
-    one, two = face_of_edge[twins], face_of_edge[twins + 1]
+    # each half-edge with the next one of its edge
+    ring, _ = edges(faces, len(shell.points))
+    half = np.flatnonzero(ring > np.arange(len(ring)))
+    one, two = half // 3, ring[half] // 3
 
     # an edge is drawn between two surfaces, or where the shell turns by a crease
     turns = shell.surface[one] != shell.surface[two]
-    flat = size[one, 0] * size[two, 0] == 0.0
+    flat = size[one] * size[two] == 0.0
     sharp = creases & ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
-    shown: np.ndarray = edges[twins[turns | sharp]]
+    ends = ends_of(faces, half[turns | sharp])
+    shown: np.ndarray = ends[np.lexsort((ends[:, 1], ends[:, 0]))]
     return shown

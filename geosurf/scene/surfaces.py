@@ -222,12 +222,38 @@ def as_surface(
         return orient_fault(found) if role == "fault" else found
 
     if found is value and hasattr(found, "coords"):
-        found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards
+        found = _own(found)
     make = triangulate_horizon if role == "horizon" else triangulate_fault
     made = make(found, name=name, **undeclared(found, options))
     if role == "horizon":
         check_spikes(made)
     return made
+
+
+def _own(given: Any) -> Any:
+    """A copy of an xarray object: a scene outlives what is done to its inputs afterwards.
+
+    Values that nobody can write to are not copied.
+    """
+    if hasattr(given, "data_vars"):
+        held = {name: one.variable for name, one in given.data_vars.items()}
+    else:
+        held = {"": getattr(given, "variable", None)}
+    values = {name: getattr(one, "_data", None) for name, one in held.items()}
+    if not all(map(_never_changes, values.values())):
+        return given.copy(deep=True)
+    return given.copy(deep=True, data=values if hasattr(given, "data_vars") else values[""])
+
+
+def _never_changes(values: Any) -> bool:
+    """Whether an array is read-only, as is the array whose memory it uses."""
+    if not isinstance(values, np.ndarray):
+        return False
+    while isinstance(values, np.ndarray):
+        if values.flags.writeable:
+            return False
+        values = values.base
+    return values is None or isinstance(values, bytes)
 
 
 def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import geosurf.render as render
 from geosurf.errors import InputError, OutputError
 from geosurf.model import Curves, Lattice, TriSurface
 from geosurf.render import (
+    _plot,
     axes,
     compose,
     furniture,
@@ -88,8 +89,10 @@ def test_utm_offsets_do_not_change_a_pixel(top, fault):
     np.testing.assert_array_equal(draw(np.zeros(3)), far)
 
 
-def test_parts_of_a_picture_fit_together_without_a_seam():
+@pytest.mark.parametrize("largest", [540_000, 9_000])  # four parts, and 25 of uneven sizes
+def test_parts_of_a_picture_fit_together_without_a_seam(monkeypatch, largest):
     """The middle of a picture is where parts meet that are drawn one after the other."""
+    monkeypatch.setattr(_plot, "LARGEST_PART", largest)
     size, width = (301, 200), 5.0  # an odd number: the middle is between two pixels
 
     def dark(x0):
