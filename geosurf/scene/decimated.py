@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import numpy as np
-
 from geosurf.arrangement.threads import map_threads
 from geosurf.model import Lattice, TriSurface
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate.decimate import (
     Differences,
+    Frame,
     can_be_decimated,
     decimate_horizon,
-    kept_nodes,
     measure_differences,
     strides_of,
 )
@@ -107,10 +105,10 @@ def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
     shape = lattices[0].shape
     worst, first = 0, 0.5
     for stride in strides_of(shape):
-        rows, cols = kept_nodes(shape[0], stride), kept_nodes(shape[1], stride)
-        found = _all_within(lattices, rows, cols, tolerance, worst, first)
+        nodes = Frame.of(lattices[0], stride)
+        found = _all_within(lattices, nodes, tolerance, worst, first)
         if isinstance(found, list):
-            return [decimate_horizon(one, rows, cols, differences)
+            return [decimate_horizon(one, nodes, differences)
                     for one, differences in zip(frame, found, strict=True)]  # fmt: skip
         worst, first = found
     return []
@@ -118,8 +116,7 @@ def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
 
 def _all_within(
     lattices: list[Lattice],
-    rows: np.ndarray,
-    cols: np.ndarray,
+    nodes: Frame,
     tolerance: float,
     worst: int,
     first: float,
@@ -131,7 +128,7 @@ def _all_within(
     order = [worst, *(k for k in range(len(lattices)) if k != worst)]
 
     def ask(k: int) -> Differences | float:
-        return measure_differences(lattices[k], rows, cols, tolerance, first)
+        return measure_differences(lattices[k], nodes, tolerance, first)
 
     found = {worst: ask(worst)}
     if isinstance(found[worst], Differences):

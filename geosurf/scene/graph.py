@@ -341,15 +341,15 @@ class Graph:
         """The patches, what faults lost by ending at horizons, and warnings of that."""
         # warnings about inputs come before minutes of computation
         self.prepare()
-        n_surface = len(self._enclosed) - len(self._walls)
+        n_surface = len(self.enclosed) - len(self._walls)
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}", self._patches_key,
-            lambda: self._rebuilt(self.memory.known_pairs(self._enclosed)), describe,
+            lambda: self._rebuilt(self.memory.known_pairs(self.enclosed)), describe,
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
-        self.memory.warn(*warnings_of_moves(self._enclosed, found[0]), *found[2])
+        self.memory.warn(*warnings_of_moves(self.enclosed, found[0]), *found[2])
         return found
 
     def rebuild(self) -> Patches:
@@ -359,7 +359,7 @@ class Graph:
     def _rebuilt(self, known: KnownPairs | None = None) -> Ended:
         """The same, what faults lost by ending at horizons, warnings of that, virtual walls."""
         contacts = find_changed_contacts(
-            self._enclosed, known, origin=self._origin, voxel_size=self.inputs.voxel_size,
+            self.enclosed, known, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
         patches = trim_sheets(patches_from(contacts, known))
@@ -376,20 +376,20 @@ class Graph:
         return build_walls(self.box, self.aoi)
 
     @cached_property
-    def _enclosed(self) -> tuple[TriSurface, ...]:
+    def enclosed(self) -> tuple[TriSurface, ...]:
         """All that is split: surfaces, fluid contacts and walls."""
         given = (*map(self._in_model, self.inputs.names), *(wall.surface for wall in self._virtual))
         return (*given, *self.fluids[0], *self._walls)
 
     @cached_property
     def _origin(self) -> np.ndarray:
-        return self.origin_for(self._enclosed)
+        return self.origin_for(self.enclosed)
 
     @cached_property
     def _patches_key(self) -> Hashable:
         """What patches depend on."""
         # walls follow from box and area, which the key has; surfaces count by their own keys
-        surfaces = self._enclosed[: len(self._enclosed) - len(self._walls)]
+        surfaces = self.enclosed[: len(self.enclosed) - len(self._walls)]
         ring = None if self.aoi is None else self.aoi.tobytes()
         options = self.inputs.voxel_size, self.inputs.self_intersections
         shape: tuple[Hashable, ...] = (self.box, ring, self._origin.tobytes(), *options)

@@ -476,9 +476,10 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
     def volume_error_bound(self) -> float:
         """By how much the volume of units, one or several, may differ from that of all nodes [m3].
 
-        The volume inside the box between each horizon of which `tolerance`, or
-        ``triangulate_horizon(..., tolerance=)``, has left out nodes, and its grid, or more; all
-        horizons together, 0 if there are none. It holds where both models have the same units.
+        Of horizons of which `tolerance`, or ``triangulate_horizon(..., tolerance=)``, has left out
+        nodes; 0 if there are none. With `tolerance`, what a horizon gains cancels what it loses in
+        each part of the map that no other surface divides. It holds where both models have the
+        same units.
 
         Examples
         --------

@@ -5,6 +5,9 @@ What is measured, to rounding, is the difference of both surfaces over rows and 
 Where a node is not where even steps put it, by up to a part ``e`` of a coarse cell, the coarse
 surface is read at a place that is off by at most this. It is linear along rows and columns of a
 cell, so it is off by at most ``e`` times its largest step. That is added to the difference.
+
+The integral of the difference over a coarse cell is exact on even steps. Cells of the grid whose
+areas differ from even ones by a part ``s`` change it by at most ``s`` times the largest difference.
 """
 
 from __future__ import annotations
@@ -19,7 +22,9 @@ from geosurf.triangulate.decimate_bands import differences_in_bands
 
 STRIDES = (10, 8, 5, 4, 3, 2)
 ENOUGH = 10_000  # nodes that stay, at least: fewer make a model no cheaper
-_ROUNDING = 128 * 2.0**-52  # of a sum over the nodes of a coarse cell, in elevations
+_ROUNDING = 128 * 2.0**-52  # of a difference between both surfaces, in elevations
+_PER_NODE = 8 * 2.0**-52  # of a sum over nodes, for each of them, in elevations
+IN_VERTEX_DATA = "vertical_error", "volume_error", "volume_change", "volume_doubt"
 _GOLDEN = 0.6180339887498949  # multiples of it, without whole parts, are spread evenly
 
 
@@ -35,11 +40,53 @@ class Differences:
         Largest vertical difference in each coarse cell, or more [m].
     volume : ndarray of float64, shape (n_row - 1, n_col - 1)
         Volume between both surfaces in each coarse cell, or more [m3].
+    change : ndarray of float64, shape (n_row - 1, n_col - 1)
+        By how much more volume is below all nodes, in each coarse cell [m3].
+    doubt : ndarray of float64, shape (n_row - 1, n_col - 1)
+        By how much `change` may be wrong: uneven steps and rounding [m3].
     """
 
     elevation: np.ndarray
     largest: np.ndarray
     volume: np.ndarray
+    change: np.ndarray
+    doubt: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Rows and columns that are kept, and what horizons that have the same nodes share.
+
+    Attributes
+    ----------
+    rows, cols : ndarray of int64
+        With both ends.
+    area : ndarray of float64, shape (n_row - 1, n_col - 1)
+        Of each coarse cell [m2].
+    uneven : (float, float)
+        How far rows and columns are from even steps, as a part of a coarse cell.
+    stretch : float
+        By how much cells of the grid are larger or smaller than the mean of their coarse cell.
+    """
+
+    rows: np.ndarray
+    cols: np.ndarray
+    area: np.ndarray
+    uneven: tuple[float, float]
+    stretch: float
+
+    @classmethod
+    def of(cls, lattice: Lattice, stride: int) -> Frame:
+        """Every how many nodes of a lattice are kept."""
+        rows, cols = (kept_nodes(n, stride) for n in lattice.shape)
+        return cls.of_nodes(lattice, rows, cols)
+
+    @classmethod
+    def of_nodes(cls, lattice: Lattice, rows: np.ndarray, cols: np.ndarray) -> Frame:
+        """Some rows and columns of a lattice, with both ends."""
+        (a, s), (b, t) = _uneven(lattice.northing, rows), _uneven(lattice.easting, cols)
+        area = np.multiply.outer(np.diff(lattice.northing[rows]), np.diff(lattice.easting[cols]))
+        return cls(rows, cols, area, (a, b), (1.0 + s) * (1.0 + t) - 1.0)
 
 
 def can_be_decimated(surface: TriSurface) -> bool:
@@ -81,7 +128,7 @@ def kept_nodes(n: int, stride: int) -> np.ndarray:
 
 
 def measure_differences(
-    lattice: Lattice, rows: np.ndarray, cols: np.ndarray, limit: float, first: float = 0.5
+    lattice: Lattice, frame: Frame, limit: float, first: float = 0.5
 ) -> Differences | float:
     """
     Return how far the lattice of some rows and columns is from all nodes.
@@ -90,8 +137,8 @@ def measure_differences(
     ----------
     lattice : Lattice
         Whole, with axes that rise.
-    rows, cols : ndarray of int64
-        That are kept, with both ends.
+    frame : Frame
+        Of this lattice, or of another one with the same nodes in the map.
     limit : float
         [m]. What is farther off ends the search.
     first : float
@@ -106,56 +153,64 @@ def measure_differences(
     --------
     >>> axis = np.arange(5.0)
     >>> bowl = Lattice(axis, axis, axis[:, None] ** 2 + axis**2)
-    >>> every = np.array([0, 2, 4])
-    >>> measure_differences(bowl, every, every, limit=10.0).largest.round(9).tolist()
-    [[2.0, 2.0], [2.0, 2.0]]
-    >>> measure_differences(bowl, every, every, limit=1.0)
+    >>> every_other = Frame.of(bowl, 2)
+    >>> found = measure_differences(bowl, every_other, limit=10.0)
+    >>> found.largest.round(9).tolist(), found.change.round(9).tolist()
+    ([[2.0, 2.0], [2.0, 2.0]], [[-4.0, -4.0], [-4.0, -4.0]])
+    >>> measure_differences(bowl, every_other, limit=1.0)
     0.75
     """
+    rows, cols = frame.rows, frame.cols
     n = len(rows) - 1
     if isinstance(lattice, ChunkedLattice):
-        few, largest, sums, failed = differences_in_bands(lattice, rows, cols, limit)
+        few, above, below, change, failed = differences_in_bands(lattice, rows, cols, limit)
     else:
         from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
 
         # blocks far apart one after the other: what is rough somewhere shows soon
         order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
         order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
-        few, largest, sums, failed = differences_of_rows_and_columns(
+        few, above, below, change, failed = differences_of_rows_and_columns(
             lattice.elevation, rows, cols, order, limit
         )
     if failed >= 0:
         return (failed + 0.5) / n
 
     # uneven steps and rounding
-    parts = [_uneven(lattice.northing, rows), _uneven(lattice.easting, cols)]
     steps = [float(np.abs(np.diff(few, axis=axis)).max()) for axis in (0, 1)]
     size = float(np.abs(lattice.survey.box[2::3]).max())
-    slack = parts[0] * steps[0] + parts[1] * steps[1] + _ROUNDING * size
-    largest += slack
+    slack = frame.uneven[0] * steps[0] + frame.uneven[1] * steps[1] + _ROUNDING * size
+    found = np.maximum(above, below)
+    largest = found + slack
     if largest.max() > limit:
         return (int(largest.max(axis=1).argmax()) + 0.5) / n
 
-    # nodes stand for the mean area around them, cells that are no squares for their largest part
-    high, wide = np.diff(lattice.northing[rows])[:, None], np.diff(lattice.easting[cols])
-    most = np.maximum.reduceat(np.diff(lattice.northing), rows[:-1])[:, None]
-    most = most * np.maximum.reduceat(np.diff(lattice.easting), cols[:-1])
-    square = np.diff(rows)[:, None] == np.diff(cols)
-    volume = np.where(square, most * sums + high * wide * slack, high * wide * largest)
-    return Differences(few, largest, volume)
+    # a sum over all nodes of a coarse cell, each rounded once
+    high, wide = np.diff(rows)[:, None], np.diff(cols)
+    summed = _PER_NODE * int(high.max() + 1) * int(wide.max() + 1) * size
+    doubt = frame.area * (frame.stretch * found + (slack + summed))
+    change *= frame.area / (high * wide)
+
+    # what is above counts as much as what is below, where a cell has both
+    both = np.abs(change) + 2.0 * frame.area * np.minimum(above, below)
+    volume = np.minimum(both + doubt, frame.area * largest)
+    return Differences(few, largest, volume, change, doubt)
 
 
-def _uneven(axis: np.ndarray, kept: np.ndarray) -> float:
-    """How far nodes are from even steps between those that are kept, as a part of a coarse cell."""
+def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
+    """How far nodes are from even steps between those that are kept, as a part of a coarse cell;
+    and by which part steps differ from even ones.
+    """
+    n, step = np.diff(kept), np.diff(axis[kept])
     even = np.interp(np.arange(len(axis)), kept, axis[kept])
-    cell = np.repeat(np.diff(axis[kept]), np.diff(kept))
-    rounding = 8 * 2.0**-52 * float(np.abs(axis[[0, -1]]).max()) / float(cell.min())
-    return float((np.abs(axis - even)[:-1] / cell).max()) + rounding
+    cell, mean = np.repeat(step, n), np.repeat(step / n, n)
+    rounding = 8 * 2.0**-52 * float(np.abs(axis[[0, -1]]).max())
+    off = float((np.abs(axis - even)[:-1] / cell).max()) + rounding / float(cell.min())
+    stretch = float(np.abs(np.diff(axis) / mean - 1.0).max()) + rounding / float(mean.min())
+    return off, stretch
 
 
-def decimate_horizon(
-    surface: TriSurface, rows: np.ndarray, cols: np.ndarray, differences: Differences
-) -> TriSurface:
+def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences) -> TriSurface:
     """
     Return a horizon of some rows and columns of its lattice.
 
@@ -163,8 +218,8 @@ def decimate_horizon(
     ----------
     surface : TriSurface
         For which `can_be_decimated` holds.
-    rows, cols : ndarray of int64
-        That are kept, with both ends.
+    frame : Frame
+        Which rows and columns are kept.
     differences : Differences
         For these.
 
@@ -172,27 +227,26 @@ def decimate_horizon(
     -------
     TriSurface
         With its lattice. ``vertex_data["vertical_error"]`` [m] is the largest difference from all
-        nodes in the cells around each node; ``vertex_data["volume_error"]`` [m3] has a quarter of
-        the volume between both surfaces in each of these cells.
+        nodes in the cells around each node. ``["volume_error"]``, ``["volume_change"]`` and
+        ``["volume_doubt"]`` [m3] have at each node what `Differences` states of the cell north-east
+        of it: the volume between both surfaces, that with its sign, and how unsure the latter is.
     """
+    from geosurf.kernels.lattices.decimate import at_nodes
+
+    rows, cols = frame.rows, frame.cols
     whole = surface.lattice
     assert whole is not None
     axes = whole.easting[cols], whole.northing[rows]
     lattice = Lattice(*axes, differences.elevation, whole.rising, whole.reverse)
 
-    # each node is a corner of up to four cells
-    shape = len(rows) + 1, len(cols) + 1
-    largest, volume = np.zeros(shape), np.zeros(shape)
-    largest[1:-1, 1:-1], volume[1:-1, 1:-1] = differences.largest, 0.25 * differences.volume
-    quarters = [(slice(i, i + len(rows)), slice(j, j + len(cols))) for i in (0, 1) for j in (0, 1)]
     data = {
         key: values.reshape(*whole.shape, *values.shape[1:])[np.ix_(rows, cols)].reshape(
             len(rows) * len(cols), *values.shape[1:]
         )
         for key, values in surface.vertex_data.items()
     }
-    data["vertical_error"] = np.max([largest[part] for part in quarters], axis=0).ravel()
-    data["volume_error"] = np.sum([volume[part] for part in quarters], axis=0).ravel()
+    found = at_nodes(differences.largest, differences.volume, differences.change, differences.doubt)
+    data.update(zip(IN_VERTEX_DATA, found, strict=True))
     made = TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=data)
     made.crs = surface.crs
     return made
@@ -200,6 +254,7 @@ def decimate_horizon(
 
 __all__ = [
     "Differences",
+    "Frame",
     "can_be_decimated",
     "decimate_horizon",
     "kept_nodes",

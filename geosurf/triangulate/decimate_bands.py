@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.model.chunked import ChunkedLattice
 
 Kept = tuple[np.ndarray, np.ndarray]  # rows and columns
-Found = tuple[np.ndarray, np.ndarray, np.ndarray, int]
+Found = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 
 
 def differences_in_bands(
@@ -33,14 +33,15 @@ def differences_in_bands(
     -------
     few : ndarray of float64, shape (n_row, n_col)
         Elevations of the nodes that are kept [m].
-    largest, sums : ndarray of float64, shape (n_row - 1, n_col - 1)
-        Largest difference in each coarse cell [m], and the sum over its nodes [m].
+    above, below, change : ndarray of float64, shape (n_row - 1, n_col - 1)
+        How far all nodes are above and below these, at most in each coarse cell [m]; the integral
+        of what they are above, in cells of the grid [m].
     failed : int
         First block of rows that is farther off than the limit, or -1.
     """
     n_block, n_cell = len(rows) - 1, len(cols) - 1
     few = np.empty((n_block + 1, n_cell + 1))
-    largest, sums = np.zeros((n_block, n_cell)), np.zeros((n_block, n_cell))
+    above, below, change = (np.zeros((n_block, n_cell)) for _ in range(3))
     done, carried = 0, np.empty((0, lattice.shape[1]))
     for first, band in lattice.bands():
         z, last = band.elevation, first + len(band.elevation)
@@ -54,13 +55,14 @@ def differences_in_bands(
         for nodes, start, end in parts:
             if end > done:
                 found = _blocks(nodes, rows[done : end + 1] - start, cols, limit)
-                few[done : end + 1], largest[done:end], sums[done:end] = found[:3]
-                if found[3] >= 0:
-                    return few, largest, sums, done + found[3]
+                few[done : end + 1] = found[0]
+                above[done:end], below[done:end], change[done:end] = found[1:4]
+                if found[4] >= 0:
+                    return few, above, below, change, done + found[4]
                 done = end
         # a copy: the next band takes the memory of this one
         carried = z[int(rows[done]) - first :].copy()
-    return few, largest, sums, -1
+    return few, above, below, change, -1
 
 
 def are_near_in_band(
@@ -94,7 +96,7 @@ def are_near_in_band(
     for rows, cols in kept:
         inside = rows[(rows >= first) & (rows < last)] - first
         few = len(inside) < 2
-        near.append(few or _blocks(band.elevation, inside, cols, limit)[3] < 0)
+        near.append(few or _blocks(band.elevation, inside, cols, limit)[4] < 0)
     return near
 
 

@@ -11,6 +11,7 @@ from geosurf.triangulate.decimate import (
     ENOUGH,
     STRIDES,
     Differences,
+    Frame,
     decimate_horizon,
     kept_nodes,
     measure_differences,
@@ -65,16 +66,16 @@ def decimate_stored(frame: Sequence[TriSurface], tolerance: float) -> list[TriSu
             kept = [both for both, may_pass in zip(kept, near, strict=True) if may_pass]
         if not strides:
             break
-        rows, cols = kept[0]
+        nodes = Frame.of_nodes(lattices[0], *kept[0])
         found: dict[int, Differences] = {}
         for k in sorted(range(len(frame)), key=lambda k: k != worst):  # the last that failed first
-            one = measure_differences(lattices[k], rows, cols, tolerance, place)
+            one = measure_differences(lattices[k], nodes, tolerance, place)
             if not isinstance(one, Differences):
                 worst, place = k, one
                 break
             found[k] = one
         else:
-            return [decimate_horizon(one, rows, cols, found[k]) for k, one in enumerate(frame)]
+            return [decimate_horizon(one, nodes, found[k]) for k, one in enumerate(frame)]
         strides = strides[1:]
     return []
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from itertools import pairwise
+
 import numpy as np
 import pandas
 import pytest
@@ -10,7 +13,7 @@ import xarray
 import geosurf as gs
 from geosurf.model import Lattice
 from geosurf.report.tables import accuracy
-from geosurf.triangulate.decimate import kept_nodes, measure_differences, strides_of
+from geosurf.triangulate.decimate import Frame, kept_nodes, measure_differences, strides_of
 
 FAULT = gs.TriSurface(
     "F1", "fault", [[90, -50, -900], [110, 250, -900], [110, 250, 0], [90, -50, 0]],
@@ -61,6 +64,22 @@ def places_in(x, y, x0, x1, y0, y1):
     return [np.concatenate([p.ravel() for p in part]) for part in both]
 
 
+def exact_change(x, y, z, rows, cols):
+    """Integral of a lattice with rising diagonals less that of its corners, in exact fractions."""
+
+    def below(rows, cols):
+        total = Fraction(0)
+        for i, k in pairwise(rows):
+            for j, m in pairwise(cols):
+                corners = 2 * z[i, j], z[i, m], 2 * z[k, m], z[k, j]
+                area = (Fraction(x[m]) - Fraction(x[j])) * (Fraction(y[k]) - Fraction(y[i]))
+                total += sum(map(Fraction, corners)) * area / 6
+        return total
+
+    all_nodes = (range(int(ends[0]), int(ends[1]) + 1) for ends in (rows, cols))
+    return float(below(*map(list, all_nodes)) - below(rows.tolist(), cols.tolist()))
+
+
 @pytest.mark.parametrize("uneven", [0.0, 0.2])
 @pytest.mark.parametrize("seed", range(12))
 def test_the_bound_is_that_of_a_search_by_brute_force(seed, uneven):
@@ -69,12 +88,16 @@ def test_the_bound_is_that_of_a_search_by_brute_force(seed, uneven):
     x, y = (np.arange(n) * 2.0 + 1e5 + uneven * rng.uniform(-1, 1, n) for n in shape[::-1])
     z = rng.normal(0, 1, shape) if seed % 2 else np.add.outer(np.cos(y / 4), (x - x[0]) ** 2 / 90)
     rows, cols = kept_nodes(shape[0], int(rng.integers(2, 7))), kept_nodes(shape[1], 4)
-    found = measure_differences(Lattice(x, y, z), rows, cols, np.inf)
+    whole = Lattice(x, y, z)
+    found = measure_differences(whole, Frame.of_nodes(whole, rows, cols), np.inf)
     few = z[np.ix_(rows, cols)]
     for i, j in np.ndindex(found.largest.shape):
         x0, x1, y0, y1 = x[cols[j]], x[cols[j + 1]], y[rows[i]], y[rows[i + 1]]
         e, n = places_in(x, y, x0, x1, y0, y1)
         off = np.abs(heights(x, y, z, e, n) - heights(x[cols], y[rows], few, e, n))
+        change = exact_change(x, y, z, rows[i : i + 2], cols[j : j + 2])
+        assert abs(found.change[i, j] - change) <= found.doubt[i, j]
+        assert found.doubt[i, j] <= (found.volume[i, j] if uneven else 1e-7)
         volume = off[-3600:].mean() * (x1 - x0) * (y1 - y0)
         assert off.max() <= found.largest[i, j] + 1e-12
         assert volume <= found.volume[i, j] * 1.02 + 1e-12
@@ -88,7 +111,7 @@ def test_the_volume_is_exact_where_one_surface_is_above_the_other(stride):
     x = np.arange(stride * 4 + 1.0)
     z = np.add.outer(x**2, 0.5 * x**2) - 0.1 * np.multiply.outer(x, x)
     kept = kept_nodes(len(x), stride)
-    found = measure_differences(Lattice(x, x, z), kept, kept, np.inf)
+    found = measure_differences(Lattice(x, x, z), Frame.of(Lattice(x, x, z), stride), np.inf)
     e, n = np.meshgrid(x, x)
     d = heights(x[kept], x[kept], z[np.ix_(kept, kept)], e, n) - z
     assert d.min() >= -1e-9
@@ -99,11 +122,12 @@ def test_the_volume_is_exact_where_one_surface_is_above_the_other(stride):
 
 
 def test_what_is_too_far_off_is_found_wherever_it_is():
-    z, rows = np.zeros((61, 61)), kept_nodes(61, 5)
+    z = np.zeros((61, 61))
     for seed in range(30):
         i, j = np.random.default_rng(seed).integers(0, 61, 2)
         z[:], z[i, j] = 0.0, 1.0
-        found = measure_differences(Lattice(np.arange(61.0), np.arange(61.0), z), rows, rows, 0.5)
+        whole = Lattice(np.arange(61.0), np.arange(61.0), z)
+        found = measure_differences(whole, Frame.of(whole, 5), 0.5)
         assert isinstance(found, float)
         assert abs(found * 60 - i) <= 5
 

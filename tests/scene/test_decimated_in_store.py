@@ -9,7 +9,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf.model import Lattice
 from geosurf.triangulate import chunked, decimate, decimate_stored
-from geosurf.triangulate.decimate import Differences, kept_nodes, measure_differences
+from geosurf.triangulate.decimate import Differences, Frame, kept_nodes, measure_differences
 
 pytest.importorskip("dask")
 
@@ -55,15 +55,16 @@ def test_law_differences_are_those_of_a_grid_in_memory(seed):
     ).lattice
     whole = Lattice(stored.easting, stored.northing, z)
     rows, cols = (kept_nodes(n, int(rng.integers(2, 11))) for n in shape)
-    one, two = (measure_differences(of, rows, cols, np.inf) for of in (whole, stored))
-    for key in ("elevation", "largest", "volume"):
+    nodes = Frame.of_nodes(whole, rows, cols)
+    one, two = (measure_differences(of, nodes, np.inf) for of in (whole, stored))
+    for key in ("elevation", "largest", "volume", "change", "doubt"):
         np.testing.assert_array_equal(getattr(one, key), getattr(two, key))
 
     # the limit ends both, and the place is one that exceeds it
     limit = float(np.median(one.largest.max(axis=1)))
-    failed = measure_differences(stored, rows, cols, limit)
+    failed = measure_differences(stored, nodes, limit)
     assert one.largest[int(failed * (len(rows) - 1))].max() > limit
-    found = measure_differences(stored, rows, cols, one.largest.max())
+    found = measure_differences(stored, nodes, one.largest.max())
     assert isinstance(found, Differences)
 
 

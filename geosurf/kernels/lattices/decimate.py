@@ -4,8 +4,12 @@ Both have diagonals that rise. In rows and columns (not in metres), triangles of
 p x p fine cells consist of whole fine triangles: the difference of the surfaces is linear on each
 of these, and largest at a node. In a coarse cell of p x q cells it is linear on the parts into
 which the coarse diagonal divides fine triangles: it is largest at a node, or where that diagonal
-crosses a row, a column or a fine diagonal. The integral of its absolute value over a fine triangle
-is at most its area times the mean of three nodes, since absolute values are convex.
+crosses a row, a column or a fine diagonal.
+
+The integral of the difference needs no such parts: it is that of the fine triangles less that of
+the coarse ones. Each is the area of a triangle times the mean of its corners. So nodes inside of a
+coarse cell count for one fine cell, those on its sides for half of one, and its corners for a third
+where both triangles meet, else for a sixth.
 
 Where nodes are not at even steps, see `geosurf.triangulate.decimate`.
 
@@ -27,8 +31,8 @@ from geosurf.kernels.compile.jit import entry, scalar
 WIDTH = 512  # columns that are looked at together: their scratch rows fit into the nearest cache
 
 # scratch rows, by column: part s; heights at t = 0 and their change up to t = 1, below and above
-# the diagonal; the largest difference and the sum of differences
-_S, _BELOW, _BELOW_UP, _ABOVE, _ABOVE_UP, _LARGEST, _SUM, _N_WORK = 0, 1, 2, 3, 4, 5, 6, 7
+# the diagonal; the largest differences, all nodes higher or lower; and the sum of elevations
+_S, _BELOW, _BELOW_UP, _ABOVE, _ABOVE_UP, _HIGHER, _LOWER, _SUM, _N_WORK = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
 
 @scalar
@@ -50,7 +54,8 @@ def _prepare(z, i, k, cols, first, last, work, low, high):
             work[_BELOW_UP * WIDTH + at] = c - b
             work[_ABOVE * WIDTH + at] = a + s * (c - d)
             work[_ABOVE_UP * WIDTH + at] = d - a
-            work[_LARGEST * WIDTH + at] = 0.0
+            work[_HIGHER * WIDTH + at] = 0.0
+            work[_LOWER * WIDTH + at] = 0.0
             work[_SUM * WIDTH + at] = 0.0
 
 
@@ -61,31 +66,34 @@ def _add_rows(one, two, t, u, first, second, n, work):
         s = work[_S * WIDTH + k]
         below, below_up = work[_BELOW * WIDTH + k], work[_BELOW_UP * WIDTH + k]
         above, above_up = work[_ABOVE * WIDTH + k], work[_ABOVE_UP * WIDTH + k]
-        off = abs(one[k] - (below + t * below_up if s >= t else above + t * above_up))
-        more = abs(two[k] - (below + u * below_up if s >= u else above + u * above_up))
-        most = work[_LARGEST * WIDTH + k]
-        most = off if off > most else most
-        work[_LARGEST * WIDTH + k] = more if more > most else most
-        work[_SUM * WIDTH + k] += first * off + second * more
+        off = one[k] - (below + t * below_up if s >= t else above + t * above_up)
+        more = two[k] - (below + u * below_up if s >= u else above + u * above_up)
+        high, low = max(off, more), min(off, more)
+        most, least = work[_HIGHER * WIDTH + k], work[_LOWER * WIDTH + k]
+        work[_HIGHER * WIDTH + k] = high if high > most else most
+        work[_LOWER * WIDTH + k] = low if low < least else least
+        work[_SUM * WIDTH + k] += first * one[k] + second * two[k]
 
 
 @scalar
-def _at_diagonal(z, i, j, p, q):
-    """The largest difference where the diagonal of a coarse cell crosses fine edges."""
-    low, high = z[i, j], z[i + p, j + q]
-    largest = 0.0
+def _at_diagonal(z, i, j, p, q, high, low):
+    """Differences where the diagonal of a coarse cell crosses fine edges; their extremes.
+
+    `high` and `low` are the extremes at its nodes.
+    """
+    start, end = z[i, j], z[i + p, j + q]
     for row in range(1, p):
         x = row * q / p
         on = min(int(x), q - 1)
         here, next_one = z[i + row, j + on], z[i + row, j + on + 1]
-        off = abs(here + (x - on) * (next_one - here) - (low + row / p * (high - low)))
-        largest = off if off > largest else largest
+        off = here + (x - on) * (next_one - here) - (start + row / p * (end - start))
+        high, low = max(high, off), min(low, off)
     for col in range(1, q):
         y = col * p / q
         on = min(int(y), p - 1)
         here, next_one = z[i + on, j + col], z[i + on + 1, j + col]
-        off = abs(here + (y - on) * (next_one - here) - (low + col / q * (high - low)))
-        largest = off if off > largest else largest
+        off = here + (y - on) * (next_one - here) - (start + col / q * (end - start))
+        high, low = max(high, off), min(low, off)
 
     # fine diagonals are `wide` columns farther on than rows, the coarse one by more and more
     for k in range(1, abs(q - p)):
@@ -93,34 +101,46 @@ def _at_diagonal(z, i, j, p, q):
         wide = k if q > p else -k
         on = min(int(t * p), p - 1) if q > p else min(int(t * q), q - 1) + k
         here, next_one = z[i + on, j + on + wide], z[i + on + 1, j + on + wide + 1]
-        off = abs(here + (t * p - on) * (next_one - here) - (low + t * (high - low)))
-        largest = off if off > largest else largest
-    return largest
+        off = here + (t * p - on) * (next_one - here) - (start + t * (end - start))
+        high, low = max(high, off), min(low, off)
+    return high, low
 
 
 @scalar
 def _cell_of_work(work, j, q):
-    """Largest difference and sum of one coarse cell; its sides count for two cells."""
-    largest, total = 0.0, 0.0
+    """Extremes of the differences of one coarse cell, and the sum of its elevations; its sides
+    count for two cells.
+    """
+    high, low, total = 0.0, 0.0, 0.0
     for k in range(j, j + q + 1):
-        off = work[_LARGEST * WIDTH + k]
-        largest = off if off > largest else largest
+        high, low = max(high, work[_HIGHER * WIDTH + k]), min(low, work[_LOWER * WIDTH + k])
         total += work[_SUM * WIDTH + k]
-    return largest, total - 0.5 * (work[_SUM * WIDTH + j] + work[_SUM * WIDTH + j + q])
+    return high, low, total - 0.5 * (work[_SUM * WIDTH + j] + work[_SUM * WIDTH + j + q])
 
 
-@entry("d2 l1 l1 l1 d -> d2 d2 d2 l")
+@scalar
+def _change(z, i, j, p, q, total):
+    """Integral of the fine surface less the coarse one over a coarse cell, in fine cells [m].
+
+    `total` counts corners as a quarter.
+    """
+    a, b, c, d = z[i, j], z[i, j + q], z[i + p, j + q], z[i + p, j]
+    return total + (a - b + c - d) / 12.0 - p * q * (2.0 * a + b + 2.0 * c + d) / 6.0
+
+
+@entry("d2 l1 l1 l1 d -> d2 d2 d2 d2 l")
 def differences_of_rows_and_columns(z, rows, cols, order, limit):
-    """Elevations of kept nodes [m]; the largest difference of each coarse cell [m]; the sum of
-    differences at its nodes [m], those at its sides counted half; and a block with a larger
-    difference than the limit, or -1.
+    """Elevations of kept nodes [m]; how far all nodes are above and below the coarse surface at
+    most, in each coarse cell [m]; the integral of what they are above it, over each, in fine cells
+    [m]; and a block with a larger difference than the limit, or -1.
 
     Blocks are looked at in an order, up to the first with a larger one. Cells between kept columns
     are narrower than WIDTH.
     """
     n_block, n_cell = rows.shape[0] - 1, cols.shape[0] - 1
     few = np.empty((n_block + 1, n_cell + 1))
-    largest, sums = np.zeros((n_block, n_cell)), np.zeros((n_block, n_cell))
+    above, below = np.zeros((n_block, n_cell)), np.zeros((n_block, n_cell))
+    change = np.zeros((n_block, n_cell))
     work = np.empty(_N_WORK * WIDTH)
     for block in order:
         i, k = rows[block], rows[block + 1]
@@ -142,12 +162,31 @@ def differences_of_rows_and_columns(z, rows, cols, order, limit):
                 _add_rows(pair[0], pair[1], t, u, weight, other, n, work)
             for cell in range(first, last):
                 j, q = cols[cell], cols[cell + 1] - cols[cell]
-                most, total = _cell_of_work(work, j - start, q)
+                high, low, total = _cell_of_work(work, j - start, q)
                 if q != k - i:
-                    most = max(most, _at_diagonal(z, i, j, k - i, q))
-                largest[block, cell], sums[block, cell] = most, total
-                worst = max(worst, most)
+                    high, low = _at_diagonal(z, i, j, k - i, q, high, low)
+                above[block, cell], below[block, cell] = high, -low
+                change[block, cell] = _change(z, i, j, k - i, q, total)
+                worst = max(worst, high, -low)
             first = last
         if worst > limit:
-            return few, largest, sums, block
-    return few, largest, sums, -1
+            return few, above, below, change, block
+    return few, above, below, change, -1
+
+
+@entry("d2 d2 d2 d2 -> d1 d1 d1 d1")
+def at_nodes(largest, between, change, doubt):
+    """What the nodes (row by row) of a coarse lattice say of its cells: the largest value around
+    each, and three values of the cell north-east of it, 0 where there is none.
+    """
+    n_block, n_cell = largest.shape
+    wide = n_cell + 1
+    n = (n_block + 1) * wide
+    around, one, two, three = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    for i in range(n_block):
+        for j in range(n_cell):
+            at = i * wide + j
+            one[at], two[at], three[at] = between[i, j], change[i, j], doubt[i, j]
+            for corner in (at, at + 1, at + wide, at + wide + 1):
+                around[corner] = max(around[corner], largest[i, j])
+    return around, one, two, three
