@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from geosurf.arrangement.room import shortened
 from geosurf.arrangement.search import Contacts, table_size
 from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import place
@@ -21,6 +22,7 @@ from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNINDE
 _MOST_CROSSINGS = 1 << 14  # room for points that may be made; it grows where that is too little
 _RECORDS_OF_A_THREAD = 15_000  # 3 to 5 ms of work; each thread copies all points
 _OF_A_RECORD = 8  # times the work of a face that has only one, each
+_NOTHING = np.empty(0, dtype=np.int64)
 
 
 @dataclass
@@ -94,13 +96,11 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     first = parts[0]
     n_point, counts = int(first.m[N_POINT]), np.cumsum([0, *(part.count for part in parts)])
     doubtful = [part.doubtful + start for part, start in zip(parts, counts, strict=False)]
-    triangles, parents = (
-        _closed_up([getattr(part, name)[: part.count] for part in parts])
-        for name in ("children", "parents")
-    )
+    triangles, parents = _closed_up(parts)
     return Children(
-        first.x[: contacts.n_vertex + n_point], first.d[:n_point], triangles, parents,
-        _one([part.cut for part in parts]), _one(doubtful), int(first.m[COLLISIONS]), first.m,
+        shortened(first.x, contacts.n_vertex + n_point), shortened(first.d, n_point), triangles,
+        parents, _one([part.cut for part in parts]), _one(doubtful), int(first.m[COLLISIONS]),
+        first.m,
     )  # fmt: skip
 
 
@@ -160,15 +160,21 @@ def _rooms(contacts: Contacts, sizes: list[np.ndarray], growth: int, extra: int)
     return found
 
 
-def _closed_up(parts: list[np.ndarray]) -> np.ndarray:
-    """Parts of one array as one, without the room between them."""
-    whole, end = parts[0].base, 0
-    assert whole is not None
-    for part in parts:
-        if part.base is whole and end:
-            whole[end : end + len(part)] = part
-        end += len(part)
-    return whole[:end]
+def _closed_up(parts: list[_Part]) -> list[np.ndarray]:
+    """Children and their parents of all parts, without the room between these."""
+    found = []
+    for name in ("children", "parents"):
+        rows = [getattr(part, name)[: part.count] for part in parts]
+        whole, end = rows[0].base, 0
+        assert whole is not None
+        for some in rows:
+            if end:
+                whole[end : end + len(some)] = some
+            end += len(some)
+        found.append((whole, end))
+    for part in parts:  # they look into what is shortened
+        part.children = part.parents = _NOTHING
+    return [shortened(whole, end) for whole, end in found]
 
 
 def _cut_part(contacts: Contacts, records: np.ndarray, low: int, high: int, part: _Part) -> None:

@@ -18,6 +18,7 @@ from geosurf.arrangement.checked import check_surfaces, check_voxel_size
 from geosurf.arrangement.gather import Faces, find_candidates, gather
 from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
+from geosurf.arrangement.room import shortened
 from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import frame_origin, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
@@ -318,12 +319,12 @@ def _name(
     # Names are found and points constructed in one pass; equal names are one point.
     n_point = name_contacts(space, t, e, d, m, w, rows, ids)
     _refuse_full(n_point)
-    space = space[: len(x) + n_point]
+    space, d = shortened(space, len(x) + n_point), shortened(d, n_point)
     # without coplanar faces, records need no more planes and are made when they are asked for
     records = _records(space, t, e, m, w, rows, ids, n_coplanar) if n_coplanar else None
     return Contacts(
         surfaces, origin, space, len(x), t, faces.surface, faces.key, faces.nodes, rows, near, ids,
-        e[: int(m[N_EDGE_PLANE])], d[:n_point], m, w, slip, records,
+        e[: int(m[N_EDGE_PLANE])], d, m, w, slip, records,
     )  # fmt: skip
 
 
@@ -358,7 +359,7 @@ def _records(
     records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
     n = write_records(x, t, e, m, w, rows, ids, records)
     _refuse_full(n)
-    return records[:n]
+    return shortened(records, n)
 
 
 def _refuse_full(n: int) -> None:
