@@ -37,17 +37,17 @@ def find_edges(t: np.ndarray, n_point: int) -> tuple[np.ndarray, np.ndarray]:
     [0, 3, 2, 1, 4, 5]
     """
     # large arrays are made here: numpy asks for large pages, which kernels do not
-    ring, link, upper = (np.empty(3 * len(t), dtype=np.int64) for _ in range(3))
-    half = link  # which is written when nobody needs the half-edges any more
+    ring, link = (np.empty(3 * len(t), dtype=np.int64) for _ in range(2))
+    bucket = link  # which is written when nobody needs the buckets any more
     rows = in_ranges(len(t), _TRIANGLES)
     count = np.zeros((len(rows), n_point), dtype=np.int64)
     map_threads(kernels.count_lower, [(t, *row, own) for row, own in zip(rows, count, strict=True)])
     start = kernels.begin_buckets(count)
     map_threads(
         kernels.fill_buckets,
-        [(t, *row, own, half, upper, ring) for row, own in zip(rows, count, strict=True)],
+        [(t, *row, own, bucket, ring) for row, own in zip(rows, count, strict=True)],
     )
-    _match(start, half, upper, len(rows), ring)
+    _match(start, bucket, len(rows), ring)
     map_threads(kernels.mark_alone, [(ring, 3 * i, 3 * j, FREE, PAIRED, link) for i, j in rows])
     return ring, link
 
@@ -63,22 +63,20 @@ def match_again(
         kernels.count_lower_of, [(t, part, own) for part, own in zip(parts, count, strict=True)]
     )
     start = kernels.begin_buckets(count)
-    half, upper = np.empty_like(halves), np.empty_like(halves)
+    bucket = np.empty_like(halves)
     map_threads(
         kernels.fill_buckets_of,
-        [(t, part, own, half, upper) for part, own in zip(parts, count, strict=True)],
+        [(t, part, own, bucket) for part, own in zip(parts, count, strict=True)],
     )
-    _match(start, half, upper, len(rows), ring)
+    _match(start, bucket, len(rows), ring)
     map_threads(kernels.mark_paired, [(part, ring, PAIRED, link) for part in parts])
 
 
-def _match(
-    start: np.ndarray, half: np.ndarray, upper: np.ndarray, n_range: int, ring: np.ndarray
-) -> None:
+def _match(start: np.ndarray, bucket: np.ndarray, n_range: int, ring: np.ndarray) -> None:
     """Match the half-edges in all buckets, by ranges of vertices with about as many each."""
     wanted = start[-1] * np.arange(1, n_range) // n_range
     cut = [0, *np.searchsorted(start[:-1], wanted).tolist(), len(start) - 1]
-    rows = [(start, half, upper, i, j, ring) for i, j in pairwise(cut)]
+    rows = [(start, bucket, i, j, ring) for i, j in pairwise(cut)]
     map_threads(kernels.match_buckets, rows)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.meshes.mesh import find, join, match_in_buckets, numbered
+from geosurf.kernels.meshes.mesh import find, join, match_in_buckets, numbered, with_upper
 
 
 @entry("l2 l l l1 -> .")
@@ -38,23 +38,22 @@ def begin_buckets(count):
     return start
 
 
-@entry("l2 l l l1 l1 l1 l1 -> .")
-def fill_buckets(t, low, high, place, half, upper, ring):
+@entry("l2 l l l1 l1 l1 -> .")
+def fill_buckets(t, low, high, place, bucket, ring):
     """Put half-edges into buckets from the places of this range on; each is a ring of its own."""
     for i in range(low, high):
         for c in range(3):
             a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
             v = min(a, b)
-            half[place[v]] = 3 * i + c
-            upper[place[v]] = max(a, b)
+            bucket[place[v]] = with_upper(3 * i + c, max(a, b))
             place[v] += 1
             ring[3 * i + c] = 3 * i + c
 
 
-@entry("l1 l1 l1 l l l1 -> l")
-def match_buckets(start, half, upper, low, high, ring):
+@entry("l1 l1 l l l1 -> l")
+def match_buckets(start, bucket, low, high, ring):
     """Put half-edges in the buckets of vertices `low` to `high` - 1 into rings; number of edges."""
-    return match_in_buckets(start, half, upper, low, high, start.shape[0] - 1, ring)
+    return match_in_buckets(start, bucket, low, high, start.shape[0] - 1, ring)
 
 
 @entry("l2 l1 l1 -> .")
@@ -66,15 +65,15 @@ def count_lower_of(t, halves, count):
         count[min(t[i, c], t[i, 0 if c == 2 else c + 1])] += 1
 
 
-@entry("l2 l1 l1 l1 l1 -> .")
-def fill_buckets_of(t, halves, place, half, upper):
+@entry("l2 l1 l1 l1 -> .")
+def fill_buckets_of(t, halves, place, bucket):
     """Put some half-edges into buckets from the places of this range on."""
     for k in range(halves.shape[0]):
         i = halves[k] // 3
         c = halves[k] - 3 * i
         a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
         v = min(a, b)
-        half[place[v]], upper[place[v]] = halves[k], max(a, b)
+        bucket[place[v]] = with_upper(halves[k], max(a, b))
         place[v] += 1
 
 

@@ -15,6 +15,8 @@ from geosurf.kernels.exact.constructed_points import hash_of_row
 from geosurf.kernels.exact.predicates import normal_axis, orient2d
 
 _LONG = 32  # half-edges of one lower vertex that are matched by searching
+_BITS = 32  # of a half-edge in a number that holds its upper vertex, too
+_LOWER = (1 << _BITS) - 1
 
 
 @scalar
@@ -52,8 +54,26 @@ def weld(x):
 
 
 @scalar
+def with_upper(half, upper):
+    """A half-edge and its upper vertex in one number; half-edges stay below 2**32."""
+    return (upper << _BITS) + half
+
+
+@scalar
+def half_of(both):
+    """The half-edge of `with_upper`."""
+    return both & _LOWER
+
+
+@scalar
+def upper_of(both):
+    """The upper vertex of `with_upper`."""
+    return both >> _BITS
+
+
+@scalar
 def half_edges_by_vertex(t, n_vertex):
-    """Half-edges by their lower vertex: first place of each vertex, half-edges, upper vertices."""
+    """Half-edges by their lower vertex: first place of each vertex, and half-edges `with_upper`."""
     # Entry v + 2 counts vertex v. The fill moves entry v + 1 from the begin to the end of v's
     # range, so that start[v] is its begin afterwards.
     start = np.zeros(n_vertex + 2, dtype=np.int64)
@@ -66,23 +86,21 @@ def half_edges_by_vertex(t, n_vertex):
     # Prefix sums, shifted by one vertex for the fill below.
     for v in range(2, n_vertex + 2):
         start[v] += start[v - 1]
-    half = np.empty(3 * t.shape[0], dtype=np.int64)
-    upper = np.empty(3 * t.shape[0], dtype=np.int64)
+    bucket = np.empty(3 * t.shape[0], dtype=np.int64)
     for i in range(t.shape[0]):
         for c in range(3):
             a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
             v = min(a, b) + 1
-            half[start[v]] = 3 * i + c
-            upper[start[v]] = max(a, b)
+            bucket[start[v]] = with_upper(3 * i + c, max(a, b))
             start[v] += 1
-    return start, half, upper
+    return start, bucket
 
 
 @scalar
-def match_in_buckets(start, half, upper, begin, end, n_vertex, ring):
+def match_in_buckets(start, bucket, begin, end, n_vertex, ring):
     """Put half-edges in the buckets of vertices `begin` to `end` - 1 into rings; number of edges.
 
-    `start`, `half` and `upper` as from `half_edges_by_vertex`. In the long bucket of a vertex with
+    `start` and `bucket` as from `half_edges_by_vertex`. In the long bucket of a vertex with
     thousands of triangles, each upper vertex stores the last half-edge that led to it.
     """
     last = np.empty(0, dtype=np.int64)
@@ -96,18 +114,19 @@ def match_in_buckets(start, half, upper, begin, end, n_vertex, ring):
             last = np.full(n_vertex, -1, dtype=np.int64)
         for p in range(low, high):
             # Nearest first: half-edges of one edge mostly come close together.
-            found = p - 1
+            found, upper = p - 1, upper_of(bucket[p])
             if long:
-                found = last[upper[p]]  # below `low`: of an earlier bucket
-                last[upper[p]] = p
+                found = last[upper]  # below `low`: of an earlier bucket
+                last[upper] = p
             else:
-                while found >= low and upper[found] != upper[p]:
+                while found >= low and upper_of(bucket[found]) != upper:
                     found -= 1
 
             # Insert into the ring of the matching half-edge, or start a new edge.
             if found >= low:
-                ring[half[p]] = ring[half[found]]
-                ring[half[found]] = half[p]
+                mine, other = half_of(bucket[p]), half_of(bucket[found])
+                ring[mine] = ring[other]
+                ring[other] = mine
             else:
                 count += 1
     return count
@@ -133,10 +152,10 @@ def edges(t, n_vertex):
     Half-edges are put into buckets by their lower vertex and matched inside a bucket: a hash table
     of all half-edges takes six times as long, since it jumps through memory.
     """
-    start, half, upper = half_edges_by_vertex(t, n_vertex)
+    start, bucket = half_edges_by_vertex(t, n_vertex)
     # A half-edge that stays alone is a ring of its own.
     ring = np.arange(3 * t.shape[0])
-    return ring, match_in_buckets(start, half, upper, 0, n_vertex, n_vertex, ring)
+    return ring, match_in_buckets(start, bucket, 0, n_vertex, n_vertex, ring)
 
 
 @scalar

@@ -16,7 +16,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.run_checks import EDGES, OPEN, VERTICES
-from geosurf.kernels.meshes.mesh import half_edges_by_vertex
+from geosurf.kernels.meshes.mesh import half_edges_by_vertex, half_of, upper_of
 
 
 @scalar
@@ -63,9 +63,9 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
     Returns the number of vertices of shells, and the number of edges between two triangles of one
     run (elements from `first_run` on) that other triangles have, too.
     """
-    start, half, upper = half_edges_by_vertex(t, n_vertex)
+    start, bucket = half_edges_by_vertex(t, n_vertex)
     first_of = np.full(n_vertex, -1, dtype=np.int64)
-    after = np.empty(half.shape[0], dtype=np.int64)
+    after = np.empty(bucket.shape[0], dtype=np.int64)
     chain = np.empty((16, 2), dtype=np.int64)
     touched = np.empty(32, dtype=np.int64)
     ways = np.zeros(counts.shape[0], dtype=np.int64)
@@ -75,11 +75,11 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
 
         # Half-edges of one edge form a chain, found by their upper vertex.
         for p in range(high - 1, low - 1, -1):
-            u = upper[p]
+            u = upper_of(bucket[p])
             after[p] = first_of[u] if low <= first_of[u] < high else -1
             first_of[u] = p
         for p in range(low, high):
-            if first_of[upper[p]] != p:
+            if first_of[upper_of(bucket[p])] != p:
                 continue
             n = 0
             at = p
@@ -89,8 +89,9 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
                     larger[:n] = chain
                     chain = larger
                     touched = np.empty(4 * n, dtype=np.int64)
-                chain[n, 0] = half[at] // 3
-                chain[n, 1] = 1 if t[half[at] // 3, half[at] % 3] == v else -1
+                half = half_of(bucket[at])
+                chain[n, 0] = half // 3
+                chain[n, 1] = 1 if t[half // 3, half % 3] == v else -1
                 n += 1
                 at = after[at]
             _add_edge(sides, chain, n, ways, touched, counts)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.meshes.mesh import half_edges_by_vertex
+from geosurf.kernels.meshes.mesh import half_edges_by_vertex, half_of, upper_of
 
 _LONG = 32  # half-edges of one lower vertex that are matched by searching
 
@@ -116,16 +116,17 @@ def count_open_edges(t, n_vertex):
     An edge that is run through twice more often one way than the other counts twice.
     """
     # Half-edges of an edge are in the bucket of its lower vertex.
-    start, half, upper = half_edges_by_vertex(t, n_vertex)
+    start, bucket = half_edges_by_vertex(t, n_vertex)
     used = np.zeros(n_vertex, dtype=np.bool_)
     for i in range(t.shape[0]):
         for c in range(3):
             used[t[i, c]] = True
 
     # 1 where a half-edge runs from its lower vertex, else -1.
-    way = np.empty(half.shape[0], dtype=np.int64)
-    for p in range(half.shape[0]):
-        way[p] = 1 if t[half[p] // 3, half[p] % 3] < upper[p] else -1
+    way = np.empty(bucket.shape[0], dtype=np.int64)
+    for p in range(bucket.shape[0]):
+        half = half_of(bucket[p])
+        way[p] = 1 if t[half // 3, half % 3] < upper_of(bucket[p]) else -1
 
     # Each half-edge adds to the first one of its edge; long buckets find that by a table.
     first_of = np.empty(0, dtype=np.int64)
@@ -137,14 +138,15 @@ def count_open_edges(t, n_vertex):
         if long and first_of.shape[0] == 0:
             first_of = np.full(n_vertex, -1, dtype=np.int64)
         for p in range(low, high):
+            upper = upper_of(bucket[p])
             if long:
-                found = first_of[upper[p]]  # below `low`: of an earlier bucket
+                found = first_of[upper]  # below `low`: of an earlier bucket
                 if found < low:
-                    first_of[upper[p]] = p
+                    first_of[upper] = p
                     found = p
             else:
                 found = low
-                while upper[found] != upper[p]:
+                while upper_of(bucket[found]) != upper:
                     found += 1
             # Opposite directions cancel: an edge between two triangles ends at 0.
             if found < p:
