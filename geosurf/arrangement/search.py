@@ -19,7 +19,7 @@ from geosurf.arrangement.gather import Faces, find_candidates, gather
 from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
 from geosurf.arrangement.room import shortened
-from geosurf.arrangement.threads import map_threads, n_threads
+from geosurf.arrangement.threads import in_ranges, map_threads, n_threads
 from geosurf.conventions import frame_origin, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
@@ -48,8 +48,10 @@ from geosurf.model.expected import flag_of
 
 METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
-_AT_ONCE = 1 << 20  # pairs; many more than the usual scene has
+_MANY = 1 << 20  # pairs; many more than the usual scene has
+_AT_ONCE = 1 << 15  # pairs: room for their contacts, 3 MB, is used again and again
 _PAIRS_OF_A_THREAD = 20_000  # 4 ms of work; a thread costs a tenth of one
+_CONTACTS_OF_A_THREAD = 25_000  # 2 ms of work
 
 
 @dataclass
@@ -250,34 +252,34 @@ def _settle(
 
     # Pairs that the search has decided keep their codes; the others need signs.
     waiting = pack_decided(pairs, is_new, NEEDS_EXACT, codes)
-    codes[waiting] = _meet(faces.x, faces.t, pairs.take(waiting, axis=0)[:, :2], slip)
+    if len(waiting):
+        scale = frame_of(faces.x, len(faces.t))
+        ranges = in_ranges(len(waiting), _PAIRS_OF_A_THREAD)
+        map_threads(_meet, [(faces, pairs, waiting[i:j], scale, slip, codes) for i, j in ranges])
     return codes, slip
 
 
-def _meet(x: np.ndarray, t: np.ndarray, pairs: np.ndarray, slip: float) -> np.ndarray:
-    """How candidate pairs meet, see `settled`."""
-    if not len(pairs):
-        return np.empty(0, dtype=np.int64)
-    n_part = max(1, min(n_threads(), len(pairs) // _PAIRS_OF_A_THREAD))
-    parts = [(x, t, part, slip) for part in np.array_split(pairs, n_part)]
-    return np.concatenate(map_threads(_meet_part, parts))
-
-
-def _meet_part(x: np.ndarray, t: np.ndarray, pairs: np.ndarray, slip: float) -> np.ndarray:
-    """How some pairs meet."""
-    m, w = frame_of(x, len(t))
-    rows = np.empty((min(len(pairs), _AT_ONCE) + 1, N_COLUMN), dtype=np.int64)
-    near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
-    found = []
-    for first in range(0, max(len(pairs), 1), _AT_ONCE):  # rows take five times what pairs do
-        some = pairs[first : first + _AT_ONCE]
+def _meet(
+    faces: Faces,
+    pairs: np.ndarray,
+    waiting: np.ndarray,
+    frame: tuple[np.ndarray, np.ndarray],
+    slip: float,
+    codes: np.ndarray,
+) -> None:
+    """Write how some candidate pairs meet, see `settled`."""
+    x, t, (m, w) = faces.x, faces.t, (one.copy() for one in frame)
+    size = min(len(waiting), _AT_ONCE)
+    rows, near = np.empty((size + 1, N_COLUMN), dtype=np.int64), np.empty(1024 + size // 16, int)
+    for first in range(0, len(waiting), _AT_ONCE):
+        part = waiting[first : first + _AT_ONCE]
+        some = pairs.take(part, axis=0)
         # Room for near pairs is guessed; a second call has room for all.
         n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
         if n_near > len(near):
             near = np.empty(n_near, dtype=np.int64)
             n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
-        found.append(settled(some, pack_contacts(rows[:n]), near[:n_near]))
-    return found[0] if len(found) == 1 else np.concatenate(found)
+        codes[part] = settled(some, pack_contacts(rows[:n]), near[:n_near])
 
 
 def _name(
@@ -297,7 +299,7 @@ def _name(
 
     # Stop before memory is exhausted. Contacts in a plane need most.
     x, t = faces.x, faces.t
-    n_area = int((in_plane(rows) & (n_corners(rows) > 2)).sum()) if len(rows) > _AT_ONCE else 0
+    n_area = int((in_plane(rows) & (n_corners(rows) > 2)).sum()) if len(rows) > _MANY else 0
     size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
     if lack_of_room(len(rows) * size) is not None:
         names = [surface.name for surface in surfaces]
@@ -357,9 +359,23 @@ def _records(
     """What cuts which face; edge planes that are new are added to `e`."""
     # Two faces of each contact, and up to 18 more for edges of coplanar faces.
     records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
-    n = write_records(x, t, e, m, w, rows, ids, records)
-    _refuse_full(n)
-    return shortened(records, n)
+    if n_coplanar:  # planes that are found later have later numbers
+        n = write_records(x, t, e, m, w, rows, ids, records)
+        _refuse_full(n)
+        return shortened(records, n)
+
+    # No contact needs planes, so any may come first: a range for each thread, with room of its own.
+    ranges = in_ranges(len(rows), _CONTACTS_OF_A_THREAD)
+    counts = map_threads(
+        write_records,
+        [(x, t, e, m.copy(), w, rows[i:j], ids[i:j], records[2 * i : 2 * j]) for i, j in ranges],
+    )
+    end = 0
+    for (i, _), n in zip(ranges, counts, strict=True):
+        if end < 2 * i:
+            records[end : end + n] = records[2 * i : 2 * i + n]
+        end += n
+    return shortened(records, end)
 
 
 def _refuse_full(n: int) -> None:
