@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,10 @@ from geosurf.kernels.meshes.numbering import number_in_place
 from geosurf.model import TriSurface
 
 _FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking tops
+_PAIRS_IN_THREADS = 50_000  # candidates of a scene: 5 ms of work
+
+# where the rows of a pair of surfaces begin in the table of all, a column of theirs, and they
+_Column = tuple[int, int, np.ndarray]
 
 
 @dataclass
@@ -222,65 +227,112 @@ def gather(
     surfaces: Sequence[TriSurface], found: Sequence[tuple[int, int, np.ndarray]], origin: np.ndarray
 ) -> tuple[Faces, np.ndarray]:
     """Faces in candidate pairs, and the pairs: rows of two faces, and codes or OPEN."""
-    # Each surface has an interval of keys (triangles) and one of nodes: numbers without a clash.
-    limits = [_key_limits(surface) for surface in surfaces]
-    first_key = np.cumsum([0] + [n for n, _ in limits])
-    first_node = np.cumsum([0] + [n for _, n in limits])
-
     n_pair = sum(len(rows) for _, _, rows in found)
     if lack_of_room(n_pair * PAIR) is not None:
         raise refusal(n_pair, [surface.name for surface in surfaces])
 
-    # Faces and nodes in use, numbered from 0 in the order of surfaces; `cut` holds their offsets.
-    pairs = _one_table(found, first_key)
-    key = number_in_place(pairs, 2, int(first_key[-1]))
-    cut = np.searchsorted(key, first_key)
-    surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
-    corners = np.empty((len(key), 3), dtype=np.int64)
-    for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
-        key[a:b] -= first_key[i]
-        np.add(s.corners_of_keys(key[a:b]), first_node[i], out=corners[a:b])
+    # Surfaces share no key and no node, so a thread takes whole surfaces, three times: faces in use,
+    # then nodes of these, each numbered from 0 in its surface; then numbers in all.
+    columns: list[list[_Column]] = [[] for _ in surfaces]
+    start = 0
+    for i, j, rows in found:
+        columns[i].append((start, 0, rows))
+        columns[j].append((start, 1, rows))
+        start += len(rows)
+    of = range(len(surfaces))
+    worth = n_pair > _PAIRS_IN_THREADS
+    numbered = map_threads(_number_faces, [(surfaces[i], columns[i]) for i in of], worth)
 
-    # The same for the nodes of those faces.
-    nodes = number_in_place(corners, 3, int(first_node[-1]))
-    cut = np.searchsorted(nodes, first_node)
-    places = np.empty((len(nodes), 3))
-    of_surface = []
-    for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
-        of_surface.append(nodes[a:b] - first_node[i])
-        places[a:b] = s.places_of_nodes(of_surface[i])
-    for axis in range(3):  # column by column: along rows of three numpy takes five times as long
-        places[:, axis] -= origin[axis]
+    cut = np.cumsum([0] + [len(key) for key, _ in numbered])
+    t = np.empty((cut[-1], 3), dtype=np.int64)
+    corners = [t[i:j] for i, j in pairwise(cut)]
+    nodes = map_threads(
+        _number_nodes, [(surfaces[i], numbered[i][0], corners[i]) for i in of], worth
+    )
+
+    first = np.cumsum([0] + [len(own) for own in nodes])
+    places = np.empty((first[-1], 3))
+    pairs = np.empty((n_pair, 3), dtype=np.int64)
+    rows_of = [
+        (surfaces[i], nodes[i], origin, places[first[i] : first[i + 1]], corners[i], int(first[i]),
+         columns[i], numbered[i][1], int(cut[i]), pairs)
+        for i in of
+    ]  # fmt: skip
+    map_threads(_write_own, rows_of, worth)
 
     # Nodes in one place become one vertex, so that contacts there have one name.
-    x, t, point = _welded(places, corners)
-    ids = np.split(point, cut[1:-1])
-    return Faces(x, t, surface, key, list(zip(of_surface, ids, strict=True))), pairs
+    key = np.concatenate([own for own, _ in numbered])
+    surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
+    x, t, point = _welded(places, t)
+    ids = np.split(point, first[1:-1])
+    return Faces(x, t, surface, key, list(zip(nodes, ids, strict=True))), pairs
 
 
-def _one_table(found: Sequence[tuple[int, int, np.ndarray]], first_key: np.ndarray) -> np.ndarray:
-    """All candidates in one table, their keys counted on from surface to surface."""
-    start = np.cumsum([0] + [len(rows) for _, _, rows in found])
-    pairs = np.empty((start[-1], 3), dtype=np.int64)
-    for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
-        # Two columns are keys; the third is the code of the contact, where the search knows it.
-        pairs[a:b, : rows.shape[1]] = rows
-        pairs[a:b, rows.shape[1] :] = NEEDS_EXACT
-        pairs[a:b, 0] += first_key[i]
-        pairs[a:b, 1] += first_key[j]
-    return pairs
+def _number_faces(
+    surface: TriSurface, columns: Sequence[_Column]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Keys of the faces of a surface that are in use, and the number of each entry among them."""
+    entries = [rows[:, column] for _, column, rows in columns]
+    number = np.concatenate(entries) if entries else np.empty(0, dtype=np.int64)
+    return number_in_place(number[:, np.newaxis], 1, _key_limits(surface)[0]), number
+
+
+def _number_nodes(surface: TriSurface, key: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Nodes of some faces of a surface; `corners` get their numbers."""
+    if len(key) == 0:
+        return np.empty(0, dtype=np.int64)
+    corners[:] = surface.corners_of_keys(key)
+    return number_in_place(corners, 3, _key_limits(surface)[1])
+
+
+def _write_own(
+    surface: TriSurface,
+    nodes: np.ndarray,
+    origin: np.ndarray,
+    places: np.ndarray,
+    corners: np.ndarray,
+    first_node: int,
+    columns: Sequence[_Column],
+    number: np.ndarray,
+    first_face: int,
+    pairs: np.ndarray,
+) -> None:
+    """Write the places of nodes of a surface, and its numbers among all, to corners and pairs."""
+    if len(nodes):
+        places[:] = surface.places_of_nodes(nodes)
+    for axis in range(3):  # column by column: along rows of three numpy takes five times as long
+        places[:, axis] -= origin[axis]
+    corners += first_node
+    number += first_face
+    done = 0
+    for start, column, rows in columns:
+        stop = start + len(rows)
+        pairs[start:stop, column] = number[done : done + len(rows)]
+        done += len(rows)
+        if column == 0:  # the third is the code of the contact, where the search knows it
+            pairs[start:stop, 2] = rows[:, 2] if rows.shape[1] > 2 else NEEDS_EXACT
 
 
 def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places that differ, the corners as rows of them, and the row of each place."""
     # A sort of all places costs more than a look at those that may be equal, which are few.
-    some = places.take(may_coincide(places), axis=0)
-    if weld(some)[1] == len(some):
+    some = may_coincide(places)
+    own = places.take(some, axis=0)
+    number, count = weld(own)
+    if count == len(some):
         return places, corners, np.arange(len(places))
-    point, count = weld(places)
-    x = np.empty((count, 3))
-    x[point] = places
-    return x, point[corners], point
+
+    # The first place of several stays.
+    first = np.empty(count, dtype=np.int64)
+    first[number[::-1]] = some[::-1]
+    of = first[number]
+    stays = np.ones(len(places), dtype=bool)
+    stays[some[of != some]] = False
+    point = np.cumsum(stays) - 1
+    point[some] = point[of]
+    x = places.take(np.flatnonzero(stays), axis=0)
+    x[point[some]] = own  # of 0.0 and -0.0, which are one place, that of the last
+    return x, point.take(corners), point
 
 
 def _key_limits(surface: TriSurface) -> tuple[int, int]:
