@@ -3,6 +3,7 @@
 =================  ====================================================================
 search.py          `find_contacts`: surfaces -> contacts of their triangles
 checked.py         surfaces that the search accepts; errors for all others
+candidates.py      pairs of triangles that may meet, of each pair of surfaces
 gather.py          the faces that may meet, in one numbering
 tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
@@ -20,6 +21,7 @@ known_pairs.py     contacts of two surfaces, stored for the next search of both
 earlier.py         faces that an earlier arrangement cut alike
 carried.py         contacts of a scene that differs in a few surfaces from an earlier one
 memory_limit.py    error before pairs of triangles exceed the memory
+room.py            arrays that were made with room for more
 threads.py         independent tasks in threads, results in order
 =================  ====================================================================
 
@@ -28,8 +30,8 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 
 from __future__ import annotations
 
+from geosurf.arrangement.candidates import meeting_surfaces
 from geosurf.arrangement.carried import find_changed_contacts
-from geosurf.arrangement.gather import meeting_surfaces
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles

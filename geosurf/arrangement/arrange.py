@@ -148,7 +148,7 @@ def _rooms(contacts: Contacts, sizes: list[np.ndarray], growth: int, extra: int)
         m = contacts.m.copy()
         # Hash tables of the crossings, by name (the features that make them) and by place.
         names = np.empty((table_size(extra), 5), dtype=np.int64)
-        places = np.empty(table_size(n + extra + 1), dtype=np.int64)
+        places = np.empty(table_size(n + extra + 1) // 2, dtype=np.int64)  # two slots in each
         m[UNINDEXED] = n
 
         # The workspace is for the largest face; each point adds two children at most.

@@ -74,7 +74,7 @@ def test_a_far_surface_makes_rounding_coarser(voxel_size):
 
 
 def test_what_is_known_is_not_searched(monkeypatch):
-    from geosurf.arrangement import gather
+    from geosurf.arrangement import candidates
 
     surfaces = [
         grid(name, np.full((4, 4), float(k)) + 0.1 * np.eye(4)) for k, name in enumerate("ABC")
@@ -82,8 +82,8 @@ def test_what_is_known_is_not_searched(monkeypatch):
     surfaces.append(sheet("F", [(1.3, -1, -9), (1.3, 7, -9), (1.3, 7, 9), (1.3, -1, 9)]))
     stored = {}
     search(surfaces, stored)
-    monkeypatch.setattr(gather.tree, "candidate_pairs", None)
-    monkeypatch.setattr(gather, "settled_pairs", None)
+    monkeypatch.setattr(candidates.tree, "candidate_pairs", None)
+    monkeypatch.setattr(candidates, "settled_pairs", None)
     assert len(search(surfaces, stored).rows) > 0
     with pytest.raises(TypeError):
         search(surfaces)

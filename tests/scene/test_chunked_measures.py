@@ -151,13 +151,13 @@ def test_law_pictures_draw_the_nodes_of_grids_in_memory():
 
 
 def test_a_model_takes_candidates_from_its_curves(monkeypatch):
-    from geosurf.arrangement import gather
+    from geosurf.arrangement import candidates
 
     _, lazy, _ = scenes(1, holes=False, box=(10, 490, 10, 390, -70, 40))
     searched = []
-    tiles = gather.pairs_by_tiles
+    tiles = candidates.pairs_by_tiles
     monkeypatch.setattr(
-        gather, "pairs_by_tiles",
+        candidates, "pairs_by_tiles",
         lambda of, *rest: searched.append({one.name for one in of}) or tiles(of, *rest),
     )  # fmt: skip
     curves, table = lazy.curves, lazy.units.table

@@ -21,12 +21,22 @@ from geosurf.kernels.cutting.face_signs import (
     same_direction,
 )
 from geosurf.kernels.cutting.symbolic import add_line
-from geosurf.kernels.exact.constructed_points import FULL, LPI, TPI, id_of_coordinates, named_point
-from geosurf.kernels.exact.exact_signs import COLLISIONS, N_NAME, N_TRIANGLE, UNINDEXED
+from geosurf.kernels.exact.constructed_points import (
+    FULL,
+    LPI,
+    TPI,
+    id_of_coordinates,
+    insert_name,
+    named_point,
+    slot_of,
+)
+from geosurf.kernels.exact.exact_signs import COLLISIONS, N_NAME, N_SLOT, N_TRIANGLE, UNINDEXED
+
+_SLOTS = 1 << 10  # of the table of names at first, 40 kB; it grows where that is too little
 
 
 @scalar
-def index_points(frame, names, places):
+def _index_points(frame, names, places):
     """Enter the points that existed before, all distinct, into the table of places, once.
 
     Most faces create no points and need no tables: both tables are cleared here on first use.
@@ -37,8 +47,8 @@ def index_points(frame, names, places):
     collisions = m[COLLISIONS]
 
     # Clear both tables; collisions of known points do not count.
-    m[N_NAME] = 0
-    for slot in range(names.shape[0]):
+    m[N_NAME], m[N_SLOT] = 0, min(_SLOTS, names.shape[0])
+    for slot in range(m[N_SLOT]):
         names[slot, 0] = 0
     for slot in range(places.shape[0]):
         places[slot] = -1
@@ -48,20 +58,46 @@ def index_points(frame, names, places):
 
 
 @scalar
+def _names_in_use(m, names):
+    """The slots in use, twice as many if one more name could fill half of them.
+
+    There is room for the names of every crossing that may be; memory is used for those that are.
+    """
+    size = m[N_SLOT]
+    if 2 * m[N_NAME] + 2 < size or size == names.shape[0]:
+        return names[:size]
+    held, larger = names[:size].copy(), names[: 2 * size]
+    for slot in range(2 * size):
+        larger[slot, 0] = 0
+    m[N_NAME], m[N_SLOT] = 0, 2 * size
+    for i in range(size):
+        if held[i, 0] != 0:
+            kind, a, b, c = held[i, 0], held[i, 1], held[i, 2], held[i, 3]
+            insert_name(m, larger, slot_of(larger, kind, a, b, c), kind, a, b, c, held[i, 4])
+    return larger
+
+
+@scalar
+def point_in_tables(frame, names, places, kind, a, b, c):
+    """Id of the point with this definition, made if it is new; FULL if there is no room."""
+    _index_points(frame, names, places)
+    return named_point(frame, _names_in_use(frame.m, names), places, kind, a, b, c)
+
+
+@scalar
 def _crossing(frame, names, places, s, one, two):
     """Id of the point where constraints with two support planes cross in the face."""
     e, m = frame.e, frame.m
-    index_points(frame, names, places)
 
     # Choose the definition with the lowest degree.
     # Edges through planes need shorter integers than three planes.
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
     if one >= n:  # an edge plane: the line is that edge
-        return named_point(frame, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
+        return point_in_tables(frame, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
     if two >= n:
-        return named_point(frame, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
-    return named_point(frame, names, places, TPI, face, one, two)
+        return point_in_tables(frame, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
+    return point_in_tables(frame, names, places, TPI, face, one, two)
 
 
 @scalar

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.cutting.constraints import constrain_edge, index_points, insert_segment
+from geosurf.kernels.cutting.constraints import constrain_edge, insert_segment, point_in_tables
 from geosurf.kernels.cutting.delaunay import FaceMesh, insert_point, legalize_all
 from geosurf.kernels.cutting.face_circles import in_circle
 from geosurf.kernels.cutting.face_signs import (
@@ -29,7 +29,7 @@ from geosurf.kernels.cutting.face_signs import (
 )
 from geosurf.kernels.cutting.hilbert_order import N_EXTRA, rank_points
 from geosurf.kernels.cutting.symbolic import KNOWN_LINE, N_SEARCH, add_line
-from geosurf.kernels.exact.constructed_points import FULL, named_point
+from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import N_VERTEX, Frame
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, normal_axis
 
@@ -288,11 +288,13 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     """Children of all cut faces: their number, FULL, or BROKEN - (face number); and suspect rows.
 
     ``records[offsets[i]:offsets[i + 1]]`` belong to one face, which has room for `n_local` points.
-    `names` and `places` need no initial values: both are cleared, and the ``m[UNINDEXED]`` points
-    entered, when the first point is created. Suspect children are those for which doubles do not
-    prove the orientation of their parents.
+    `names` and `places`, with two slots in each of its numbers, need no initial values: what is
+    used of both is cleared, and the ``m[UNINDEXED]`` points are entered, when the first point is
+    created.
+    Suspect children are those for which doubles do not prove the orientation of their parents.
     """
     s = np.zeros(N_STATE, dtype=np.int64)
+    slots = places.view(np.int32)  # half the memory of int64, as below
     half = 6 * n_local + 64
     h = np.empty((half, 4), dtype=np.int32)  # half the memory traffic of int64
     v = np.empty(n_local, dtype=np.int32)
@@ -315,7 +317,7 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
             # The caller repeats the call with larger arrays.
             return FULL, suspect[:0].copy()
         status = _cut_face(
-            frame, names, places, records, low, high, local, mesh, points, scratch, tri
+            frame, names, slots, records, low, high, local, mesh, points, scratch, tri
         )
         if status == FULL or out + s[TRIANGLES] > children.shape[0]:
             return FULL, suspect[:0].copy()
@@ -335,11 +337,10 @@ def adopt_points(x, t, e, d, m, w, names, places, made):
     other faces, too, after its own. A single FULL if there is no room.
     """
     ids = np.empty(made.shape[0], dtype=np.int64)
-    frame = Frame(x, t, e, d, m, w)
+    frame, slots = Frame(x, t, e, d, m, w), places.view(np.int32)
     for i in range(made.shape[0]):
-        index_points(frame, names, places)
         kind, a, b, c = made[i, 0], made[i, 1], made[i, 2], made[i, 3]
-        ids[i] = named_point(frame, names, places, kind, a, b, c)
+        ids[i] = point_in_tables(frame, names, slots, kind, a, b, c)
         if ids[i] == FULL:
             ids[0] = FULL
             return ids[:1].copy()
