@@ -36,6 +36,7 @@ def with_fewer_corners(ring: np.ndarray, each: float, total: float) -> np.ndarra
     [[0, 0], [9, 0], [9, 8], [2, 8], [2, 7], [1, 6], [0, 6]]
     """
     n = len(ring)
+    columns = np.ascontiguousarray(ring.T)
 
     # a linked ring: before and after of each corner that is still alive
     before, after = (np.arange(n) - 1) % n, (np.arange(n) + 1) % n
@@ -56,7 +57,7 @@ def with_fewer_corners(ring: np.ndarray, each: float, total: float) -> np.ndarra
         if not alive[k] or ear != doubled(k) or ear > budget:
             continue
         i, j = int(before[k]), int(after[k])
-        if ear > 0 and _holds_any(ring, alive, (i, k, j)):
+        if ear > 0 and _holds_any(columns, alive, (i, k, j)):
             continue
 
         # the two neighbours get new ears, which may be cut in turn
@@ -69,17 +70,22 @@ def with_fewer_corners(ring: np.ndarray, each: float, total: float) -> np.ndarra
 
 
 def _holds_any(ring: np.ndarray, alive: np.ndarray, ear: tuple[int, int, int]) -> bool:
-    """Whether any other corner lies in a closed triangle, counter-clockwise."""
-    corners = ring[list(ear)]
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    near = alive & (ring >= low).all(axis=1) & (ring <= high).all(axis=1)
+    """Whether any other corner of a ring (2, n) lies in a closed triangle, counter-clockwise."""
+    corners = ring[:, ear]
+    (west, south), (east, north) = corners.min(axis=1), corners.max(axis=1)
+
+    # one coordinate after the other: pairs in rows take five times as long
+    x, y = ring
+    near = (x >= west) & (x <= east) & (y >= south) & (y <= north) & alive
     near[list(ear)] = False
-    others = ring[near]
+    others = np.flatnonzero(near)
+    if not len(others):
+        return False
     inside = np.ones(len(others), dtype=bool)
-    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+    for a, b in ((0, 1), (1, 2), (2, 0)):
         # whole numbers of cells: exact without further care
-        (u, v), (x, y) = b - a, (others - a).T
-        inside &= u * y - v * x >= 0
+        (i, j), (u, v) = corners[:, a], corners[:, b] - corners[:, a]
+        inside &= u * (y[others] - j) - v * (x[others] - i) >= 0
     return bool(inside.any())
 
 
