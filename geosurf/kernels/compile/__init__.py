@@ -15,6 +15,7 @@ file                 content
 `written_arguments`  which arguments a kernel writes
 `warmup`             ``geosurf warmup``: compile all kernels ahead of time
 `freeze`             all kernels as a library, when a wheel is built
+`call_wrappers`      C functions that call frozen kernels
 `object_files`       kernels as one LLVM module, and its object files
 `platforms`          platforms that kernels are frozen for
 `memory_pages`       freed memory stays with the process for the next call

@@ -4,9 +4,9 @@ By hand: ``python -m geosurf.kernels.compile.freeze --out folder``, with ``--pla
 for another platform than this one.
 
 The kernels become one module of LLVM and one object file for each level of the CPU
-(`object_files`); a C compiler makes a library of these together with `shim.c`. What differs between
-platforms is in `platforms`. For another platform the compiler is zig (``pip install ziglang``),
-which brings the C libraries of all of them.
+(`object_files`); a C compiler makes a library of these together with `shim.c` and the functions of
+`call_wrappers`. What differs between platforms is in `platforms`. For another platform the compiler
+is zig (``pip install ziglang``), which brings the C libraries of all of them.
 
 This leans on private parts of numba and llvmlite (code libraries, passes, the calling
 convention); so the build pins both exactly, and users never run this file.
@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import DependencyError, InputError
+from geosurf.kernels.compile.call_wrappers import source_of_wrappers
 from geosurf.kernels.compile.frozen_runner import MANIFEST, stamp_of
 from geosurf.kernels.compile.platforms import COFF, PLATFORMS, Platform, platform_name
 from geosurf.kernels.compile.written_arguments import written_arguments
@@ -78,10 +79,12 @@ def freeze(
     out.mkdir(parents=True, exist_ok=True)
     library = out / target.format.library
     with tempfile.TemporaryDirectory() as scratch:
-        objects, names = _objects(package, target_name, Path(scratch))
+        objects, kernels = _objects(package, target_name, Path(scratch))
+        calls = Path(scratch) / "calls.c"
+        calls.write_text(source_of_wrappers(kernels.values()), encoding="utf-8")
         # Linkers leave other files beside what they make.
         linked = Path(scratch) / library.name
-        _link(compiler, target, objects, linked)
+        _link(compiler, target, [calls, *objects], linked)
         if target.format is COFF:
             _forget_time(linked)
         shutil.copy(linked, library)
@@ -97,7 +100,7 @@ def freeze(
         "platform": target_name,
         "levels": list(target.levels),
         "made_with": {"numba": numba.__version__, "llvmlite": llvmlite.__version__},
-        "written": {name: written_arguments(str(folder))[name] for name in names},
+        "written": {name: written_arguments(str(folder))[name] for name in kernels},
     }
     (out / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
     return manifest
@@ -145,12 +148,12 @@ def find_compiler(platform: str | None = None) -> list[str]:
 # ---- object files, by processes of their own ----------------------------------------------
 
 
-def _objects(package: str, platform: str, scratch: Path) -> tuple[list[Path], list[str]]:
-    """Object files, one for each level, and the names of the kernels in each."""
+def _objects(package: str, platform: str, scratch: Path) -> tuple[list[Path], dict[str, list[str]]]:
+    """Object files, one for each level, and the kernels in each, with letters of arguments."""
     module = scratch / "kernels.bc"
     levels = PLATFORMS[platform].levels
     # Lowering is the same for all levels and is done once.
-    (names,) = _run([_start("--package", package, "--module", str(module))])
+    (listed,) = _run([_start("--package", package, "--module", str(module))])
     targets = {level: scratch / f"{level}.o" for level in levels}
 
     # Optimising differs by level: one process for each, at the same time.
@@ -158,7 +161,8 @@ def _objects(package: str, platform: str, scratch: Path) -> tuple[list[Path], li
     _run(
         _start(*words, "--level", level, "--out", str(target)) for level, target in targets.items()
     )
-    return sorted(targets.values()), names.split()
+    kernels = [line.split() for line in listed.splitlines()]
+    return sorted(targets.values()), {name: letters for name, *letters in kernels}
 
 
 def _start(*words: str) -> subprocess.Popen[str]:

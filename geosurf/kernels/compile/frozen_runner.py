@@ -7,7 +7,7 @@ The library speaks numba's calling convention, which is plain C::
 An array is passed as seven words or more: owner, parent, number of elements, bytes per element,
 address, shape, strides. No owner means that Python owns it; a returned array without an owner is (a
 part of) an argument. Status 0: results are filled in; -2: there are none;
-above 0: an exception, pickled.
+above 0: an exception, pickled. `call_wrappers` makes these words from one block.
 
 ctypes releases the GIL. It checks nothing: that is the task of the gate.
 """
@@ -18,6 +18,7 @@ import ctypes
 import hashlib
 import json
 import pickle
+import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -25,13 +26,18 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import InvariantError
+from geosurf.kernels.compile.call_wrappers import wrapper
 from geosurf.kernels.compile.gate import DTYPES, Signature
 from geosurf.kernels.compile.platforms import PLATFORMS, platform_name
 from geosurf.kernels.compile.sources import MACHINERY, kernel_files
 
 MANIFEST = "manifest.json"
-_WORD = {"d": ctypes.c_double, "l": ctypes.c_int64, "b": ctypes.c_int8}
+_PACKED = {"d": "d", "l": "q", "b": "q"}
 _DONE, _NOTHING = 0, -2
+
+# What is inside a capsule of Python; the lock is held, as it is not for the library.
+_inside = ctypes.pythonapi.PyCapsule_GetPointer
+_inside.argtypes, _inside.restype = [ctypes.py_object, ctypes.c_char_p], ctypes.c_void_p
 
 
 class Unfit(Exception):
@@ -121,11 +127,23 @@ class Library:
             raise Unfit(f"the frozen library needs a CPU of level {self.manifest['levels'][0]}")
         return str(fit[-1])
 
-    def function(self, name: str) -> Any:
-        """Return the C function of a kernel."""
+    def address(self, name: str) -> int:
+        """Return the address of a kernel."""
+        # One symbol for each level and kernel.
+        found = ctypes.cast(self._function(symbol(self.level, name), name), ctypes.c_void_p)
+        return found.value or 0
+
+    def caller(self, letters: tuple[str, ...]) -> Any:
+        """Return the function that calls kernels with some arguments, see `call_wrappers`."""
+        name = wrapper(letters)
+        function = self._function(name, name)
+        words = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_char_p]
+        function.argtypes, function.restype = words, ctypes.c_int32
+        return function
+
+    def _function(self, symbol: str, name: str) -> Any:
         try:
-            # One symbol for each level and kernel.
-            return self._library[symbol(self.level, name)]
+            return self._library[symbol]
         except AttributeError:
             raise InvariantError(
                 f"kernel {name} is not in the frozen library; please report it. "
@@ -181,39 +199,37 @@ class FrozenKernel:
         self._library = library
         self._letters = signature.arguments
         self._results = signature.results
-        # Hundreds of kernels are imported, a few dozen are called.
-        self._function: Any = None  # looked up when first called
-        self._frame: Any = None
+        # Hundreds of kernels are imported, a few dozen are called: bound at the first call.
+        self._call: Any = None
 
-    def _bind(self) -> Any:
-        # Built once per kernel: result structure and C types of all arguments.
-        function = self._library.function(self._name)
-        words: list[Any] = [ctypes.c_void_p, ctypes.c_void_p]
-        for letters in self._letters:
-            words += _words(letters)
-        function.restype, function.argtypes = ctypes.c_int32, words
-        fields = [(f"r{i}", _field(letters)) for i, letters in enumerate(self._results)]
-        self._frame = type("Results", (ctypes.Structure,), {"_fields_": fields})
-        self._function = function
-        return function
+    def _bind(self) -> None:
+        # Built once per kernel: how arguments are packed, and where results are.
+        self._kernel = self._library.address(self._name)
+        self._arrays = [k for k, letters in enumerate(self._letters) if len(letters) > 1]
+        self._pack = struct.Struct("".join(_PACKED[letters[0]] if len(letters) == 1 else "P"
+                                           for letters in self._letters)).pack  # fmt: skip
+        sizes = [1 if len(letters) == 1 else 5 + 2 * int(letters[1]) for letters in self._results]
+        self._starts = [sum(sizes[:i]) for i in range(len(sizes))]
+        self._frame = ctypes.c_int64 * sum(sizes)
+        self._unpack = struct.Struct("".join(
+            "d" if letters == "d" else "q" * size
+            for letters, size in zip(self._results, sizes, strict=True)
+        )).unpack  # fmt: skip
+        self._call = self._library.caller(self._letters)
 
     def __call__(self, *arguments: Any) -> Any:
-        words: list[Any] = []
-        # An array goes as owner, parent, size, item size, address, shape, strides. No owner: Python
-        # keeps the memory alive during the call.
-        for value in arguments:
-            if isinstance(value, np.ndarray):
-                address = value.__array_interface__["data"][0]
-                words += (None, None, value.size, value.itemsize, address)
-                words += value.shape
-                words += value.strides
-            else:
-                words.append(value)
-        # A kernel is bound at its first call.
-        function = self._function or self._bind()
-        frame = self._frame()
-        failure = ctypes.c_void_p()
-        status = function(ctypes.byref(frame), ctypes.byref(failure), *words)
+        if self._call is None:
+            self._bind()
+        # An array goes as the address of what numpy states about it, which lives as long as its
+        # capsule; Python keeps the memory itself alive during the call.
+        words, capsules = list(arguments), []
+        for k in self._arrays:
+            capsule = arguments[k].__array_struct__
+            capsules.append(capsule)
+            words[k] = _inside(capsule, None)
+        frame, failure = self._frame(), ctypes.c_void_p()
+        block = self._pack(*words)
+        status = self._call(self._kernel, frame, ctypes.byref(failure), block)
         # Exceptions of a kernel are constants of the library, pickled when it was made.
         if status > 0:
             raise _exception(failure, self._name)
@@ -222,19 +238,20 @@ class FrozenKernel:
                 f"kernel {self._name} ended with status {status}; please report it."
             )
         # Arrays come back as words, numbers as they are.
+        values = self._unpack(frame)
         found = [
-            self._array(getattr(frame, f"r{i}"), letters, arguments)
-            if len(letters) > 1
-            else getattr(frame, f"r{i}")
-            for i, letters in enumerate(self._results)
+            self._array(values[start:], letters, arguments) if len(letters) > 1 else values[start]
+            for start, letters in zip(self._starts, self._results, strict=True)
         ]
         return tuple(found) if len(found) > 1 else (found[0] if found else None)
 
-    def _array(self, words: Any, letters: str, arguments: tuple[Any, ...]) -> np.ndarray:
+    def _array(
+        self, words: tuple[int, ...], letters: str, arguments: tuple[Any, ...]
+    ) -> np.ndarray:
         """An array that came back: a new one, or (a part of) one that went in."""
         n_dim = int(letters[1])
         _, _, address = words[2:5]
-        shape, strides = tuple(words[5 : 5 + n_dim]), tuple(words[5 + n_dim :])
+        shape, strides = words[5 : 5 + n_dim], words[5 + n_dim : 5 + 2 * n_dim]
         dtype = DTYPES[letters[0]]
         # An owner: the kernel has allocated this memory, and numpy has to give it back.
         if words[0]:
@@ -290,19 +307,3 @@ def _exception(failure: ctypes.c_void_p, name: str) -> BaseException:
     where = f" ({place[1]}, line {place[2]})" if place else ""
     error.add_note(f"raised by the compiled kernel {name}{where}")
     return error
-
-
-def _words(letters: str) -> list[Any]:
-    """C types of one argument."""
-    if len(letters) == 1:
-        return [_WORD[letters]]
-    owners = [ctypes.c_void_p, ctypes.c_void_p]
-    counts = [ctypes.c_int64, ctypes.c_int64]
-    return [*owners, *counts, ctypes.c_void_p, *[ctypes.c_int64] * (2 * int(letters[1]))]
-
-
-def _field(letters: str) -> Any:
-    """C type of one result."""
-    if len(letters) == 1:
-        return _WORD[letters]
-    return ctypes.c_int64 * (5 + 2 * int(letters[1]))

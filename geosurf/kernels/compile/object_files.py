@@ -43,7 +43,7 @@ _MARK = "geosurf_kernel."
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Lower a package of kernels, or emit a level of it; prints the names of the kernels."""
+    """Lower a package of kernels, or emit a level of it; prints kernels and their arguments."""
     parser = argparse.ArgumentParser(description="Make object files of kernels.")
     parser.add_argument("--module", type=Path, required=True, help="file for the module of LLVM")
     parser.add_argument("--package", help="lower these kernels into it")
@@ -53,9 +53,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     gc.disable()  # numba makes millions of small objects that live as long as the process
     if options.package:
-        module, names = lower(options.package)
+        module, kernels = lower(options.package)
         options.module.write_bytes(module)
-        sys.stdout.write("\n".join(names))
+        sys.stdout.write("\n".join(" ".join([name, *of]) for name, of in kernels.items()))
     else:
         options.out.write_bytes(emit(options.module.read_bytes(), options.platform, options.level))
     return 0
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 # ---- lower -------------------------------------------------------------------------------
 
 
-def lower(package: str) -> tuple[bytes, list[str]]:
+def lower(package: str) -> tuple[bytes, dict[str, tuple[str, ...]]]:
     """Lower all entries of a package, with what they call, into one module.
 
     Parameters
@@ -75,7 +75,8 @@ def lower(package: str) -> tuple[bytes, list[str]]:
     -------
     module : bytes
         Bitcode; entries bear their names behind a mark.
-    names : list of str
+    kernels : dict of str to tuple of str
+        Letters of the arguments of each entry.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def lower(package: str) -> tuple[bytes, list[str]]:
     # A mark instead of numba's names, which differ from run to run.
     for name, (_, llvm_name) in made.items():
         module.get_function(llvm_name).name = _MARK + name
-    return module.as_bitcode(), sorted(entries)
+    return module.as_bitcode(), {name: entries[name].signature.arguments for name in made}
 
 
 def _entries(package: str) -> dict[str, Entry]:
