@@ -17,11 +17,11 @@ def table_of(units: Units) -> PlainDataset:
     columns = {
         "area": ([u.area for u in each], "m2", "area of the closed shell"),
         "map_area": ([u.map_area for u in each], "m2", "area of the upper side in the map"),
-        # Mean thickness over the whole footprint adds up: layers of all units sum to the height.
+        # Where the unit is, as in the picture of the column; a shell without area has no volume.
         "thickness_mean": (
-            [u.volume / units.footprint for u in each],
+            [u.volume / u.map_area if u.map_area > 0 else 0.0 for u in each],
             "m",
-            "volume over the footprint of the whole model, not over map_area",
+            "mean vertical thickness where the unit is present: volume over map_area",
         ),
     }
     data = {

@@ -199,12 +199,9 @@ def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
 
 def _torn_rim(torn: TornLattice, lines: np.ndarray, near: float) -> np.ndarray:
     """Nodes and ghosts on the rim of a torn sheet near some lines, in the map (n, 2)."""
-    x, y = torn.horizontal() if torn.easting.ndim == 2 else (torn.easting, torn.northing[:, None])
-    close = np.zeros(torn.shape, dtype=bool)
-    beyond = np.zeros(len(torn.ghosts), dtype=bool)
-    for a, b, c in lines:
-        close |= np.abs(a * x + (b * y + c)) <= near
-        beyond |= np.abs(torn.ghosts[:, 0] * a + torn.ghosts[:, 1] * b + c) <= near
+    close, beyond = _close_nodes(torn, lines, near)
+    if not (close.any() or beyond.any()):
+        return np.empty((0, 2))
 
     # all triangles around a vertex near a line: their edges there are complete
     cells = np.flatnonzero(close[:-1, :-1] | close[:-1, 1:] | close[1:, :-1] | close[1:, 1:])
@@ -216,6 +213,33 @@ def _torn_rim(torn: TornLattice, lines: np.ndarray, near: float) -> np.ndarray:
     triangles = np.concatenate([torn.corners_of_keys(keys), copies])
     ends = _free_ends(triangles, distinct(triangles), is_close)
     return torn.places_of_nodes(ends)[:, :2]
+
+
+def _close_nodes(
+    torn: TornLattice, lines: np.ndarray, near: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which nodes (n_row, n_col) and ghosts (n_ghost,) of a torn sheet are near one of some lines."""
+    beyond = np.zeros(len(torn.ghosts), dtype=bool)
+    for a, b, c in lines:
+        beyond |= np.abs(torn.ghosts[:, 0] * a + torn.ghosts[:, 1] * b + c) <= near
+    if torn.easting.ndim == 2:
+        x, y = torn.horizontal()
+        close = np.zeros(torn.shape, dtype=bool)
+        for a, b, c in lines:
+            close |= np.abs(a * x + (b * y + c)) <= near
+        return close, beyond
+
+    # a line along an axis is near whole rows or columns
+    x, y = torn.easting, torn.northing
+    rows, columns = np.zeros(len(y), dtype=bool), np.zeros(len(x), dtype=bool)
+    for a, b, c in lines[lines[:, 0] == 0]:
+        rows |= np.abs(b * y + c) <= near
+    for a, b, c in lines[lines[:, 1] == 0]:
+        columns |= np.abs(a * x + c) <= near
+    close = rows[:, None] | columns
+    for a, b, c in lines[(lines[:, 0] != 0) & (lines[:, 1] != 0)]:
+        close |= np.abs(a * x + (b * y[:, None] + c)) <= near
+    return close, beyond
 
 
 def _free_ends(triangles: np.ndarray, used: np.ndarray, close: np.ndarray) -> np.ndarray:

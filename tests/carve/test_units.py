@@ -444,3 +444,12 @@ def test_a_fault_folded_onto_itself_has_the_same_units_beside_all_its_sheets(tur
         order = sorted(range(n_unit), key=lambda u: list(middle.values())[u])
         wanted = np.where(north[:, None], [[order[-1], order[0]]], [[order[0], order[-1]]])
         assert (units.sides[mine] == wanted).all()
+
+
+def test_a_layer_is_as_thick_as_it_is_whatever_its_blocks_cover():
+    """Mean thickness is that where a unit is, not over the whole model."""
+    units = carve([level("Top", 2.0), level("Base", 0.5), upright("F1", 1.0)])
+    layer = [name for name, unit in units.items() if unit.zone == "Top/Base"]
+    assert len(layer) == 2
+    thickness = units.table["thickness_mean"].sel(unit=layer)
+    assert thickness.values == pytest.approx([1.5, 1.5], rel=1e-12)
