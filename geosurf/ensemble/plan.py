@@ -20,14 +20,14 @@ from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.models import Model, add_to
 from geosurf.ensemble.record import Record, UnitKey
-from geosurf.errors import GeosurfError, GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import keep_results_apart, volumes_by_unit
+from geosurf.sheets.mesh.proof import NotShown
 from geosurf.sheets.throw.throw_horizon import is_proven
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
-_IN_VAIN = 3  # realisations with sheets that only the model cuts, more than such as were closed
 KINDS = "DepthShift, DepthError, ContactLevel, Throw, FaultShift and FaultDip of geosurf.ensemble"
 
 
@@ -53,8 +53,6 @@ class Plan:
 
     def __post_init__(self) -> None:
         self.layers: Layers | None = None
-        # how many realisations were shown by their models to be closed, and how many were not
-        self._shown, self._not_shown = 0, 0
         # Parameters are columns of the result, and select streams of random numbers.
         names = [one.parameter for one in self.uncertain]
         for name in names:
@@ -91,7 +89,7 @@ class Plan:
         """A hash of everything that results depend on."""
         # The version counts: another geosurf may compute other volumes.
         # The second word changes with what a store holds.
-        digest = hashlib.sha256(f"{__version__} no rings at short holes {self.seed}".encode())
+        digest = hashlib.sha256(f"{__version__} reasons of second cuts {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
         return digest.hexdigest()
@@ -143,7 +141,7 @@ class Plan:
             try:
                 for one in self.prepared:
                     one.apply(change)
-                record = self._built_in_model(change, warnings) or self._built(change)
+                record = self._built(change, warnings)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))
             # A realisation that breaks an invariant is a failed one, and the others go on.
@@ -152,36 +150,29 @@ class Plan:
         # Equal warnings count once.
         return record.numbered(realization, len(set(warnings)))
 
-    def _built(self, change: Change) -> Record:
-        """Build and measure a realisation."""
+    def _built(self, change: Change, warnings: list[GeosurfWarning]) -> Record:
+        """Build and measure a realisation; its sheets are cut once where their model shows them."""
+        before, recut = len(warnings), ""
+        scene = self.model.build_uncut(change)
+        if scene is not None:
+            keep_results_apart(scene)
+            try:
+                record = _with_tears(self.measure(scene, change.numbers), scene)
+                if is_proven(scene.sheets.values()):
+                    return record
+                recut = "repairs have moved vertices of the sheets"
+            except NotShown as reason:
+                recut = str(reason)
+            except GeometryError as error:
+                # Of closed sheets: the others have the same error. Of open ones there may be more.
+                if is_proven(scene.sheets.values()):
+                    raise
+                recut = str(error)
+            del warnings[before:]
         scene = self.model.build(change)
         if self.model.is_data:
             keep_results_apart(scene)
-        return _with_tears(self.measure(scene, change.numbers), scene)
-
-    def _built_in_model(self, change: Change, warnings: list[GeosurfWarning]) -> Record | None:
-        """The same where the model alone shows that its sheets are closed; else None.
-
-        Sheets are cut once, not twice. Whatever goes wrong here is decided by `_built`.
-        """
-        # where most sheets need attempts to close them, nothing is gained
-        if self._not_shown > self._shown + _IN_VAIN:
-            return None
-        before = len(warnings)
-        try:
-            scene = self.model.build_uncut(change)
-            if scene is None:
-                return None
-            keep_results_apart(scene)
-            record = _with_tears(self.measure(scene, change.numbers), scene)
-            if is_proven(scene.sheets.values()):
-                self._shown += 1
-                return record
-        except (GeosurfError, *_BROKEN):
-            pass
-        self._not_shown += 1
-        del warnings[before:]
-        return None
+        return replace(_with_tears(self.measure(scene, change.numbers), scene), recut=recut)
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
         """Return volumes of all units, and maps if they are requested."""

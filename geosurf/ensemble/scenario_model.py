@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -83,6 +84,14 @@ class ScenarioModel(SceneModel):
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
+        return self._torn(change, frozenset())
+
+    def build_uncut(self, change: Change) -> Scene | None:
+        """Return the same with sheets by throw that nobody has cut yet; None if there are none."""
+        return self._torn(change, self.closed_at_once) if self.closed_at_once else None
+
+    def _torn(self, change: Change, uncut: Collection[str]) -> Scene:
+        """The scene of one realisation, with sheets by throw of some horizons left uncut."""
         # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
         scene = self._untorn(change, values)
@@ -103,6 +112,12 @@ class ScenarioModel(SceneModel):
                 known = self._sheets[name] = key, make(name, faults, fill)
             return known[1]
 
+        def remember_thrown(
+            name: str, throws: Sequence[ThrowInput], make: Callable[[], Sheet]
+        ) -> Sheet:
+            """The same of a horizon that throws tear."""
+            return self.thrown_before(change, name, tuple(throws), name in uncut, make)
+
         return torn_horizons(
             scenario,
             scene,
@@ -111,11 +126,9 @@ class ScenarioModel(SceneModel):
             longer=self.longer,
             plans=self.plans,
             remember=remember,
+            remember_thrown=remember_thrown,
+            uncut=uncut,
         )
-
-    def build_uncut(self, change: Change) -> Scene | None:
-        """None: a scenario tears its horizons in its own way."""
-        return None
 
     def identity(self) -> str:
         """Return a hash of all inputs: the same in every process."""

@@ -16,7 +16,10 @@ from geosurf.ensemble.record import Record
 
 _PARTS = {"region_difference": "f8", "region_square": "f8", "region_present": "i4"}
 _MAPS = {
-    "thickness_mean": ("m", "mean vertical thickness over the realisations, 0 where the layer is absent"),
+    "thickness_mean": (
+        "m",
+        "mean vertical thickness over the realisations, 0 where the layer is absent",
+    ),
     "thickness_sd": ("m", "standard deviation of the vertical thickness"),
     "probability": ("1", "share of the realisations in which the layer is present"),
 }

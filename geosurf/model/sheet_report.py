@@ -266,6 +266,8 @@ class ThrowReport:
         Nodes whose rock was outside of the data before it moved: the horizon is extrapolated there.
     farthest_outside : float
         How far, at most [m].
+    attempts : int
+        Meshes that were cut with the faults until one was closed; 0 where no fault tears.
     notes : list of str
         Sentences for the user.
     warnings : tuple of GeosurfWarning
@@ -279,6 +281,7 @@ class ThrowReport:
     lost: tuple[LostThrow, ...] = ()
     n_outside: int = 0
     farthest_outside: float = 0.0
+    attempts: int = 0
     notes: list[str] = field(default_factory=list)
     warnings: tuple[GeosurfWarning, ...] = ()
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,6 +25,7 @@ from geosurf.warning import warn
 
 Make = Callable[[str, dict[str, TriSurface], bool | Sheet], Sheet]
 Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Make], Sheet]
+RememberThrown = Callable[[str, Sequence[ThrowInput], Callable[[], Sheet]], Sheet]
 
 
 def torn_horizons(
@@ -38,6 +40,8 @@ def torn_horizons(
     longer: LongerFaults = MappingProxyType({}),
     plans: Mapping[str, TearPlan] = MappingProxyType({}),
     remember: Remember = lambda name, faults, fill, make: make(name, faults, fill),
+    remember_thrown: RememberThrown = lambda name, throws, make: make(),
+    uncut: Collection[str] = (),
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -63,6 +67,10 @@ def torn_horizons(
     remember : callable, optional
         Takes a horizon, its faults, what fills its empty blocks and a function that makes its
         sheet of these; it may return the sheet that they gave before.
+    remember_thrown : callable, optional
+        Does the same for a horizon, its throws and a function that makes its sheet of these.
+    uncut : collection of str, optional
+        Horizons whose sheets by throw are left to the model: see `throw_horizon_uncut`.
 
     Returns
     -------
@@ -117,7 +125,10 @@ def torn_horizons(
         if name not in sheets and throws[name]:
             on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
-                sheets[name] = _by_throw(scene, throws[name], name, horizon, cache)
+                by_throw = partial(
+                    _by_throw, scene, throws[name], name, horizon, cache, name in uncut
+                )
+                sheets[name] = remember_thrown(name, throws[name], by_throw)
             done(name, sheets[name])
     if not sheets:
         return scene
@@ -213,9 +224,11 @@ def _by_throw(
     name: str,
     horizon: Any,
     cache: ResultCache | None,
+    uncut: bool,
 ) -> Sheet:
-    """A sheet from a continuous horizon and the throws that move it."""
+    """A sheet from a continuous horizon and the throws that move it; `uncut`: nobody has cut it."""
     from geosurf.sheets import EllipticThrow, throw_horizon  # loaded by those who tear
+    from geosurf.sheets.throw.throw_horizon import throw_horizon_uncut
 
     throw: dict[str, Any] = {}
     for entry in throws:
@@ -233,6 +246,8 @@ def _by_throw(
     across = {entry.fault: entry.direction for entry in throws}
     shares = {entry.fault: entry.hanging_wall for entry in throws}
     words: dict[str, Any] = {"reach": reach, "hanging_wall": shares, "direction": across}
+    if uncut:
+        return throw_horizon_uncut(horizon, faults, throw, name=name, **words)
     if cache is None:
         return throw_horizon(horizon, faults, throw, name=name, **words)
     return cache.get_or_compute(

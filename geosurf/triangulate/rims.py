@@ -218,7 +218,7 @@ def _torn_rim(torn: TornLattice, lines: np.ndarray, near: float) -> np.ndarray:
 def _close_nodes(
     torn: TornLattice, lines: np.ndarray, near: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which nodes (n_row, n_col) and ghosts (n_ghost,) of a torn sheet are near one of some lines."""
+    """Which nodes (n_row, n_col) and ghosts (n_ghost,) of a torn sheet are near some lines."""
     beyond = np.zeros(len(torn.ghosts), dtype=bool)
     for a, b, c in lines:
         beyond |= np.abs(torn.ghosts[:, 0] * a + torn.ghosts[:, 1] * b + c) <= near
@@ -232,9 +232,9 @@ def _close_nodes(
     # a line along an axis is near whole rows or columns
     x, y = torn.easting, torn.northing
     rows, columns = np.zeros(len(y), dtype=bool), np.zeros(len(x), dtype=bool)
-    for a, b, c in lines[lines[:, 0] == 0]:
+    for _, b, c in lines[lines[:, 0] == 0]:
         rows |= np.abs(b * y + c) <= near
-    for a, b, c in lines[lines[:, 1] == 0]:
+    for a, _, c in lines[lines[:, 1] == 0]:
         columns |= np.abs(a * x + c) <= near
     close = rows[:, None] | columns
     for a, b, c in lines[(lines[:, 0] != 0) & (lines[:, 1] != 0)]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import geosurf as gs
+from geosurf.ensemble import models
+from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.run import planned
 from geosurf.errors import GeosurfError
-from geosurf.sheets.mesh.proof import Proof
+from geosurf.sheets.mesh.proof import NotShown, Proof
 from geosurf.sheets.throw import best_attempt
 from geosurf.sheets.throw.throw_horizon import is_proven, throw_horizon_uncut
 from geosurf.warning import silenced
@@ -58,7 +62,7 @@ def in_model(sheet: gs.Sheet, faults: list[gs.TriSurface]) -> bool:
     try:
         with silenced():
             assert scene.patches.n_triangle
-    except GeosurfError:
+    except (GeosurfError, NotShown):
         return False
     return is_proven([sheet])
 
@@ -83,7 +87,8 @@ def test_what_a_model_shows_to_be_closed_is_the_sheet_of_throw_horizon(
         attempts.clear()
         sheet = gs.throw_horizon(data, faults, throw, name="Top")
         first = attempts[:1] == [(1, False)]
-        uncut = throw_horizon_uncut(data, faults, throw, "Top")
+        assert sheet.report.attempts == sum(n_cut for n_cut, _ in attempts)
+        uncut = throw_horizon_uncut(data, faults, throw, name="Top")
         shown = uncut.prove is not None and in_model(uncut, faults)
         assert first or not shown
         n_shown, n_closed, n_later = n_shown + shown, n_closed + first, n_later + (not first)
@@ -95,36 +100,82 @@ def test_what_a_model_shows_to_be_closed_is_the_sheet_of_throw_horizon(
     assert n_shown > 0.8 * n_closed
 
 
+def plan_of(n: int, uncertain: list[object], names: tuple[str, ...] = ("Top",)) -> Plan:
+    """An ensemble of the graben, started."""
+    world = gs.synthetic.graben(n=n)
+    horizons = {name: world.horizons[name] for name in names}
+    scene = gs.Scene(horizons, {"F1": world.faults["F1"]}, world.box)
+    plan, _ = planned(scene, 3, uncertain, None, None)
+    plan.start()
+    return plan
+
+
 def test_realisations_are_the_same_where_the_model_shows_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Each is built again then, with sheets that are cut alone."""
-    world = gs.synthetic.graben(n=31)
-    scene = gs.Scene({"Top": world.horizons["Top"]}, {"F1": world.faults["F1"]}, world.box)
-    uncertain = [gs.ensemble.Throw("F1", gs.ensemble.Normal(50.0, 20.0))]
-    plan, _ = planned(scene, 3, uncertain, None, None)
-    plan.start()
+    """Each is built again then, with sheets that are cut alone, and states why."""
+    plan = plan_of(31, [gs.ensemble.Throw("F1", gs.ensemble.Normal(50.0, 20.0))])
     records = [plan.run(k) for k in range(3)]
+    assert [one.recut for one in records] == [""] * 3
 
-    monkeypatch.setattr(Proof, "__call__", lambda *_: None)
+    def refuse(*_: object) -> None:
+        """Show nothing."""
+        raise NotShown("a test asks for it")
+
+    monkeypatch.setattr(Proof, "__call__", refuse)
     others = [plan.run(k) for k in range(3)]
-    assert [repr(one) for one in records] == [repr(one) for one in others]
+    assert [one.recut for one in others] == ["a test asks for it"] * 3
+    assert [repr(one) for one in records] == [repr(replace(one, recut="")) for one in others]
     assert all(not one.reason for one in records)
 
-
-def test_what_models_do_not_show_is_not_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    world = gs.synthetic.graben(n=21)
-    scene = gs.Scene({"Top": world.horizons["Top"]}, {"F1": world.faults["F1"]}, world.box)
-    plan, _ = planned(scene, 8, [gs.ensemble.Throw("F1", gs.ensemble.Normal(50, 9))], None, None)
+    # a model whose sheets were moved does not ask
     monkeypatch.setattr(Proof, "__call__", lambda *_: None)
-    tried: list[object] = []
-    build = plan.model.build_uncut
+    assert plan.run(0).recut == "repairs have moved vertices of the sheets"
 
-    def counted(change: object) -> object:
-        """The scene of a realisation, counted."""
-        tried.append(change)
-        return build(change)
 
-    monkeypatch.setattr(plan.model, "build_uncut", counted)
-    assert all(not plan.run(k).reason for k in range(8))
-    assert len(tried) == 4
+@pytest.mark.parametrize("where", ["proof", "sheet"])
+def test_a_defect_of_uncut_sheets_is_not_hidden(
+    monkeypatch: pytest.MonkeyPatch, where: str
+) -> None:
+    """It fails the realisation, which is not built in another way."""
+    plan = plan_of(21, [gs.ensemble.Throw("F1", gs.ensemble.Normal(50.0, 20.0))])
+
+    def broken(*_: object, **__: object) -> None:
+        """Fail as a mistake in the code does."""
+        raise IndexError("a mistake")
+
+    if where == "proof":
+        monkeypatch.setattr(Proof, "_loses_a_wall", broken)
+    else:
+        monkeypatch.setattr(models, "throw_horizon_uncut", broken)
+    assert plan.run(0).reason == "IndexError: a mistake"
+
+
+def test_horizons_that_need_attempts_are_cut_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the base case shows: in every process, so that records do not depend on workers."""
+    plan = plan_of(21, [gs.ensemble.Throw("F1", gs.ensemble.Normal(50.0, 9.0))], ("Top", "Base"))
+    assert plan.model.closed_at_once == {"Top", "Base"}
+    plan.model.closed_at_once = frozenset({"Base"})
+    made: list[str] = []
+    uncut = models.throw_horizon_uncut
+
+    def counted(*given: object, name: str, **words: object) -> object:
+        """A sheet that nobody has cut, and its name."""
+        made.append(name)
+        return uncut(*given, name=name, **words)
+
+    monkeypatch.setattr(models, "throw_horizon_uncut", counted)
+    record = plan.run(0)
+    assert (made, record.reason, record.recut) == (["Base"], "", "")
+    plan.model.closed_at_once = frozenset()
+    assert plan.run(0).volumes == record.volumes
+    assert made == ["Base"]
+
+
+def test_a_horizon_that_stays_keeps_the_sheet_of_the_base_case() -> None:
+    """Nothing is torn again where neither the horizon nor a throw has moved."""
+    error = gs.ensemble.DepthShift("Top", gs.ensemble.Normal(0.0, 5.0))
+    plan = plan_of(21, [error, gs.ensemble.Throw("F1", 60.0)], ("Top", "Base"))
+    base, one = plan.scene(None), plan.scene(1)
+    assert one.sheets["Base"] is base.sheets["Base"]
+    assert one.sheets["Top"] is not base.sheets["Top"]

@@ -1,7 +1,8 @@
 """Whether a torn sheet that nobody has cut ends on its faults: seen in the model that cuts it.
 
 `build` looks for leaks after a cut of its own. The cut of a model shows the same edges: a sheet
-that is closed there is closed. Of every other one a cut of the sheet alone decides.
+that is closed there is closed. Of every other one a cut of the sheet alone decides: `NotShown` says
+why.
 """
 
 from __future__ import annotations
@@ -18,9 +19,15 @@ from geosurf.sheets.mesh.cut import IsOwn, walls_of_vertices
 from geosurf.sheets.mesh.leaks import open_edges
 
 
+class NotShown(Exception):
+    """A model does not show that a sheet is closed; the text says why. Users never see it."""
+
+
 class Proof:
     """
     What has to hold for a sheet in a model; `done` once it does.
+
+    Calling it raises `NotShown`, unless the sheet in the model is shown to be closed.
 
     Parameters
     ----------
@@ -40,16 +47,22 @@ class Proof:
 
     def __call__(self, found: SheetInModel | None) -> None:
         """Look at a sheet in a model; None where the model cannot show it."""
-        if found is None or (
-            found.has_false_rim or self._loses_a_wall(found) or self._drops_own(found)
-        ):
-            return
+        if found is None:
+            raise NotShown("the model looks at the sheet as a list")
+        if found.has_false_rim:
+            raise NotShown("a part stays next to one that is dropped")
+        if self._loses_a_wall(found):
+            raise NotShown("a fault has no cut-off of one wall")
+        if self._drops_own(found):
+            raise NotShown("a part with data on their own side is dropped")
         number = self.lattice.node_of_vertex
         corner = np.where(found.corner >= 0, number[found.corner], -1)
-        self.done = not open_edges(
+        if open_edges(
             found.triangles, corner, found.rim, found.stays, len(found.on_fault),
             self.built.torn, self.built.triangles,
-        )  # fmt: skip
+        ):  # fmt: skip
+            raise NotShown("an outer edge stays open")
+        self.done = True
 
     def _loses_a_wall(self, found: SheetInModel) -> bool:
         """Whether a fault that tears the sheet has no cut-off of one of its walls."""
@@ -81,4 +94,4 @@ class Proof:
         return found
 
 
-__all__ = ["Proof"]
+__all__ = ["NotShown", "Proof"]

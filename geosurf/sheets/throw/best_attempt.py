@@ -33,8 +33,9 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
     attempt : Attempt
         The one that the mesh was made from.
     built : Built or None
-        The torn mesh; None where no fault has throw.
+        The torn mesh; None where no fault has throw. It counts the cuts of all attempts.
     """
+    n_cut = 0
     best: tuple[tuple[bool, int], Attempt, Built] | None = None
     branches = movement.first_branches()
     for lean in LEANS:
@@ -48,17 +49,19 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
                 walls=one.walls_by_name,
             )  # fmt: skip
 
+            n_cut += built.n_cut
+
             # a closed sheet beats an open one; among these, the one with the fewest links left
             # untorn
             failed = built.is_open, sum(built.repairs.shortened.values())
             if best is None or failed < best[0]:
                 best = failed, one, built
             if failed == (False, 0):
-                return one, built
+                return one, replace(built, n_cut=n_cut)
     assert best is not None
     _, one, built = best
     refuse_leaks(movement.picks, built, movement.faults)
-    return one, built
+    return one, replace(built, n_cut=n_cut)
 
 
 def first_uncut(movement: Movement) -> tuple[Attempt, Built | None, IsOwn | None]:

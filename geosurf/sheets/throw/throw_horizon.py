@@ -132,7 +132,14 @@ def throw_horizon(
 
 
 def throw_horizon_uncut(
-    horizon: Any, faults: Sequence[TriSurface], throw: Mapping[str, Any], name: str
+    horizon: Any,
+    faults: Sequence[TriSurface],
+    throw: Mapping[str, Any],
+    *,
+    name: str,
+    reach: float | Mapping[str, float] | None = None,
+    hanging_wall: float | Mapping[str, float] = 1.0,
+    direction: str | Mapping[str, str] = "local",
 ) -> Sheet:
     """
     Tear a horizon as `throw_horizon` does, and leave it to the model whether it is closed.
@@ -142,21 +149,23 @@ def throw_horizon_uncut(
 
     Parameters
     ----------
-    horizon, faults, throw, name
+    horizon, faults, throw, name, reach, hanging_wall, direction
         As for `throw_horizon`.
 
     Returns
     -------
     Sheet
-        With `Sheet.prove`, unless no fault tears it. A model without an error proves nothing: see
-        `is_proven`.
+        With `Sheet.prove`, unless no fault tears it: a model that cannot show the sheet to be
+        closed raises `NotShown` then. See `is_proven`, too.
 
     Raises
     ------
     HorizonError, InputError, GeometryError
-        As from `throw_horizon`.
+        Those of `throw_horizon`, from the steps before its first cut.
     """
-    movement, crs = _movement(horizon, faults, throw, name, None, 1.0, "local", None, None)
+    movement, crs = _movement(
+        horizon, faults, throw, name, reach, hanging_wall, direction, None, None
+    )
     first, built, is_own = first_uncut(movement)
     if built is None or is_own is None:
         return replace(_untorn(first), crs=crs)
@@ -169,7 +178,7 @@ def throw_horizon_uncut(
 
 
 def is_proven(scene_sheets: Iterable[Sheet]) -> bool:
-    """Whether a model has shown of all of its uncut sheets that they end on their faults."""
+    """Whether a model has looked at all of its uncut sheets: each is shown to be closed then."""
     proofs = [sheet.surface.proof for sheet in scene_sheets]
     return all(proof is None or proof.done for proof in proofs)
 
@@ -276,6 +285,7 @@ def _sheet(movement: Movement) -> Sheet:
         _report(best, state, cuts),
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
+        attempts=built.n_cut,
         shortened=shortened,
         lost=tuple(lost),
         notes=[*best.notes, *early, *map(str, lost)],
