@@ -5,12 +5,33 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
+
+
+_ALONE: ContextVar[bool] = ContextVar("alone", default=False)
+
+
+@contextmanager
+def on_one_core() -> Iterator[None]:
+    """Use one thread only: others of this process, or other processes, have the other cores.
+
+    Examples
+    --------
+    >>> with on_one_core():
+    ...     n_threads()
+    1
+    """
+    token = _ALONE.set(True)
+    try:
+        yield
+    finally:
+        _ALONE.reset(token)
 
 
 def n_threads() -> int:
@@ -21,6 +42,8 @@ def n_threads() -> int:
     InputError
         If GEOSURF_THREADS is not a whole number above 0.
     """
+    if _ALONE.get():
+        return 1
     said = os.environ.get("GEOSURF_THREADS")
     if said is None:
         cores = getattr(os, "sched_getaffinity", None)

@@ -7,18 +7,19 @@ from __future__ import annotations
 
 import os
 import pickle
+import sys
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
-from geosurf.arrangement.threads import n_threads
+from geosurf.arrangement.threads import n_threads, on_one_core
 from geosurf.ensemble.contact_levels import ContactLevel
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.worker_processes import (
-    EarlyWorkers,
     Workers,
     dumps,
     interpreter,
@@ -29,7 +30,8 @@ from geosurf.errors import DependencyError, InputError, WorkerError
 
 OnRecord = Callable[[Record], None]
 _FEW = 8  # realisations: fewer are in threads
-_MANY = 50  # realisations that move surfaces: a worker starts before the first one is timed
+_MANY = 50  # realisations that move surfaces: workers start with the base case
+_UNSENT = (TypeError, AttributeError, pickle.PicklingError)
 _PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works on
 
 
@@ -60,21 +62,44 @@ def check_workers(workers: Any) -> int:
     return workers
 
 
-def early_workers(
-    plan: Plan, n: int, client: Any, workers: int, processes: bool | None
-) -> EarlyWorkers:
-    """Return the workers that start before the base case is built.
+def workers_for(plan: Plan, n: int, client: Any, workers: int, processes: bool | None) -> Workers:
+    """Return the worker processes of an ensemble; some start before they have a plan.
 
-    All of them where `processes` is True. Where the first realisation decides, all but this process
-    for long ensembles that move surfaces: these end as processes on nearly all machines. At worst,
-    another core has imported geosurf in vain.
+    All start at once where `processes` is True. Where it is left open, this process is one of the
+    workers. The others start at once for long ensembles that move surfaces, which end as processes
+    on nearly all machines; for shorter ones, if the base case takes longer than such a start. At
+    worst, other cores have imported geosurf in vain.
+
+    Raises
+    ------
+    InputError
+        If `processes` is True inside a program that only has Python in it.
     """
-    if client is not None or processes is False or not interpreter():
-        return EarlyWorkers(0)
+    if client is not None or processes is False:
+        return Workers(0)
     if processes:
-        return EarlyWorkers(min(workers, n))
+        if not interpreter():
+            raise InputError(
+                f"{sys.executable or 'this program'} is not a Python program, and cannot start "
+                "workers. Leave out processes=True."
+            )
+        return Workers(min(workers, n), after=0.0)
+    others = min(workers, n) - 1 if interpreter() and plan.model.is_data else 0
     moves = any(not isinstance(one, ContactLevel) for one in plan.uncertain)
-    return EarlyWorkers(min(workers, n) - 1 if moves and plan.model.is_data and n >= _MANY else 0)
+    if not others or n < _FEW or not moves:
+        return Workers(others)
+    return Workers(others, after=0.0 if n >= _MANY else Workers.start_time)
+
+
+def give_early(plan: Plan, pool: Workers, processes: bool | None) -> None:
+    """Give the started plan to worker processes that have started: nothing has to be decided."""
+    if not pool.settle():
+        return
+    try:
+        pool.give(dumps(plan))
+    except _UNSENT:  # threads take anything
+        if processes:
+            raise
 
 
 def run_on_dask(
@@ -85,7 +110,7 @@ def run_on_dask(
     client: Any = None,
     workers: int = 1,
     processes: bool | None = None,
-    early: EarlyWorkers | None = None,
+    pool: Workers,
 ) -> None:
     """
     Run realisations and hand on the record of each as soon as it is there.
@@ -105,8 +130,8 @@ def run_on_dask(
     processes : bool, optional
         Whether workers are processes, not threads. Default: whatever is expected to end earlier,
         by the time of the first realisation.
-    early : EarlyWorkers, optional
-        Processes that have started already.
+    pool : Workers
+        Of `workers_for`; `give_early` may have given them the plan.
 
     Raises
     ------
@@ -120,22 +145,21 @@ def run_on_dask(
     if client is not None:
         _on_cluster(plan, wanted, on_record, client)
         return
-    early = EarlyWorkers(0) if early is None else early
-    if processes:
-        _in_processes(plan, dumps(plan), wanted, on_record, workers, early, here=False)
-        return
-    data = _tried(plan, wanted, on_record, workers, early) if processes is None else None
-    if data is not None:
-        _in_processes(plan, data, wanted, on_record, workers, early, here=True)
+    if processes is None and not pool.given:
+        _try(plan, wanted, on_record, workers, pool)
+    if pool.given:
+        if not processes:
+            pool.free.put(_on_one_core(plan.run))
+        at_once = pool.n + (not processes)
+        _streamed(_graph(pool.run, wanted), on_record, min(at_once, len(wanted)))
     else:
-        from dask.threaded import get
-
-        _streamed(get, _graph(plan.run, wanted), on_record, num_workers=workers)
+        _in_threads(plan, wanted, on_record, workers)
 
 
-def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **options: Any) -> None:
-    """Compute a graph of Dask; hand on each result when it is there, and forget it."""
+def _streamed(graph: dict[str, Any], on_record: OnRecord, workers: int) -> None:
+    """Compute a graph of Dask in threads; hand on each result when it is there, and forget it."""
     from dask.callbacks import Callback
+    from dask.threaded import get
 
     def done(key: Any, record: Record, _: Any, state: dict[str, Any], __: Any) -> None:
         """Take one result from the scheduler."""
@@ -144,43 +168,40 @@ def _streamed(get: Callable[..., Any], graph: dict, on_record: OnRecord, **optio
         on_record(record)
 
     with Callback(posttask=done):  # type: ignore[no-untyped-call]
-        get(graph, list(graph), **options)
+        get(graph, list(graph), num_workers=workers)
 
 
-def _in_processes(
-    plan: Plan,
-    data: bytes,
-    wanted: list[int],
-    on_record: OnRecord,
-    workers: int,
-    early: EarlyWorkers,
-    here: bool,
-) -> None:
-    """Worker processes, each asked by a thread of this one."""
-    from dask.threaded import get
-
-    with Workers(plan, data, min(workers, len(wanted)), here=here, early=early) as pool:
-        _streamed(get, _graph(pool.run, wanted), on_record, num_workers=workers)
+def _in_threads(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int) -> None:
+    """Run realisations in threads of this process; one alone may use several cores."""
+    at_once = min(workers, len(wanted))
+    run = plan.run if at_once == 1 else _on_one_core(plan.run)
+    _streamed(_graph(run, wanted), on_record, at_once)
 
 
-def _tried(
-    plan: Plan, wanted: list[int], on_record: OnRecord, workers: int, early: EarlyWorkers
-) -> bytes | None:
-    """Run the first realisation here; the plan as bytes if processes are faster for the others."""
+def _on_one_core(run: Callable[[int], Record]) -> Callable[[int], Record]:
+    """The same in one thread, where other realisations run on the other cores."""
+
+    def alone(realization: int) -> Record:
+        """Run a realisation."""
+        with on_one_core():
+            return run(realization)
+
+    return alone
+
+
+def _try(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int, pool: Workers) -> None:
+    """Run some realisations in threads, and give the plan to processes if these are faster."""
     # A function may have effects that the caller waits for: it stays in this process.
-    if workers == 1 or len(wanted) < _FEW or not plan.model.is_data:
-        return None
-    start = time.process_time()
-    record = plan.run(wanted[0])
-    seconds = time.process_time() - start
-    on_record(record)
-    del wanted[0]
-    if not processes_pay(seconds, len(wanted), workers, early.wait):
-        return None
-    try:
-        return dumps(plan)
-    except (TypeError, AttributeError, pickle.PicklingError):  # threads take anything
-        return None
+    if not pool.n or len(wanted) < _FEW + workers:
+        return
+    on_record(plan.run(wanted.pop(0)))  # it loads what the others find
+    some = [wanted.pop(0) for _ in range(workers)]
+    start, used = time.monotonic(), time.process_time()
+    _in_threads(plan, some, on_record, workers)
+    together, each = time.monotonic() - start, (time.process_time() - used) / workers
+    if processes_pay(each, together, len(wanted), workers, Workers.start_time):
+        with suppress(*_UNSENT):  # threads take anything
+            pool.give(dumps(plan))
 
 
 def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any) -> None:

@@ -12,7 +12,13 @@ import numpy as np
 
 from geosurf.conventions import is_whole
 from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel
-from geosurf.ensemble.on_dask import check_workers, early_workers, require_extra, run_on_dask
+from geosurf.ensemble.on_dask import (
+    check_workers,
+    give_early,
+    require_extra,
+    run_on_dask,
+    workers_for,
+)
 from geosurf.ensemble.plan import Plan, uncertainties
 from geosurf.ensemble.progress import Progress
 from geosurf.ensemble.record import Record
@@ -20,7 +26,7 @@ from geosurf.ensemble.results import open_ensemble
 from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.ensemble.store import REGION, EnsembleStore, is_finished
 from geosurf.ensemble.streams import check_seed
-from geosurf.ensemble.worker_processes import EarlyWorkers
+from geosurf.ensemble.worker_processes import Workers
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario.ensemble_keys import EnsembleSettings
@@ -75,7 +81,7 @@ def run_ensemble(
         Realisations at once, without a client. Default: the cores that the process may use.
     processes : bool, optional
         Whether workers are processes instead of threads. Default: what is expected to end earlier,
-        by the time of the first realisation; threads for a callable.
+        by the time of the first ones; threads for a callable.
     progress : bool or callable
         True shows progress and the time left, where stderr is a console; a callable gets each line.
 
@@ -135,17 +141,18 @@ def run_ensemble(
         _warn_of_failed(result)
         return result
     with (
-        early_workers(plan, n, client, workers, processes) as early,
+        workers_for(plan, n, client, workers, processes) as pool,
         tempfile.TemporaryDirectory(prefix="geosurf-ensemble-") as scratch,
     ):
         # The base case also fixes the area for all realisations.
         base = plan.start()
+        give_early(plan, pool, processes)
         # Without a store results pass through a temporary one: one way for both.
         path = Path(scratch) / "ensemble.zarr" if store is None else path_of(store, "store")
         target = EnsembleStore(path, plan, base, n, stays=store is not None)
         # The store is closed whatever happens, so that another call can continue.
         try:
-            _run(target, client, workers, processes, progress, early)
+            _run(target, client, workers, processes, progress, pool)
         finally:
             target.close()
         result = open_ensemble(path)
@@ -213,7 +220,7 @@ def _run(
     workers: int,
     processes: bool | None,
     progress: bool | Callable[[str], object],
-    early: EarlyWorkers,
+    pool: Workers,
 ) -> None:
     """Run what is missing, and store each realisation when it is finished."""
     # What the store has is not run again.
@@ -231,7 +238,7 @@ def _run(
     _refuse_if_all_fail(target)
     run_on_dask(
         target.plan, missing, finished, client=client, workers=workers, processes=processes,
-        early=early,
+        pool=pool,
     )  # fmt: skip
     target.finish()
 

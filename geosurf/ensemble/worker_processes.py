@@ -6,6 +6,7 @@ it needs no ``if __name__ == "__main__":``. A worker whose caller is gone ends b
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import pickle
@@ -17,15 +18,17 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic
-from typing import Any, BinaryIO
+from time import process_time
+from typing import Any, BinaryIO, ClassVar
 
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
-from geosurf.errors import GeosurfError, InputError, WorkerError
+from geosurf.errors import GeosurfError, WorkerError
+from geosurf.kernels.compile.jit import RUNNER
 
-START = 2.0  # s until a worker has imported geosurf, loaded kernels and read the plan
-LOCKED = 0.37  # share of a realisation that holds the lock of Python: one thread at a time
+# s until a worker has imported geosurf and read the plan: with frozen kernels, and with numba.
+# They count until the first worker of a process has measured it.
+FROZEN, LOADED = 0.8, 1.4
 _CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from geosurf.ensemble.worker_processes import serve; serve()"
@@ -40,13 +43,15 @@ _ERRORS = (
 Runner = Callable[[int], Record]
 
 
-def processes_pay(seconds: float, n: int, workers: int, wait: float = START) -> bool:
+def processes_pay(each: float, together: float, n: int, workers: int, wait: float) -> bool:
     """Whether processes end earlier than threads, which wait for the lock of Python.
 
     Parameters
     ----------
-    seconds : float
-        Processor time of a realisation.
+    each : float
+        Processor time of a realisation [s].
+    together : float
+        Time that as many realisations as there are workers took in threads [s].
     n : int
         Realisations.
     workers : int
@@ -56,17 +61,19 @@ def processes_pay(seconds: float, n: int, workers: int, wait: float = START) -> 
 
     Examples
     --------
-    >>> processes_pay(0.2, 100, 2), processes_pay(0.2, 20, 2), processes_pay(9.0, 100, 1)
-    (True, False, False)
-    >>> processes_pay(0.05, 100, 2), processes_pay(0.05, 100, 2, wait=0.5)
-    (False, True)
+    Two threads have kept one and a half cores busy:
+
+    >>> processes_pay(0.3, 0.4, 100, 2, 1.0), processes_pay(0.3, 0.4, 9, 2, 1.0)
+    (True, False)
+
+    Two cores:
+
+    >>> processes_pay(0.3, 0.3, 100, 2, 1.0)
+    False
     """
-    if workers == 1 or not interpreter():
-        return False
-    total = seconds * n
     # This process takes part, and need not start.
-    in_processes = (total + wait * (workers - 1)) / workers
-    return in_processes < total * (LOCKED + (1.0 - LOCKED) / workers)
+    in_processes = (n * each + wait * (workers - 1)) / workers
+    return bool(interpreter()) and workers > 1 and in_processes < n * together / workers
 
 
 def interpreter() -> str:
@@ -84,81 +91,75 @@ def dumps(plan: Plan) -> bytes:
     return bytes(cloudpickle.dumps(plan))
 
 
-class EarlyWorkers:
-    """
-    Worker processes that start while the base case is built, as a context: the rest ends with it.
-
-    They import geosurf on cores that the base case leaves idle, and wait for a plan.
-
-    Parameters
-    ----------
-    n : int
-    """
-
-    def __init__(self, n: int) -> None:
-        self.n = n
-        self.processes: list[subprocess.Popen[bytes]] = []
-        self._since = 0.0
-
-    @property
-    def wait(self) -> float:
-        """How long it takes until they have started [s]; a start from now where there are none."""
-        return max(START - (monotonic() - self._since), 0.0) if self.processes else START
-
-    def __enter__(self) -> EarlyWorkers:
-        self._since = monotonic()
-        self.processes = [_start() for _ in range(self.n)]
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        _end(self.processes)
-
-    def take(self) -> subprocess.Popen[bytes]:
-        """Return the next worker; a new one where none is left."""
-        return self.processes.pop() if self.processes else _start()
-
-
 class Workers:
     """
     Some worker processes, as a context: they end with it.
 
+    Each imports geosurf, waits for a plan, and is free when it has read it.
+
     Parameters
     ----------
-    plan : Plan
-        Started.
-    data : bytes
-        Of `dumps`.
     n : int
-        Realisations at once.
-    here : bool
-        Whether one of them runs in this process, which has started already.
-    early : EarlyWorkers
-        Are used first.
+        Processes.
+    after : float, optional
+        Seconds after which they start by themselves, while the caller builds the base case on
+        another core. Default: when a plan is given.
+
+    Attributes
+    ----------
+    start_time : float
+        Processor time that the last worker of this process took until it was free [s]; before the
+        first one, what that takes on a quiet machine.
+    given : bool
+        Whether they have a plan.
     """
 
-    def __init__(self, plan: Plan, data: bytes, n: int, *, here: bool, early: EarlyWorkers) -> None:
-        self.n, self.data, self.early = n - here, data, early
+    start_time: ClassVar[float] = LOADED if RUNNER.compiles else FROZEN
+
+    def __init__(self, n: int, after: float | None = None) -> None:
+        self.n, self.after = n, after
         self.free: queue.SimpleQueue[Runner] = queue.SimpleQueue()
         self.processes: list[subprocess.Popen[bytes]] = []
-        if here:
-            self.free.put(plan.run)
+        self.given = False
+        self._settled, self._lock = False, threading.Lock()
+        self._timer = threading.Timer(after or 0.0, self._by_themselves)
 
     def __enter__(self) -> Workers:
-        if not interpreter():
-            raise InputError(
-                f"{sys.executable or 'this program'} is not a Python program, and cannot start "
-                "workers. Leave out processes=True."
-            )
-        # Each is waited for by a thread of its own: reading the plan takes a while.
-        for _ in range(self.n):
-            process = self.early.take()
-            self.processes.append(process)
-            threading.Thread(target=self._greet, args=(process,), daemon=True).start()
+        if self.after == 0.0:
+            self._begin()
+        elif self.after is not None:
+            self._timer.daemon = True
+            self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         # Also where an error stops all: what they work on is not wanted any more.
+        self.settle()
         _end(self.processes)
+
+    def settle(self) -> bool:
+        """Whether they have started; if not, they do so when a plan is given."""
+        self._timer.cancel()
+        with self._lock:  # a start that has begun is waited for
+            self._settled = True
+        return bool(self.processes)
+
+    def _by_themselves(self) -> None:
+        with self._lock:
+            if not self._settled:
+                self._begin()
+
+    def _begin(self) -> None:
+        if not self.processes:
+            self.processes = [_start() for _ in range(self.n)]
+
+    def give(self, data: bytes) -> None:
+        """Send a plan, as `dumps` makes it, to all processes; they start now if they have not."""
+        self.given = True
+        self._begin()
+        # Each is waited for by a thread of its own: reading the plan takes a while.
+        for process in self.processes:
+            threading.Thread(target=self._greet, args=(process, data), daemon=True).start()
 
     def run(self, realization: int) -> Record:
         """Run a realisation on the next worker that is free."""
@@ -168,7 +169,7 @@ class Workers:
         finally:
             self.free.put(runner)
 
-    def _greet(self, process: subprocess.Popen[bytes]) -> None:
+    def _greet(self, process: subprocess.Popen[bytes], data: bytes) -> None:
         """Send the plan, and free the worker when it has read it."""
 
         def runner(realization: int) -> Record:
@@ -178,7 +179,7 @@ class Workers:
 
         ready: Runner = _Failed(WorkerError(lost(f"{self.n} worker processes")))
         try:
-            self._asked(process, self.data)
+            Workers.start_time = self._asked(process, data)
             ready = runner
         except _ERRORS as error:  # `run` raises it in the thread that asks
             ready = _Failed(error)
@@ -253,7 +254,7 @@ def serve() -> None:
     # Ctrl-C is for the caller, which ends its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     plan: Plan | None = None
-    # The answer to the plan is that it could be read; until the caller is gone, or closes the pipe.
+    # The answer to the plan is what it took until then; until the caller is gone.
     with suppress(EOFError, OSError):
         while True:
             answer, failed = None, None
@@ -261,6 +262,9 @@ def serve() -> None:
                 asked = pickle.load(sys.stdin.buffer)
                 if plan is None:
                     plan = asked
+                    # What is there stays: nobody has to look for garbage in it.
+                    gc.freeze()
+                    answer = process_time()
                 else:
                     answer = plan.run(asked)
             except EOFError:
@@ -279,4 +283,4 @@ def _packed(answer: Any, error: Exception | None) -> bytes:
         return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-__all__ = ["EarlyWorkers", "Workers", "dumps", "interpreter", "lost", "processes_pay", "serve"]
+__all__ = ["Workers", "dumps", "interpreter", "lost", "processes_pay", "serve"]

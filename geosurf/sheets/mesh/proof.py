@@ -1,8 +1,8 @@
 """Whether a torn sheet that nobody has cut ends on its faults: seen in the model that cuts it.
 
 `build` looks for leaks after a cut of its own. The cut of a model shows the same edges: a sheet
-that is closed there is closed. Of every other one a cut of the sheet alone decides: `NotShown` says
-why.
+that is closed there is closed. Of every other one a cut of the sheet alone decides: `NotShown` has
+the reason.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from geosurf.sheets.mesh.leaks import open_edges
 
 
 class NotShown(Exception):
-    """A model does not show that a sheet is closed; the text says why. Users never see it."""
+    """A model does not show that a sheet is closed; its text is the reason."""
 
 
 class Proof:

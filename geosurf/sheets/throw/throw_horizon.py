@@ -178,7 +178,7 @@ def throw_horizon_uncut(
 
 
 def is_proven(scene_sheets: Iterable[Sheet]) -> bool:
-    """Whether a model has looked at all of its uncut sheets: each is shown to be closed then."""
+    """Whether a model has looked at each of its uncut sheets, and so shown them to be closed."""
     proofs = [sheet.surface.proof for sheet in scene_sheets]
     return all(proof is None or proof.done for proof in proofs)
 
