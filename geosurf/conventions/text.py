@@ -27,6 +27,24 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
     return f" Did you mean {close[0]!r}?" if close else ""
 
 
+def known_names(known: Iterable[str], word: Any = None) -> str:
+    """Return names that exist as a list, the first ones of many, and which of them is meant.
+
+    Examples
+    --------
+    >>> known_names(["Top", "Base"], "Tpo")
+    "['Top', 'Base']. Did you mean 'Top'?"
+    >>> known_names(["Top", "Base"], "F1")
+    "['Top', 'Base']."
+    >>> known_names(map(str, range(500)))[-25:]
+    "'18', '19'] and 480 more."
+    """
+    names = list(map(str, known))
+    few = names if len(names) <= 30 else names[:20]
+    more = "" if len(few) == len(names) else f" and {len(names) - len(few)} more"
+    return f"{few}{more}.{'' if word is None else did_you_mean(word, names)}"
+
+
 def counted(n: int, word: str) -> str:
     """Return a number with its noun, in the plural where the number asks for it.
 

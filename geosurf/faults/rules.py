@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import did_you_mean, is_word, known_names
 from geosurf.errors import InputError
 from geosurf.model.expected import listed
 from geosurf.model.faults import SIDES
@@ -277,8 +277,8 @@ def read_names(names: Iterable[Any], what: str, faults: Sequence[str]) -> None:
     for name in names:
         if name not in faults:
             raise InputError(
-                f"{what} names {name!r}, which is not a fault. The faults are {list(faults)}."
-                f"{did_you_mean(str(name), faults)}"
+                f"{what} names {name!r}, which is not a fault. The faults are "
+                f"{known_names(faults, name)}"
             )
 
 

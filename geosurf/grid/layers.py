@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions import is_number, known_names
 from geosurf.errors import InputError
 
 MOST_LAYERS = 10_000
@@ -85,8 +85,7 @@ def layers_of(layers: Any, zones: Sequence[str], between: Sequence[str]) -> dict
     for name in layers:
         if name not in zones:
             raise InputError(
-                f"layers has no zone {name!r} to divide. Zones are {list(zones)}."
-                f"{did_you_mean(str(name), zones)}"
+                f"layers has no zone {name!r} to divide. Zones are {known_names(zones, name)}"
             )
     rows = sorted(zones.index(name) for name in layers)
     if not rows:

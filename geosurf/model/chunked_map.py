@@ -167,7 +167,10 @@ class ChunkedMap(ChunkedLattice):
         return distinct(*found)
 
     def cells_where(self, meets: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """All cells of blocks whose boxes in the map (low (n, 2), high (n, 2)) meet something."""
+        """All cells whose boxes in the map (low (n, 2), high (n, 2)) meet something, and some more.
+
+        Boxes of blocks are asked first, then those of the cells in blocks that meet it.
+        """
         boxes, found = self.bounds.boxes, [np.empty(0, dtype=np.int64)]
         for tile in np.flatnonzero(meets(boxes[:, :2], boxes[:, 3:5])).tolist():
             rows, cols = self.store.tile(*divmod(tile, self.tile_shape[1]))
@@ -182,8 +185,17 @@ class ChunkedMap(ChunkedLattice):
                 row, col = (np.arange(first, last - 1) for first, last in (rows, cols))
                 some = some[: len(row), : len(col)]
             i, j = np.nonzero(some)
-            found.append(row[i] * (self.shape[1] - 1) + col[j])
+            i, j = row[i], col[j]
+            near = meets(*self._boxes_of_cells(i, j))
+            found.append(i[near] * (self.shape[1] - 1) + j[near])
         return distinct(*found)
+
+    def _boxes_of_cells(self, row: np.ndarray, col: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Boxes in the map that hold some cells (n,): low and high corners (n, 2)."""
+        start, along, up = self.bounds.of_map[4:].reshape(3, 2)
+        middle = start + (col[:, None] + 0.5) * along + (row[:, None] + 0.5) * up
+        reach = (0.5 + float(self.bounds.of_map[3]) + _ASIDE) * (np.abs(along) + np.abs(up))
+        return middle - reach, middle + reach
 
     def map_bands(self) -> Iterator[tuple[Span, np.ndarray, np.ndarray]]:
         """Yield rows (first, last + 1), and easting and northing of all of their nodes."""

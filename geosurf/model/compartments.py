@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from geosurf.conventions import did_you_mean, is_word, length_text
+from geosurf.conventions import did_you_mean, is_word, known_names, length_text
 from geosurf.errors import InputError
 from geosurf.model.base import Noun
 
@@ -176,8 +176,8 @@ def _known(name: Any, faults: Sequence[str], what: str) -> None:
     """Refuse a name that is not a fault's."""
     if name not in faults:
         raise InputError(
-            f"{what} {name!r}, which is not a fault. The faults are {list(faults)}."
-            f"{did_you_mean(str(name), faults)} {HOW}."
+            f"{what} {name!r}, which is not a fault. The faults are "
+            f"{known_names(faults, name)} {HOW}."
         )
 
 

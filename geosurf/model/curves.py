@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import is_word, length_text, place
+from geosurf.conventions import is_word, known_names, length_text, place
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, Shown, frozen, polydata
@@ -210,7 +210,8 @@ class Curves(Shown):
         for name in (first, second):
             if not is_word(name, self.names):
                 raise InputError(
-                    f"there is no surface {name!r}. The surfaces are {list(self.names)}."
+                    f"there is no surface {name!r}. The surfaces are "
+                    f"{known_names(self.names, name)}"
                 )
 
         # pairs are stored with the smaller row first

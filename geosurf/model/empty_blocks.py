@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, known_names
 from geosurf.errors import InputError
 
 PINCH_OUT, LOWER, UPPER = "pinch out", "lower", "upper"
@@ -44,8 +44,8 @@ def filling_by_horizon(fill: Any, horizons: Sequence[str]) -> dict[str, bool | s
     for name, way in given.items():
         if name not in found:
             raise InputError(
-                f"fill_empty_blocks names {name!r}, which is not a horizon."
-                f"{did_you_mean(str(name), horizons)}"
+                f"fill_empty_blocks names {name!r}, which is not a horizon. The horizons are "
+                f"{known_names(horizons, name)}"
             )
         if way is None or isinstance(way, bool):
             found[name] = bool(way)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, is_whole, number_text
+from geosurf.conventions import counted, is_whole, known_names, number_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Shown, frozen, in_crs_of, polydata
@@ -212,7 +212,9 @@ class Patches(Shown):
     def _row(self, i: int | str) -> int:
         if isinstance(i, str):
             if i not in self.names:
-                raise InputError(f"there is no surface {i!r}. The surfaces are {list(self.names)}.")
+                raise InputError(
+                    f"there is no surface {i!r}. The surfaces are {known_names(self.names, i)}"
+                )
             return self.names.index(i)
         if not is_whole(i) or not 0 <= i < len(self.sources):
             raise InputError(f"there is no surface {i!r}; rows are 0 to {len(self.sources) - 1}.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, did_you_mean, is_word, volume_text
+from geosurf.conventions import counted, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
@@ -114,8 +114,10 @@ class Units(Shown, Mapping[str, Unit]):
         name = key if isinstance(key, str) else ""  # anything else may not be hashable
         found: Unit | None = self._by_labels.get(labels) if labels else self._units.get(name)
         if found is None:
-            guess = did_you_mean(key, self._units) if isinstance(key, str) else ""
-            raise KeyError(f"there is no unit {key!r}. The units are {list(self._units)}.{guess}")
+            word = key if isinstance(key, str) else None
+            raise KeyError(
+                f"there is no unit {key!r}. The units are {known_names(self._units, word)}"
+            )
         return found
 
     def _card(self) -> Card:
@@ -360,8 +362,7 @@ class Units(Shown, Mapping[str, Unit]):
         for side in sides:
             if not is_word(side, known):
                 raise InputError(
-                    f"no unit is on {side!r}. The sides of faults are "
-                    f"{known}.{did_you_mean(side, known)}"
+                    f"no unit is on {side!r}. The sides of faults are {known_names(known, side)}"
                 )
         # All sides have to hold, in any order.
         return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.fault_sides))

@@ -11,6 +11,7 @@ from geosurf.conventions import (
     did_you_mean,
     elevation_sign,
     is_number,
+    known_names,
     metres_per_unit,
     shared_name,
 )
@@ -353,8 +354,8 @@ def tear_setting(tear: Any, faults: tuple[str, ...]) -> Any:
     for name in tear if isinstance(tear, Mapping) else ():
         if name not in faults:
             raise InputError(
-                f"tear names {name!r}, which is not a fault of the scene."
-                f"{did_you_mean(str(name), faults)}"
+                f"tear names {name!r}, which is not a fault of the scene. The faults are "
+                f"{known_names(faults, name)}"
             )
     return dict(tear) if isinstance(tear, Mapping) else float(tear)
 

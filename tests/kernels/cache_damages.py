@@ -190,6 +190,13 @@ def no_module(scene):
 
 
 @damage
+def moved_kernel(scene):
+    """A kernel of the same content whose file was in another folder: no damage"""
+    scene.seal(b"cgeosurf.kernels.elsewhere.mesh\nKernel\n.")
+    scene.warns = False
+
+
+@damage
 def half_a_pickle(scene):
     """Half a pickle with a right checksum"""
     payload = unsealed(scene.kernel.name, scene.kernel.read_bytes())

@@ -8,6 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.model.chunked_map import ChunkedMap
+from geosurf.model.regions import Boxes, Line
 from geosurf.triangulate import chunked
 
 SHAPE = (23, 31)
@@ -137,3 +138,26 @@ def test_the_default_area_of_square_cells_needs_no_node_to_move():
     assert one.units.table.identical(two.units.table)
     assert one.patches.report["moved_vertices"] == two.patches.report["moved_vertices"] == 0
     assert two.check().ok
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_law_regions_name_all_cells_that_they_meet_and_few_others(seed):
+    rng = np.random.default_rng(seed)
+    grid = grids(seed, rng.uniform(-180, 180), (25.0, 40.0))["Top"]
+    lattices = [gs.triangulate_horizon(grid).lattice, stored(grid, (7, 9), "Top").lattice]
+    x, y = grid.easting.values, grid.northing.values
+    a, b = np.stack([rng.choice(x.ravel(), 2), rng.choice(y.ravel(), 2)], axis=1)
+    line, (low, high) = Line(a, b), np.sort([a, b], axis=0)
+
+    # cells whose corners are on both sides of the line; cells with a node in the box
+    side = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])
+    corners = [np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:]]
+    signs = np.sign([side[c] for c in corners])
+    inside = (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
+    asked = [(line, signs.min(axis=0) < signs.max(axis=0)), (Boxes(low[None], high[None]),
+             np.any([inside[c] for c in corners], axis=0))]  # fmt: skip
+    for region, met in asked:
+        for lattice in lattices:
+            found = region.cells(lattice)
+            assert set(np.flatnonzero(met)) <= set(found.tolist())
+        assert len(found) <= 4 * met.sum() + 40  # of 660, in the store

@@ -167,7 +167,8 @@ class KernelCache(_Cache):
                 try:
                     return CompileResult._rebuild(target_context, *pickle.loads(cached))
                 except _UNFIT as error:
-                    self._store.report_damage(name, f"{type(error).__name__}: {error}")
+                    if not _has_moved(error):
+                        self._store.report_damage(name, f"{type(error).__name__}: {error}")
         # A miss: numba compiles next.
         _announce(self._function.__name__)
         names_of_its_own()
@@ -179,6 +180,12 @@ class KernelCache(_Cache):
         fit = not data.library.has_dynamic_globals and all(part.can_cache for part in data.lifted)
         if self._enabled and fit:
             self._store.save(self.name(sig, data.codegen), dumps(data._reduce()))
+
+
+def _has_moved(error: Exception) -> bool:
+    """Whether a kernel was cached when its file, with the same content, was in another folder."""
+    moved = isinstance(error, ModuleNotFoundError) and error.name is not None
+    return moved and str(error.name).startswith("geosurf.kernels.")
 
 
 def _announce(kernel: str) -> None:
