@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.conventions.outlines import straight_runs
 from geosurf.model import TriSurface
 from geosurf.model.protocols import DrawnModel
+from geosurf.render.outline_cells import INSIDE, OUTSIDE, OutlineCells
 
 MANY = 32  # corners of an outline from which straight runs of sides are joined
 AT_ONCE = 32  # half-spaces that one number has bits for
@@ -88,9 +89,12 @@ class Prism:
 
         # triangles inside all sides stay as they are; of the others, those are cut that no side
         # has outside
-        kept, near, pieces, flags = [], [], [], []
+        whole, triangles = self._settled_by_cells(points, triangles)
+        kept, near, pieces, flags = [whole], [], [], []
+        used, number = np.unique(triangles, return_inverse=True)
+        some = points[used], number.reshape(-1, 3)
         for sides, outer in self.parts:
-            inside, met = _sorted_out(points, triangles, sides)
+            inside, met = _sorted_out(*some, sides)
             kept.append(triangles[inside])
             near.append(triangles[met])
 
@@ -126,6 +130,24 @@ class Prism:
         first = int(np.searchsorted(used, len(points)))
         x = np.concatenate([points[used[:first]], x[used[first:] - len(points)]])
         return x, number[found], np.unique(np.sort(number[edges], axis=1), axis=0)
+
+    def _settled_by_cells(
+        self, points: np.ndarray, triangles: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles that are certainly inside, and those that may be cut; others are outside.
+
+        Each part of an area that is not convex takes a pass over all triangles: 16 parts of a real
+        field took 5 s of 25 for all pictures.
+        """
+        if len(self.parts) == 1:
+            return triangles[:0], triangles
+        bottom, top = self.box[4:]
+        level = ((points[:, 2] >= bottom).astype(np.int8) + (points[:, 2] > top))[triangles]
+        code = OutlineCells(self.outline).sort(points, triangles)
+        low, high = level.min(axis=1), level.max(axis=1)
+        inside = (code == INSIDE) & (low == 1) & (high == 1)
+        outside = (code == OUTSIDE) | (high == 0) | (low == 2)
+        return triangles[inside], triangles[~inside & ~outside]
 
     def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
         """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""

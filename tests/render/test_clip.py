@@ -9,6 +9,7 @@ from geosurf import Scene, synthetic, tear_horizon
 from geosurf.model import TriSurface
 from geosurf.render import surface_layers
 from geosurf.render.clip import Prism, as_modelled, convex_parts
+from geosurf.render.outline_cells import INSIDE, NEAR, OUTSIDE, OutlineCells
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 STAR = np.array([[0, 0], [4, 1], [8, 0], [7, 4], [8, 8], [4, 7], [0, 8], [1, 4]], dtype=float)
@@ -120,3 +121,20 @@ def test_short_sides_on_one_line_cut_like_one_side():
     assert len(prisms[1].outline) == 4
     areas = [map_area(*one.triangles(points, np.array([[0, 1, 2]]))[:2]) for one in prisms]
     assert areas[0] == pytest.approx(areas[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("ring", [STAR, HOOK], ids=["star", "hook"])
+@pytest.mark.parametrize("n", [7, 150])
+def test_cells_of_an_outline_decide_only_what_is_certain(ring, n, rng):
+    points, triangles = tilted(n)
+    points[:, :2] += rng.uniform(-0.4, 0.4, (len(points), 2)) * 11.0 / n
+    code = OutlineCells(ring).sort(points, triangles)
+    for decided in (INSIDE, OUTSIDE):
+        some = triangles[code == decided]
+        parts = [Prism((0, 8, 0, 8, -5, 5), of) for of, _ in convex_parts(ring)]
+        clipped = (part.triangles(points, some) for part in parts)
+        area = sum(map_area(x, t) for x, t, _ in clipped)
+        assert area == pytest.approx(
+            map_area(points, some) if decided == INSIDE else 0.0, rel=1e-12
+        )
+    assert (code == NEAR).mean() < (0.2 if n == 150 else 1.0)
