@@ -27,18 +27,55 @@ scenario_model.py  the tables [ensemble] and [[uncertain]] of a scenario
 
 from __future__ import annotations
 
-from geosurf.ensemble.contact_levels import ContactLevel
-from geosurf.ensemble.covariance import Covariance
-from geosurf.ensemble.depths import DepthError, DepthShift
-from geosurf.ensemble.fault_moves import FaultDip, FaultShift
-from geosurf.ensemble.field_grid import FieldGrid
-from geosurf.ensemble.fields import GaussianField
-from geosurf.ensemble.juxtapositions import juxtaposition
-from geosurf.ensemble.report import report_ensemble
-from geosurf.ensemble.results import convergence, open_ensemble, quantiles, tornado, volumes_by
-from geosurf.ensemble.run import realize, run_ensemble
-from geosurf.ensemble.throws import Throw
+from typing import TYPE_CHECKING
+
+from geosurf.lazy import lazily
 from geosurf.model.distributions import Discrete, Normal, Triangular, Uniform
+
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf.ensemble.contact_levels import ContactLevel as ContactLevel
+    from geosurf.ensemble.covariance import Covariance as Covariance
+    from geosurf.ensemble.depths import DepthError as DepthError
+    from geosurf.ensemble.depths import DepthShift as DepthShift
+    from geosurf.ensemble.fault_moves import FaultDip as FaultDip
+    from geosurf.ensemble.fault_moves import FaultShift as FaultShift
+    from geosurf.ensemble.field_grid import FieldGrid as FieldGrid
+    from geosurf.ensemble.fields import GaussianField as GaussianField
+    from geosurf.ensemble.juxtapositions import juxtaposition as juxtaposition
+    from geosurf.ensemble.report import report_ensemble as report_ensemble
+    from geosurf.ensemble.results import convergence as convergence
+    from geosurf.ensemble.results import open_ensemble as open_ensemble
+    from geosurf.ensemble.results import quantiles as quantiles
+    from geosurf.ensemble.results import tornado as tornado
+    from geosurf.ensemble.results import volumes_by as volumes_by
+    from geosurf.ensemble.run import realize as realize
+    from geosurf.ensemble.run import run_ensemble as run_ensemble
+    from geosurf.ensemble.throws import Throw as Throw
+else:
+    # a worker process needs neither reports nor statistics
+    __getattr__ = lazily(
+        __name__,
+        {
+            "ContactLevel": "contact_levels",
+            "Covariance": "covariance",
+            "DepthError": "depths",
+            "DepthShift": "depths",
+            "FaultDip": "fault_moves",
+            "FaultShift": "fault_moves",
+            "FieldGrid": "field_grid",
+            "GaussianField": "fields",
+            "juxtaposition": "juxtapositions",
+            "report_ensemble": "report",
+            "convergence": "results",
+            "open_ensemble": "results",
+            "quantiles": "results",
+            "tornado": "results",
+            "volumes_by": "results",
+            "realize": "run",
+            "run_ensemble": "run",
+            "Throw": "throws",
+        },
+    )
 
 __all__ = [
     "ContactLevel",

@@ -53,6 +53,8 @@ class Plan:
 
     def __post_init__(self) -> None:
         self.layers: Layers | None = None
+        # whether this process has the results that realisations share
+        self._shared = False
         # Parameters are columns of the result, and select streams of random numbers.
         names = [one.parameter for one in self.uncertain]
         for name in names:
@@ -63,6 +65,10 @@ class Plan:
         self.prepared: tuple[Prepared, ...] = tuple(
             one.prepare(self.model) for one in self.uncertain
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to other processes, where scenes begin without results."""
+        return {**self.__dict__, "_shared": False}
 
     @property
     def parameters(self) -> list[str]:
@@ -100,6 +106,7 @@ class Plan:
         """Build the base case, keep its area for all realisations, and measure it."""
         base = self.base_case()
         self.model.started(base)
+        self._shared = True
         if self.grid is not None:
             self.layers = Layers.of(base, self.grid)
         return self.measure(base, {})
@@ -155,7 +162,7 @@ class Plan:
         before, recut = len(warnings), ""
         scene = self.model.build_uncut(change)
         if scene is not None:
-            keep_results_apart(scene)
+            self._keep_apart(scene)
             try:
                 record = _with_tears(self.measure(scene, change.numbers), scene)
                 if is_proven(scene.sheets.values()):
@@ -170,9 +177,19 @@ class Plan:
                 recut = str(error)
             del warnings[before:]
         scene = self.model.build(change)
-        if self.model.is_data:
-            keep_results_apart(scene)
+        self._keep_apart(scene)
         return replace(_with_tears(self.measure(scene, change.numbers), scene), recut=recut)
+
+    def _keep_apart(self, scene: Scene) -> None:
+        """Let a realisation take shared results, and give none: nobody asks for its own.
+
+        In another process than that of the base case the first one gives its results: those of
+        what does not change serve all others.
+        """
+        if self.model.is_data:
+            if self._shared:
+                keep_results_apart(scene)
+            self._shared = True
 
     def measure(self, scene: Scene, numbers: dict[str, float]) -> Record:
         """Return volumes of all units, and maps if they are requested."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -34,6 +35,7 @@ from geosurf.ensemble.run import planned
 from geosurf.ensemble.store import EnsembleStore
 from geosurf.ensemble.worker_processes import Workers, processes_pay
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
+from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
 from tests.ensemble.worlds import AREA, bytes_of, layer_cake
 
@@ -155,6 +157,19 @@ def test_no_worker_starts_for_few_realisations_or_contacts_alone(monkeypatch):
     monkeypatch.setattr(on_dask, "processes_pay", lambda *_: False)
     run(7, workers=2)
     run(60, uncertain=UNCERTAIN[2:], maps=None, workers=2)
+
+
+def test_another_process_builds_once_what_does_not_change(monkeypatch):
+    """A plan begins there without results: moved contacts cut the model of the first one."""
+    plan, n = planned(scene(), 3, UNCERTAIN[2:], None, None)
+    plan.start()
+    built, rebuilt = [], Graph._rebuilt
+    monkeypatch.setattr(Graph, "_rebuilt", lambda *given: built.append(1) or rebuilt(*given))
+    here = [plan.run(k).volumes for k in range(n)]
+    assert not built
+    there = pickle.loads(worker_processes.dumps(plan))
+    assert [there.run(k).volumes for k in range(n)] == here
+    assert len(built) == 1
 
 
 def test_realisations_side_by_side_have_a_core_each(monkeypatch):

@@ -11,6 +11,7 @@ import pytest
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.ensemble import ContactLevel, DepthShift, FaultShift, Triangular, Uniform
+from geosurf.ensemble.run import planned
 from geosurf.ensemble.scenario_model import ScenarioModel
 from geosurf.errors import InputError, ScenarioError
 from geosurf.scene.given import frame_of
@@ -99,7 +100,7 @@ def test_a_scenario_gives_the_results_of_its_scene(write):
 
 def test_horizons_are_thrown_again_by_the_factor(write):
     model = ScenarioModel(write(THROW))
-    plan = gs.ensemble.run.planned(model.scenario.path, 1, (), 0, None)[0]
+    plan = planned(model.scenario.path, 1, (), 0, None)[0]
     for k in range(2):
         change = plan._change(k)
         throw = model.build(change).sheets["Base"].cuts["F1"].throw
@@ -130,7 +131,7 @@ def test_thrown_sheets_are_cut_by_their_model_only(write, throws):
         waves = plane(elevation, 0.01, n=13)
         waves += 9.0 * np.sin(waves.easting / 310.0 + waves.northing / 470.0)
         gs.write(waves, path.parent / f"{name}.nc")
-    plan = gs.ensemble.run.planned(path, 1, (), 0, None)[0]
+    plan = planned(path, 1, (), 0, None)[0]
     plan.start()
     assert plan.model.closed_at_once == {"Top", "Base"}
     records = [plan.run(k) for k in range(2)]
@@ -143,7 +144,7 @@ def test_where_throws_are_certain_nothing_is_thrown_again(write):
     """Realisations that move a contact have the sheets of the base case."""
     moved = '[[throws]]\nfault = "F1"\nthrow_m = 20\n[[uncertain]]\nkind = "contact shift"\n'
     path = write(CONTACT, moved + 'of = ["OWC"]\nuniform = [-9, 9]\n')
-    plan = gs.ensemble.run.planned(path, 1, (), 0, None)[0]
+    plan = planned(path, 1, (), 0, None)[0]
     plan.start()
     base, one = plan.scene(None), plan.scene(0)
     assert all(one.sheets[name] is base.sheets[name] for name in ("Top", "Base"))
@@ -159,7 +160,7 @@ def test_the_base_case_is_torn_once_and_has_the_area_of_what_is_built(tmp_path, 
         '[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[[faults]]\nname = "F1"\nfile = "F1.ts"\n'
         'extend = ["up", "down"]\n' + TEAR  # a taller box makes the fault longer
     )
-    plan = gs.ensemble.run.planned(path, 1, (), 0, None)[0]
+    plan = planned(path, 1, (), 0, None)[0]
     change, model = plan._change(None), plan.model
     frames = [frame_of(make(change)) for make in (model.outline, model.build)]
     assert frames[0][0] == frames[1][0]
@@ -169,7 +170,7 @@ def test_the_base_case_is_torn_once_and_has_the_area_of_what_is_built(tmp_path, 
     monkeypatch.setattr(
         tear, "tear_from", lambda *args, **words: torn.append(args) or real(*args, **words)
     )
-    gs.ensemble.run.planned(path, 1, (), 0, None)[0].start()
+    planned(path, 1, (), 0, None)[0].start()
     assert len(torn) == 1
 
 
