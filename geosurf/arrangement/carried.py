@@ -8,6 +8,7 @@ search of all pairs gives. Where numbers could be others, all pairs are merged a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from geosurf.arrangement.earlier import Carried, Earlier, Unchanged, common_rows, with_crossings
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, pairs_of
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.contacts.merged_contacts import (
     kept_contacts,
     mark_changed,
@@ -32,6 +34,7 @@ from geosurf.kernels.exact.predicates import MAX_SCALE, frame_of
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
 
+_MANY = 20_000  # earlier contacts, from which two threads merge them
 LEAST = 0.5  # share of the earlier contacts that has to stay: fewer are searched in less time
 
 
@@ -138,46 +141,61 @@ def _numbered(
     nodes = list(zip(np.split(node, cut), np.split(vertex, cut), strict=True))
     t = np.empty((n_face, 3), dtype=np.int64)
     surface, key = np.empty(n_face, dtype=np.int64), np.empty(n_face, dtype=np.int64)
-    move_faces(old.t, surface0, old.key_of_face, face0, point0, t, surface, key)
-    move_faces(new.t, new.surface_of_face, new.key_of_face, face1, point1, t, surface, key)
 
-    # contacts by faces, points as they come
+    # contacts by faces, points as they come; the rows of both are written side by side
     n = len(old.d) + len(new.d)
     x, d = np.empty((n_vertex + n, 3)), np.empty((n, 4), dtype=np.int64)
-    move_vertices(old.x, point0, old.n_vertex, x)
-    move_vertices(new.x, point1, new.n_vertex, x)
-    rows, ids, n_point = merge_contacts(
+    changed = np.zeros(n_face, dtype=bool)
+    merged = (
         old.rows, old.ids, kept, face0, point0, old.d, old.n_vertex, old.x,
         new.rows, new.ids, face1, point1, new.d, new.n_vertex, new.x, n_vertex, x, d,
     )  # fmt: skip
+
+    def move() -> None:
+        """Write the faces and vertices, which do not depend on the points that are numbered."""
+        vertex0, vertex1 = point0[: old.n_vertex], point1[: new.n_vertex]
+        move_faces(old.t, surface0, old.key_of_face, face0, vertex0, t, surface, key)
+        move_faces(new.t, new.surface_of_face, new.key_of_face, face1, vertex1, t, surface, key)
+        move_vertices(old.x, vertex0, old.n_vertex, x)
+        move_vertices(new.x, vertex1, new.n_vertex, x)
+        # faces that gain a contact, or lose one, are cut again
+        mark_changed(old.rows, kept, face0, new.rows, face1, changed)
+
+    worth = len(old.rows) > _MANY
+    (rows, ids, n_point), _ = map_threads(
+        lambda task: task(), [(partial(merge_contacts, *merged),), (move,)], worth
+    )
     if n_point < 0:
         return None
     x, d = x[: n_vertex + n_point].copy(), d[:n_point].copy()
 
-    # points of both in one place would be one point, or two that rounding puts there
-    is_new = np.zeros(len(x), dtype=bool)
-    is_new[point1] = True
-    is_new[point0[point0 >= 0]] = False
-    some = x.take(may_coincide_with(x, is_new), axis=0)
-    if weld(some)[1] < len(some):
-        return None
+    def coincide() -> bool:
+        """Whether points of both are in one place: one point, or two that rounding puts there."""
+        is_new = np.zeros(len(x), dtype=bool)
+        is_new[point1] = True
+        is_new[point0[point0 >= 0]] = False
+        some = x.take(may_coincide_with(x, is_new), axis=0)
+        return weld(some)[1] < len(some)
 
-    m, w = frame_of(x[:n_vertex], n_face)
+    def frame() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Near pairs, and the frame of the vertices."""
+        near = old.near[(face0[old.near] >= 0).all(axis=1)]
+        near = np.concatenate([face0[near], face1[new.near]])
+        return sorted_by_faces(near, n_face), *frame_of(x[:n_vertex], n_face)
+
+    found_equal, (near, m, w) = map_threads(lambda task: task(), [(coincide,), (frame,)], worth)
+    if found_equal:
+        return None
     if m[SCALE] > MAX_SCALE:
         return None
     m[N_POINT], m[N_EDGE_PLANE] = n_point, 0
 
-    near = old.near[(face0[old.near] >= 0).all(axis=1)]
-    near = np.concatenate([face0[near], face1[new.near]])
     found = Contacts(
         new.surfaces, new.origin, x, n_vertex, t, surface, key, nodes, rows,
-        sorted_by_faces(near, n_face), ids, new.e, d, m, w, new.slip,
+        near, ids, new.e, d, m, w, new.slip,
         cost={**new.cost, "pairs_meeting": len(rows)}, options={**new.options, "pairs": pairs},
     )  # fmt: skip
 
-    # faces that gain a contact, or lose one, are cut again
-    changed = np.zeros(n_face, dtype=bool)
-    mark_changed(old.rows, kept, face0, new.rows, face1, changed)
     found.carried = Carried(old, with_crossings(old, Unchanged(place, face0, point0, changed)))
     return found
 

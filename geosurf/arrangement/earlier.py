@@ -15,13 +15,7 @@ import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.search import Contacts
-from geosurf.kernels.cutting.unchanged_faces import (
-    changed_faces,
-    count_unchanged,
-    mark_crossed,
-    merge_children,
-    places_among,
-)
+from geosurf.kernels.cutting.unchanged_faces import changed_faces, mark_crossed, places_among
 from geosurf.model.pieces import Pieces
 
 
@@ -34,8 +28,15 @@ class Kept:
     pieces : Pieces
     face : ndarray of int64, shape (n_triangle,)
         Face of the contacts that each triangle is of, or -1.
+    id_of_point : ndarray of int64, shape (n_point,), or None
+        Number of each point among those of the children, or above these; None where several points
+        of the children are one.
+    linked : ndarray of int64, shape (n, 2)
+        Half-edges that are alone, and the runs behind them.
     rim : ndarray of int64
         Last half-edges of the edges between patches, rising.
+    n_child : int
+        How many of the triangles are parts of faces that were cut.
     came : Origin, or None
         Earlier pieces that these come from, until cells have been found.
     seams : (ndarray, ndarray), or None
@@ -48,7 +49,10 @@ class Kept:
 
     pieces: Pieces
     face: np.ndarray
+    id_of_point: np.ndarray | None
+    linked: np.ndarray
     rim: np.ndarray
+    n_child: int
     came: Origin | None = None
     seams: tuple[np.ndarray, np.ndarray] | None = None
     one_way: bool = False
@@ -66,6 +70,8 @@ class Origin:
         Triangle that each earlier triangle is now, or -1.
     halves : ndarray of int64
         Half-edges whose edges have changed, rising.
+    ring, link : ndarray of int64, shape (3 * n_triangle,)
+        As `Pieces` has them, of these half-edges.
     patch : ndarray of int64
         Patch that each earlier patch is now, or -1 if it lost or gained something.
     """
@@ -73,6 +79,8 @@ class Origin:
     before: Kept
     after: np.ndarray
     halves: np.ndarray
+    ring: np.ndarray
+    link: np.ndarray
     patch: np.ndarray
 
 
@@ -88,7 +96,7 @@ class Earlier:
         As `Contacts` has them.
     pairs : list of (int, int)
         Pairs of surfaces that were searched.
-    triangles, parent, cut, doubtful, n_thin, largest
+    cut, n_thin, largest
         As `Children` has them.
     n_point : int
         Points of the children; those beyond `x` are crossings.
@@ -111,10 +119,7 @@ class Earlier:
     n_vertex: int
     slip: float
     pairs: list[tuple[int, int]]
-    triangles: np.ndarray
-    parent: np.ndarray
     cut: np.ndarray
-    doubtful: np.ndarray
     n_point: int
     collisions: int
     n_thin: int
@@ -130,13 +135,12 @@ class Earlier:
         kept: Kept,
     ) -> Earlier:
         """Return what later arrangements need of one; nothing that it holds is kept by views."""
-        # arrays of children and points that were made anew have room for more
+        # arrays of points that were made anew have room for more
         return cls(
             tuple(keys), contacts.origin, contacts.t, contacts.surface_of_face,
             contacts.key_of_face, contacts.nodes, contacts.rows, contacts.near, contacts.ids,
             _alone(contacts.x), _alone(contacts.d), contacts.n_vertex, contacts.slip,
-            contacts.options["pairs"], _alone(children.triangles), _alone(children.parent),
-            children.cut, children.doubtful, len(children.x), children.collisions,
+            contacts.options["pairs"], children.cut, len(children.x), children.collisions,
             children.n_thin, children.largest, kept,
         )  # fmt: skip
 
@@ -166,10 +170,31 @@ class Unchanged:
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """An earlier arrangement, and what a new one has in common with it."""
+    """An earlier arrangement, and what a new one has in common with it.
+
+    Attributes
+    ----------
+    earlier : Earlier
+    same : Unchanged
+    edges : bool
+        Whether edges are carried over, too: to match all of them costs less where most change.
+    """
 
     earlier: Earlier
     same: Unchanged
+    edges: bool = True
+
+    def children(self) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles and parents of all children that are carried over, by parent."""
+        kept, same = self.earlier.kept, self.same
+        assert kept.id_of_point is not None  # else nothing is carried over
+        is_cut = np.zeros(len(same.face) + 1, dtype=bool)  # the last one for face -1
+        is_cut[self.earlier.cut] = (same.face >= 0)[self.earlier.cut]
+        changed = np.append(same.changed, True)[same.face]
+        is_cut[:-1] &= ~changed
+        rows = np.flatnonzero(is_cut[kept.face])
+        ids = kept.id_of_point[kept.pieces.triangles[rows]]
+        return same.point[ids], same.face[kept.face[rows]]
 
 
 def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Unchanged | None:
@@ -184,7 +209,7 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
         One of each of its surfaces.
     """
     place_of_surface = common_rows(before, keys, contacts.origin)
-    if place_of_surface is None or contacts.ids.shape[1] != 2:
+    if place_of_surface is None or contacts.ids.shape[1] != 2 or before.kept.id_of_point is None:
         return None
     pairs = [(i, j) for i, j in enumerate(place_of_surface.tolist()) if j >= 0]
 
@@ -222,7 +247,9 @@ def compare(before: Earlier, contacts: Contacts, keys: Sequence[Hashable]) -> Un
 def with_crossings(before: Earlier, same: Unchanged) -> Unchanged:
     """The same, with all faces changed that have crossings: these are numbered as they come."""
     if before.n_point > len(before.x):
-        mark_crossed(before.triangles, before.parent, len(before.x), same.face, same.changed)
+        kept = before.kept
+        of = kept.pieces.triangles, kept.face, kept.id_of_point
+        mark_crossed(*of, len(before.x), same.face, same.changed)
     return same
 
 
@@ -239,27 +266,20 @@ def common_rows(before: Earlier, keys: Sequence[Hashable], origin: np.ndarray) -
     return place if len(both) and (np.diff(both) > 0).all() else None
 
 
-def cut_changed(old: Earlier, contacts: Contacts, same: Unchanged) -> Children:
-    """Return the children of all faces, of which only those that have changed are cut.
+def cut_changed(contacts: Contacts, carried: Carried) -> Children:
+    """Return the children of faces that have changed; `cut` are all faces that are cut.
 
     Raises
     ------
     InvariantError
         As `cut_contacts`.
     """
+    same = carried.same
     new = cut_contacts(contacts, contacts.records_of(same.changed))
-    # large arrays are made here: numpy asks for large pages, which kernels do not
-    n = len(new.parent) + count_unchanged(old.parent, same.face, same.changed)
-    triangles, parent = np.empty((n, 3), dtype=np.int64), np.empty(n, dtype=np.int64)
-    doubtful = merge_children(
-        old.triangles, old.parent, old.doubtful, same.face, same.point, same.changed,
-        new.triangles, new.parent, new.doubtful, triangles, parent,
-    )  # fmt: skip
-
-    cut = same.face[old.cut]
+    cut = same.face[carried.earlier.cut]
     cut = cut[cut >= 0]
-    cut = np.sort(np.concatenate([cut[~same.changed[cut]], new.cut]))
-    return Children(new.x, new.d, triangles, parent, cut, doubtful, new.collisions, new.m)
+    new.cut = np.sort(np.concatenate([cut[~same.changed[cut]], new.cut]))
+    return new
 
 
 __all__ = [

@@ -114,7 +114,9 @@ class Cells:
         """Volume of some faces (bool) above a level and below it: see `carve.measures`."""
         return self.sums.complete(
             ("beside", level), wanted,
-            lambda asked: measures.beside_level(self.pieces, self.face_of_element, asked, level),
+            lambda asked: measures.beside_level(
+                self.pieces, self.face_of_element, asked, level, self.surface_of
+            ),
         )  # fmt: skip
 
     def _of_faces(self, kind: str, run: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

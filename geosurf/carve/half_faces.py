@@ -90,16 +90,21 @@ def find_parts(pieces: Pieces, bounds: np.ndarray, kept: Kept | None) -> Parts:
 
 def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
     """Whether no triangles coincide, and no surface turns over; lattices never do."""
-    of = pieces.triangles, pieces.surface, pieces.ring
-    if kept.came is not None and kept.came.before.one_way:
-        halves = kept.came.halves
-        rows = [(*of, halves[i:j]) for i, j in in_ranges(len(halves), 3 * _SEAMS)]
-        kept.one_way = not any(map_threads(count_turns_among, rows))
-        return kept.one_way
-    if not np.array_equal(pieces.twin, np.arange(len(pieces.twin))):
-        return False
     cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
     lists = [i for i, strips in enumerate(pieces.strips) if strips is None]
+    if kept.came is not None and kept.came.before.one_way:
+        came = kept.came
+        ends = np.searchsorted(came.halves, 3 * cut)
+        kept.one_way = not any(
+            count_turns_among(
+                pieces.triangles, pieces.surface, came.ring, came.halves[ends[i] : ends[i + 1]]
+            )
+            for i in lists
+        )
+        return kept.one_way
+    of = pieces.triangles, pieces.surface, pieces.ring
+    if not np.array_equal(pieces.twin, np.arange(len(pieces.twin))):
+        return False
     kept.one_way = not any(count_turns(*of, cut[i], cut[i + 1]) for i in lists)
     return kept.one_way
 
@@ -170,10 +175,12 @@ def joined_sides(
     """
     came = None if kept is None else kept.came
     before = None if came is None else came.before.seams
-    halves = None if came is None or before is None else came.halves
-    open_at = edges_at(pieces, parts.of_element, halves)
+    changed = None if before is None else came
+    ring, link = (pieces.ring, pieces.link) if changed is None else (changed.ring, changed.link)
+    halves = None if changed is None else changed.halves
+    open_at = edges_at(pieces.triangles, ring, link, parts.of_element, halves)
     first = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
-    sort = partial(sorted_seams, patches, pieces, parts.of_element, first, open_at)
+    sort = partial(sorted_seams, patches, pieces, ring, parts.of_element, first, open_at)
     if came is None or before is None:
         start, seams, parents = sort()
     else:

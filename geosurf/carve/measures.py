@@ -86,7 +86,9 @@ def extent(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     return found
 
 
-def beside_level(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float) -> np.ndarray:
+def beside_level(
+    pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: float, surface: np.ndarray
+) -> np.ndarray:
     """
     Volume between faces and a level, above it and below it.
 
@@ -96,6 +98,8 @@ def beside_level(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: flo
         As for `below`.
     level : float
         Local elevation [m].
+    surface : ndarray of int64, shape (n_face,)
+        Surface that each face is of. No triangle of others than those of `asked` is looked at.
 
     Returns
     -------
@@ -104,10 +108,11 @@ def beside_level(pieces: Pieces, face: np.ndarray, asked: np.ndarray, level: flo
         that look up, the first is positive and the second negative.
     """
     found = np.zeros((len(asked), 4))
-    map_threads(
-        level_volumes.volume_beside_triangles,
-        [(pieces.x, *some, asked, level, found) for some in _triangles(pieces, face)],
-    )
+    wanted = np.unique(surface[asked])
+    ends = np.searchsorted(pieces.surface, [wanted, wanted + 1]).T.tolist()
+    rows = [(pieces.x, pieces.triangles[i:j], face[i:j], asked, level, found) for i, j in ends]
+    worth = sum(j - i for i, j in ends) > _TRIANGLES
+    map_threads(level_volumes.volume_beside_triangles, rows, worth)
     for lattice, runs, of in _runs(pieces, face, asked):
         height = level + pieces.origin[2]
         level_volumes.volume_beside_runs(

@@ -44,12 +44,19 @@ class Parents:
         return found
 
 
-def edges_at(pieces: Pieces, part: np.ndarray, halves: np.ndarray | None) -> np.ndarray:
+def edges_at(
+    triangles: np.ndarray,
+    ring: np.ndarray,
+    link: np.ndarray,
+    part: np.ndarray,
+    halves: np.ndarray | None,
+) -> np.ndarray:
     """Find all edges that are not inside a part, or those of some half-edges.
 
     Parameters
     ----------
-    pieces : Pieces
+    triangles, ring, link : ndarray of int64
+        As `Pieces` has them; of other half-edges nothing is read.
     part : ndarray of int64, shape (n_element,)
         Part of each triangle and run, or -1.
     halves : ndarray of int64, or None
@@ -60,9 +67,9 @@ def edges_at(pieces: Pieces, part: np.ndarray, halves: np.ndarray | None) -> np.
     ndarray of int64, shape (n_edge,)
         First half-edge of each.
     """
-    of = pieces.triangles, pieces.ring, pieces.link, part
+    of = triangles, ring, link, part
     if halves is None:
-        rows = in_ranges(len(pieces.triangles), _TRIANGLES)
+        rows = in_ranges(len(triangles), _TRIANGLES)
         return np.concatenate(map_threads(open_edges, [(*of, *row) for row in rows]))
     rows = in_ranges(len(halves), 3 * _TRIANGLES)
     return np.concatenate(map_threads(open_edges_among, [(*of, halves[i:j]) for i, j in rows]))
@@ -71,6 +78,7 @@ def edges_at(pieces: Pieces, part: np.ndarray, halves: np.ndarray | None) -> np.
 def sorted_seams(
     patches: Patches,
     pieces: Pieces,
+    ring: np.ndarray,
     part: np.ndarray,
     also: np.ndarray,
     open_at: np.ndarray,
@@ -80,7 +88,9 @@ def sorted_seams(
 
     Parameters
     ----------
-    patches, pieces, part
+    patches : Patches
+    pieces : Pieces
+    ring, part
         As for `edges_at`.
     also : ndarray of int64
         More triangles of which the input triangles are wanted.
@@ -103,7 +113,7 @@ def sorted_seams(
     edges = [open_at[i:j] for i, j in in_ranges(len(open_at), _EDGES)]
     wanted = np.zeros(len(pieces.triangles), dtype=bool)
     wanted[also] = True
-    counts = map_threads(mark_around, [(pieces.ring, some, wanted) for some in edges])
+    counts = map_threads(mark_around, [(ring, some, wanted) for some in edges])
     parents = parents_of(pieces, wanted)
     px = parents.corners.reshape(-1, 3)
     pt = np.arange(len(px)).reshape(-1, 3)
@@ -115,7 +125,7 @@ def sorted_seams(
         m = w = np.empty(0, dtype=np.int64)
         while True:
             found = sort_seams(
-                pieces.x, pieces.triangles, pieces.ring, some, part,
+                pieces.x, pieces.triangles, ring, some, part,
                 parents.of_triangle, px, pt, m, w, start, seams,
             )  # fmt: skip
             if found != NEEDS_EXACT:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -60,6 +61,38 @@ class Strips(Noun):
         return replace(self, runs=self.runs[stays], start=start, joined=number[joined])
 
 
+class Unwritten(Protocol):
+    """What writes the half-edges that have not been written yet."""
+
+    def write(self, ring: np.ndarray, link: np.ndarray) -> None:
+        """Write their rings and links."""
+        ...
+
+
+@dataclass(eq=False)
+class HalfEdges(Noun):
+    """Rings and links of half-edges, as `Pieces` has them.
+
+    Attributes
+    ----------
+    ring, link : ndarray of int64, shape (3 * n_triangle,)
+    unwritten : Unwritten, or None
+        Writes those that are not known yet, such as those that an earlier scene has, too.
+    """
+
+    ring: np.ndarray
+    link: np.ndarray
+    unwritten: Unwritten | None = None
+
+    def complete(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return all rings and links."""
+        unwritten = self.unwritten
+        if unwritten is not None:  # two threads write the same
+            unwritten.write(self.ring, self.link)
+            self.unwritten = None
+        return self.ring, self.link
+
+
 @dataclass(frozen=True, eq=False)
 class Pieces(Noun):
     """All parts of some surfaces: triangles first, then runs; each is an element.
@@ -74,10 +107,8 @@ class Pieces(Noun):
         Row of the surface, and key of the triangle in it that each is a part of.
     twin : ndarray of int64, shape (n_triangle,)
         The first triangle with the same corners: itself, but where surfaces coincide.
-    ring : ndarray of int64, shape (3 * n_triangle,)
-        Next half-edge around the same edge.
-    link : ndarray of int64, shape (3 * n_triangle,)
-        For a half-edge that is alone: the run behind it, or FREE; else PAIRED.
+    half_edges : HalfEdges
+        See `ring` and `link`.
     strips : list of Strips or None
         For each surface.
     first_run : ndarray of int64, shape (n_surface + 1,)
@@ -92,11 +123,20 @@ class Pieces(Noun):
     surface: np.ndarray
     key: np.ndarray
     twin: np.ndarray
-    ring: np.ndarray
-    link: np.ndarray
+    half_edges: HalfEdges
     strips: list[Strips | None]
     first_run: np.ndarray
     patch: np.ndarray
+
+    @property
+    def ring(self) -> np.ndarray:
+        """Next half-edge around the same edge, int64 (3 * n_triangle,)."""
+        return self.half_edges.complete()[0]
+
+    @property
+    def link(self) -> np.ndarray:
+        """For a half-edge that is alone: the run behind it, or FREE; else PAIRED; int64."""
+        return self.half_edges.complete()[1]
 
     def listed(self, i: int) -> Listed:
         """Return the triangles of surface `i`: no other surface is listed."""

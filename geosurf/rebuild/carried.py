@@ -3,18 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Carried, Kept, Origin, Unchanged
-from geosurf.arrangement.threads import in_ranges, map_threads
+from geosurf.arrangement.earlier import Carried, Kept, Origin
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.strips import lowest_keys
 from geosurf.kernels.meshes import carried_pieces as kernels
-from geosurf.model.pieces import Strips
+from geosurf.kernels.meshes.carried_triangles import COUNT, count_staying
+from geosurf.model.pieces import HalfEdges, Strips
 from geosurf.rebuild.edges import match_again
 
-_TRIANGLES = 20_000  # of a thread, at least: a millisecond of work
+_MANY = 100_000  # triangles, from which they are counted in threads
+
+
+@dataclass(frozen=True, eq=False)
+class EarlierTriangles:
+    """Triangles of earlier pieces, as far as their faces are cut alike.
+
+    Attributes
+    ----------
+    carried : Carried
+    point : ndarray of int64, shape (n_point,)
+        Number of each earlier point of a triangle that stays now.
+    after : ndarray of int64
+        Triangle that each earlier triangle is now, or -1: written by `carry_by_face`.
+    first : list of (int, int)
+        For each surface its first earlier triangle, and the last + 1.
+    counts : ndarray of int64, shape (n_surface,)
+        How many triangles of each surface stay, of faces in contact.
+    """
+
+    carried: Carried
+    point: np.ndarray
+    after: np.ndarray
+    first: list[tuple[int, int]]
+    counts: np.ndarray
+
+    @classmethod
+    def of(cls, carried: Carried, n_surface: int) -> EarlierTriangles:
+        """Count the triangles that stay."""
+        kept, same = carried.earlier.kept, carried.same
+        assert kept.id_of_point is not None  # else nothing is carried over
+        # points beyond those of the contacts are of triangles that change
+        point = same.point.take(kept.id_of_point, mode="clip")
+        cut = np.searchsorted(kept.pieces.surface, np.arange(len(same.surface) + 1)).tolist()
+        first = [(0, 0)] * n_surface
+        for i, j in enumerate(same.surface.tolist()):
+            if j >= 0:
+                first[j] = cut[i], cut[i + 1]
+        rows = [(kept.face, *ends, same.face, same.changed) for ends in first]
+        counts = map_threads(count_staying, rows, worth=len(kept.face) > _MANY)
+        after = np.full(len(kept.face), -1, dtype=np.int64)
+        return cls(carried, point, after, first, np.array(counts, dtype=np.int64))
+
+    def of_surface(self, i: int) -> tuple[Any, ...]:
+        """What `carry_by_face` takes of earlier pieces, for one surface."""
+        kept, same = self.carried.earlier.kept, self.carried.same
+        old = kept.pieces
+        return (
+            old.triangles, old.key, kept.face, self.point, same.face, same.changed, *self.first[i]
+        )  # fmt: skip
 
 
 class Edges(NamedTuple):
@@ -22,14 +73,14 @@ class Edges(NamedTuple):
 
     Attributes
     ----------
-    before, after, halves
+    before, after, halves, ring, link
         As `Origin` has them.
     blocks : ndarray of int64, shape (n, 3)
-        Triangles that stay: see `carried_pieces`.
+        Triangles that stay: see `carried_triangles`.
     runs : (ndarray of int64, ndarray of int64)
         Earlier run that each run is, and run that each earlier one is now, or -1.
-    ring, link : ndarray of int64, shape (3 * n_triangle,)
-        As `Pieces` has them; links that are not known yet are FREE.
+    linked : ndarray of int64, shape (n, 2)
+        Half-edges that stay and are alone, and the runs behind them.
     rim : ndarray of int64
         Last half-edges of the edges between patches that stay, rising.
     """
@@ -37,36 +88,63 @@ class Edges(NamedTuple):
     before: Kept
     after: np.ndarray
     halves: np.ndarray
-    blocks: np.ndarray
-    runs: tuple[np.ndarray, np.ndarray]
     ring: np.ndarray
     link: np.ndarray
+    blocks: np.ndarray
+    runs: tuple[np.ndarray, np.ndarray]
+    linked: np.ndarray
     rim: np.ndarray
+
+    def half_edges(self) -> HalfEdges:
+        """Rings and links of all half-edges; those that stay are written when they are needed.
+
+        Volumes do without them. They are at the latest written when another scene is made of this
+        one, so that no chain of scenes is held.
+        """
+        ring0, _ = self.before.pieces.half_edges.complete()
+        unwritten = EarlierHalfEdges(self.blocks, self.after, ring0, self.halves, self.linked)
+        return HalfEdges(self.ring, self.link, unwritten)
+
+
+@dataclass(frozen=True, eq=False)
+class EarlierHalfEdges:
+    """Half-edges that earlier pieces have, too; names as in `Edges`, and `ring0` of these."""
+
+    blocks: np.ndarray
+    after: np.ndarray
+    ring0: np.ndarray
+    halves: np.ndarray
+    linked: np.ndarray
+
+    def write(self, ring: np.ndarray, link: np.ndarray) -> None:
+        """Write their rings and links."""
+        given = self.after, self.ring0, self.halves, self.linked
+        kernels.write_rings(self.blocks, *given, ring, link)
 
 
 def carry_edges(
     carried: Carried,
+    after: np.ndarray,
+    blocks: np.ndarray,
     t: np.ndarray,
-    surface: np.ndarray,
-    key: np.ndarray,
-    face: np.ndarray,
     n_point: int,
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
 ) -> Edges:
-    """Take edges from an earlier arrangement, and find those that have changed.
+    """Find the edges that have changed since an earlier arrangement.
 
     Parameters
     ----------
     carried : Carried
         With points that differ from each other, as this arrangement has them.
-    t, surface, key, face, strips, first_run
+    after, blocks
+        Of triangles that stay: see `carried_triangles`.
+    t, strips, first_run
         Of the triangles and runs.
     n_point : int
     """
     kept, same = carried.earlier.kept, carried.same
     old = kept.pieces
-    after, blocks = _same_triangles(kept, same, surface, key, face)
     run_after = np.full(int(old.first_run[-1]), -1, dtype=np.int64)
     for i, j in enumerate(same.surface.tolist()):
         one, other = old.strips[i], strips[j] if j >= 0 else None
@@ -78,75 +156,40 @@ def carry_edges(
     stay = np.flatnonzero(run_after >= 0)
     run_before[run_after[stay]] = stay
 
+    words = np.zeros(3 * len(t) // 8 + 1, dtype=np.int64)
+    marked, ring0 = words.view(bool), old.ring
+    n = 3 * (len(t) - int(blocks[:, COUNT].sum()))
+    n += kernels.mark_halves(blocks, after, ring0, kept.linked, run_after, marked)
     # large arrays are made here: numpy asks for large pages, which kernels do not
+    halves = np.empty(n, dtype=np.int64)
     ring, link = np.empty(3 * len(t), dtype=np.int64), np.empty(3 * len(t), dtype=np.int64)
-    given = after, old.ring, old.link, kept.rim, run_after, ring, link
-    rows = _ranges_of_blocks(blocks, len(t))
-    space = np.empty(3 * len(t), dtype=np.int64)
-    others = [space[3 * end : 3 * n] for _, _, end, n in rows]
-    found = map_threads(
-        kernels.carry_rings,
-        [(blocks, *row, some, *given) for row, some in zip(rows, others, strict=True)],
-    )
-    halves = np.concatenate([some[:n] for some, (n, _) in zip(others, found, strict=True)])
-    rim = np.concatenate([part for _, part in found])
+    n = kernels.list_halves(blocks, marked, words, len(t), halves, ring, link)
+    halves = halves[:n].copy()
+    rim = kernels.carry_rim(kept.rim, after, marked)
+    linked = kernels.carry_links(kept.linked, after, run_after)
     match_again(t, n_point, halves, ring, link)
-    runs = run_before, run_after
-    return Edges(kept, after, halves, blocks, runs, ring, link, rim)
-
-
-def _same_triangles(
-    kept: Kept, same: Unchanged, surface: np.ndarray, key: np.ndarray, face: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """`after` and `blocks` of triangles: see `carried_pieces`."""
-    old, n0, n = kept.pieces, len(kept.face), len(face)
-    after = np.empty(n0, dtype=np.int64)
-
-    # ranges are of whole surfaces; `same.surface` rises where it is not -1
-    rows, end0, end = [], 0, 0
-    for _, until in in_ranges(n, _TRIANGLES):
-        after_of = np.flatnonzero(same.surface > (surface[until - 1] if n else -1))
-        of0 = int(after_of[0]) if until < n and len(after_of) else len(same.surface)
-        until0 = int(np.searchsorted(old.surface, of0))
-        until = int(np.searchsorted(surface, surface[until - 1], side="right")) if n else 0
-        rows.append((end0, until0 if until < n else n0, end, until))
-        end0, end = rows[-1][1], until
-    given = same.surface, old.surface, old.key, kept.face, surface, key, face, same.face
-    blocks = map_threads(
-        kernels.same_triangles, [(*given, same.changed, *row, after) for row in rows]
-    )
-    return after, np.concatenate(blocks)
-
-
-def _ranges_of_blocks(blocks: np.ndarray, n: int) -> list[tuple[int, int, int, int]]:
-    """First block and last + 1 of each range, its first triangle and its last + 1, of n now."""
-    rows = in_ranges(n, _TRIANGLES)
-    cut = [int(np.searchsorted(blocks[:, kernels.FIRST_NOW], end)) for _, end in rows]
-    cut[-1] = len(blocks)
-    ends = [int(blocks[b - 1, kernels.FIRST_NOW :].sum()) if b else 0 for b in cut]
-    ends[-1] = n
-    return list(zip([0, *cut], cut, [0, *ends], ends, strict=False))
+    return Edges(kept, after, halves, ring, link, blocks, (run_before, run_after), linked, rim)
 
 
 def carry_patches(
     came: Edges,
     surface: np.ndarray,
     key: np.ndarray,
-    link: np.ndarray,
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, Origin]:
     """Patch of each element, the last half-edges of the edges between patches, and the origin.
 
-    `link` is complete.
+    Links of half-edges that have changed are complete.
     """
     old = came.before.pieces
     patch, rim, patch_after = kernels.carry_patches(
-        came.blocks, len(came.after), *came.runs, int(old.patch.max(initial=-1)) + 1, old.patch,
-        surface, key, came.ring, link, came.halves, came.rim, *runs_of_all(strips, first_run),
-        first_run,
+        came.blocks, came.after, old.ring, came.linked, *came.runs,
+        int(old.patch.max(initial=-1)) + 1, old.patch, surface, key, came.ring, came.link,
+        came.halves, came.rim, *runs_of_all(strips, first_run), first_run,
     )  # fmt: skip
-    return patch, rim, Origin(came.before, came.after, came.halves, patch_after)
+    before, after, halves, ring, link = came[:5]
+    return patch, rim, Origin(before, after, halves, ring, link, patch_after)
 
 
 def runs_of_all(

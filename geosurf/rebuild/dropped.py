@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.model import Patches, frozen
-from geosurf.model.pieces import Pieces, Strips
+from geosurf.model.pieces import HalfEdges, Pieces, Strips
 from geosurf.rebuild.listed import Listed
 
 
@@ -112,8 +112,7 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         surface=surface,
         key=key,
         twin=_twins_among(pieces.twin, stays),
-        ring=ring,
-        link=link,
+        half_edges=HalfEdges(ring, link),
         strips=strips,
         first_run=number_of_run[pieces.first_run],
         patch=np.concatenate([patch, patch_of[of_run[run_stays]]]),

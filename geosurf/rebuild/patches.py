@@ -93,7 +93,7 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
         known.keep_arrangement(one, known.arrangement()[1])
     report = {
         "cut_triangles": len(children.cut),
-        "children": len(children.triangles),
+        "children": kept.n_child,
         "constructed_points": len(children.d),
         "rounding_collisions": children.collisions,
         **moves,

@@ -45,10 +45,11 @@ DRAWS = 5  # of shifts, one after the other
 
 def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     """Faces whose children turn over or cross another triangle once rounded (exact tests)."""
-    if len(children.triangles) == 0:
+    if len(children.cut) == 0:
         return np.empty(0, dtype=np.int64)
 
-    # Children that are thin enough for rounding to turn them over.
+    # Children that are thin enough for rounding to turn them over. Those that are carried over were
+    # sound when they were made.
     rows = children.doubtful
     if len(rows):
         m, w = frame_of(children.x)
@@ -134,19 +135,17 @@ def _checked(
 
 
 def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
-    """All children; those of faces that an earlier arrangement cut alike are not made again."""
-    if contacts.carried is not None:
-        return cut_changed(contacts.carried.earlier, contacts, contacts.carried.same)
-    earlier: Earlier | None = None if known is None else known.arrangement()[0]
-    if known is None or earlier is None:
-        return cut_contacts(contacts)
-    same = compare(earlier, contacts, known.keys)
-    if same is None:
-        return cut_contacts(contacts)
-    # edges are carried over where most faces stay; to match all anew costs less otherwise
-    if 2 * np.count_nonzero(same.changed) <= len(same.changed):
-        contacts.carried = Carried(earlier, same)
-    return cut_changed(earlier, contacts, same)
+    """All children, or those of faces that no earlier arrangement cut alike."""
+    if contacts.carried is None:
+        earlier: Earlier | None = None if known is None else known.arrangement()[0]
+        same = None
+        if known is not None and earlier is not None:
+            same = compare(earlier, contacts, known.keys)
+        if earlier is None or same is None:
+            return cut_contacts(contacts)
+        most_stay = 2 * int(np.count_nonzero(same.changed)) <= len(same.changed)
+        contacts.carried = Carried(earlier, same, edges=most_stay)
+    return cut_changed(contacts, contacts.carried)
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:

@@ -28,10 +28,9 @@ _SAFETY = 1024.0
 
 def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     """Faces (rows of `Contacts.t`) with pieces that cross another triangle once rounded."""
-    thin, near = _thin(contacts, children), near_pairs(contacts)
+    t, parent, thin, near = _suspects(contacts, children)
     if len(thin) == 0 and len(near) == 0:
         return thin
-    t = children.triangles
 
     if children.collisions:  # distinct points in one place are one vertex of the result
         number, _ = weld(children.x)
@@ -42,7 +41,7 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     uncut[children.cut] = False
     uncut = np.flatnonzero(uncut)
     pieces = np.concatenate([t, contacts.t[uncut]])
-    face = np.concatenate([children.parent, uncut])
+    face = np.concatenate([parent, uncut])
 
     # Only triangles that are thin, or near others, can cross after rounding.
     suspect = _of_near_pairs(contacts, near, children.x, pieces, face)
@@ -66,26 +65,38 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     return face[np.concatenate([mine, others])[pairs.ravel()]]
 
 
-def _thin(contacts: Contacts, children: Children) -> np.ndarray:
-    """Children (rows) thinner than what rounding can do, given the flattest contact of their face.
+def _suspects(
+    contacts: Contacts, children: Children
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles and parents of children, rows of the thin ones, and near pairs of faces.
 
-    Constructed points lie in faces that are cut, so the largest coordinate is that of those; which
-    others are kept depends on the search.
+    All children, unless none is thin and no pair is near.
     """
-    # rounding scales with the largest coordinate
-    largest = largest_coordinate(contacts.x, contacts.t, children.parent)
-    came = contacts.carried
+    # Rounding scales with the largest coordinate. Constructed points lie in faces that are cut, so
+    # it is that of those; which others are kept depends on the search.
+    largest = largest_coordinate(contacts.x, contacts.t, children.cut)
+    t, parent, near = children.triangles, children.parent, near_pairs(contacts)
+    came, asked = contacts.carried, np.ones(len(contacts.t), dtype=bool)
     if came is not None and came.earlier.n_thin == 0 and largest <= came.earlier.largest:
         # children that an earlier arrangement has are as thin as they were there
         asked = came.same.changed
-    else:
-        asked = np.ones(len(contacts.t), dtype=bool)
 
-    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
-    of = children.x, children.triangles, children.parent
-    thin: np.ndarray = thin_children(*faces, *of, asked, _SAFETY * ULP * largest)
+    def thin_of(t: np.ndarray, parent: np.ndarray) -> np.ndarray:
+        """Rows of those thinner than what rounding can do, given the flattest contact."""
+        faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
+        of = children.x, t, parent, asked, _SAFETY * ULP * largest
+        rows: np.ndarray = thin_children(*faces, *of)
+        return rows
+
+    thin = thin_of(t, parent)
+    if came is not None and (asked.all() or len(thin) or len(near)):
+        of = came.children()
+        t, parent = (np.concatenate(both) for both in zip((t, parent), of, strict=True))
+        order = np.argsort(parent, kind="stable")
+        t, parent = t[order], parent[order]
+        thin = thin_of(t, parent)
     children.n_thin, children.largest = len(thin), largest
-    return thin
+    return t, parent, thin, near
 
 
 def near_pairs(contacts: Contacts) -> np.ndarray:

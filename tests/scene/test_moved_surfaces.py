@@ -72,7 +72,7 @@ def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, step, monke
     cut = repair.cut_changed
     monkeypatch.setattr(
         repair, "cut_changed",
-        lambda old, contacts, same: found.append(same) or cut(old, contacts, same),
+        lambda contacts, carried: found.append(carried.same) or cut(contacts, carried),
     )  # fmt: skip
     inputs = {
         "horizons": {

@@ -92,15 +92,13 @@ def _counts(x, t, m, w, rows, k, normal):
 
 
 @entry("d2 l2 l1 -> d")
-def largest_coordinate(x, t, parent):
-    """Largest coordinate of the parents of some children: rounding scales with it."""
+def largest_coordinate(x, t, faces):
+    """Largest coordinate of some faces: rounding scales with it."""
     largest = 0.0
-    for c in range(parent.shape[0]):
-        # Children of one parent are adjacent: each parent is read once.
-        if c == 0 or parent[c] != parent[c - 1]:
-            for k in range(3):
-                for axis in range(3):
-                    largest = max(largest, abs(x[t[parent[c], k], axis]))
+    for i in range(faces.shape[0]):
+        for k in range(3):
+            for axis in range(3):
+                largest = max(largest, abs(x[t[faces[i], k], axis]))
     return largest
 
 

@@ -126,61 +126,13 @@ def changed_faces(
     return changed, 1
 
 
-@entry("l2 l1 l l1 b1 -> .")
-def mark_crossed(t0, parent0, n, face, changed):
-    """Mark faces as changed of which an earlier child has a point from number n on."""
-    for i in range(t0.shape[0]):
-        of = face[parent0[i]]
-        if of >= 0 and max(t0[i, 0], max(t0[i, 1], t0[i, 2])) >= n:
-            changed[of] = True
+@entry("l2 l1 l1 l l1 b1 -> .")
+def mark_crossed(t0, face0, id0, n, face, changed):
+    """Mark faces as changed of which an earlier piece has a point with a number from n on.
 
-
-@entry("l1 l1 b1 -> l")
-def count_unchanged(parent0, face, changed):
-    """How many earlier children are of faces that have not changed."""
-    n = 0
-    for i in range(parent0.shape[0]):
-        of = face[parent0[i]]
-        n += 1 if of >= 0 and not changed[of] else 0
-    return n
-
-
-@entry("l2 l1 l1 l1 l1 b1 l2 l1 l1 l2 l1 -> l1")
-def merge_children(
-    t0, parent0, doubtful0, face, point, changed, t, parent, doubtful, triangles, parents
-):
-    """Write earlier children of unchanged faces and new ones of all others, by their faces.
-
-    Returns which of them are doubtful; given as rows that rise.
+    `id0` are numbers of the points of pieces, and `face0` the faces of these, or -1.
     """
-    doubts = np.empty(doubtful0.shape[0] + doubtful.shape[0], dtype=np.int64)
-    k = out = p0 = p = n_doubt = 0
-    for i in range(t0.shape[0] + 1):
-        # new children go before the next earlier one, and at the end
-        of = changed.shape[0]
-        if i < t0.shape[0]:
-            of = face[parent0[i]]
-            if of < 0 or changed[of]:
-                continue
-        while k < t.shape[0] and parent[k] < of:
-            for c in range(3):
-                triangles[out, c] = t[k, c]
-            parents[out] = parent[k]
-            if p < doubtful.shape[0] and doubtful[p] == k:
-                doubts[n_doubt] = out
-                n_doubt += 1
-                p += 1
-            k += 1
-            out += 1
-        if i == t0.shape[0]:
-            break
-        for c in range(3):
-            triangles[out, c] = point[t0[i, c]]
-        parents[out] = of
-        while p0 < doubtful0.shape[0] and doubtful0[p0] < i:
-            p0 += 1
-        if p0 < doubtful0.shape[0] and doubtful0[p0] == i:
-            doubts[n_doubt] = out
-            n_doubt += 1
-        out += 1
-    return doubts[:n_doubt].copy()
+    for i in range(t0.shape[0]):
+        of = face[face0[i]] if face0[i] >= 0 else -1
+        if of >= 0 and max(id0[t0[i, 0]], max(id0[t0[i, 1]], id0[t0[i, 2]])) >= n:
+            changed[of] = True

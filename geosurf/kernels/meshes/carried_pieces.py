@@ -10,7 +10,7 @@ the triangles that stay are a few hundred blocks, in each of which numbers grow 
 Letters as in `mesh` and `parts`; a 0 marks what is of the earlier pieces, and
     before   for each run the earlier one that it is, or -1
     after    for each earlier triangle (run) the one that it is now, or -1
-    blocks   rows (n, 3): first earlier triangle, the triangle that it is now, how many follow
+    blocks   triangles that stay: see `carried_triangles`
 """
 
 from __future__ import annotations
@@ -19,68 +19,11 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.strips import FIRST, LAST
+from geosurf.kernels.meshes.carried_triangles import COUNT, FIRST0, FIRST_NOW
 from geosurf.kernels.meshes.merged_pieces import number_in_order
 from geosurf.kernels.meshes.mesh import find, join
 
 _FREE, _PAIRED = -1, -2  # of `link`
-FIRST0, FIRST_NOW, COUNT = 0, 1, 2  # of `blocks`
-
-
-@scalar
-def _longer(rows):
-    """The same rows, with room for as many more."""
-    found = np.empty((2 * rows.shape[0], rows.shape[1]), dtype=np.int64)
-    found[: rows.shape[0]] = rows
-    return found
-
-
-@entry("l1 l1 l1 l1 l1 l1 l1 l1 b1 l l l l l1 -> l2")
-def same_triangles(
-    new_surface, surface0, key0, face0, surface, key, face, new_face, changed, i, n0, j, n, after
-):  # fmt: skip
-    """`blocks`, and `after` of triangles, by the faces that they are of: of some whole surfaces.
-
-    These have the earlier triangles `i` to `n0` - 1, and `j` to `n` - 1 now. `new_surface` has the
-    surfaces that earlier ones are now, or -1; `new_face` has the same of faces of contacts, and
-    `changed` are faces that are cut again.
-    """
-    for k in range(i, n0):
-        after[k] = -1
-    blocks = np.empty((512, 3), dtype=np.int64)
-    n_block = 0
-    while j < n:
-        s, k, f = surface[j], key[j], face[j]
-        while i < n0:
-            s0 = new_surface[surface0[i]]
-            if s0 > s or (s0 == s and key0[i] >= k):
-                break
-            i += 1
-        same = i < n0 and new_surface[surface0[i]] == s and key0[i] == k
-        if same:
-            same = face0[i] < 0 if f < 0 else face0[i] >= 0 and new_face[face0[i]] == f
-            same = same and (f < 0 or not changed[f])
-        low0, low = i, j
-        while j < n and surface[j] == s and key[j] == k:
-            if same:
-                after[i] = j
-                i += 1
-            j += 1
-        if not same:
-            continue
-        last = n_block - 1
-        if (
-            n_block > 0
-            and blocks[last, FIRST0] + blocks[last, COUNT] == low0
-            and blocks[last, FIRST_NOW] + blocks[last, COUNT] == low
-        ):
-            blocks[last, COUNT] += j - low
-            continue
-        if n_block == blocks.shape[0]:
-            blocks = _longer(blocks)
-        blocks[n_block, FIRST0], blocks[n_block, FIRST_NOW] = low0, low
-        blocks[n_block, COUNT] = j - low
-        n_block += 1
-    return blocks[:n_block].copy()
 
 
 @entry("l2 l1 l2 l1 -> l1")
@@ -99,91 +42,112 @@ def same_runs(runs0, start0, runs, start):
     return after
 
 
-@scalar
-def _all_stay(ring0, after, start):
-    """Whether all triangles around an earlier edge are there still."""
-    j = ring0[start]
-    while j != start:
-        if after[j // 3] < 0:
-            return False
-        j = ring0[j]
-    return True
+@entry("l2 l1 l1 l2 l1 b1 -> l")
+def mark_halves(blocks, after, ring0, linked0, run_after, marked):
+    """Mark half-edges of triangles that stay, of which the edge or the run behind has changed.
 
-
-@scalar
-def _carry_block(
-    ring0, link0, rim0, after, run_after, low, high, shift, ring, link, others, n_other, rim, at,
-    n_rim,
-):  # fmt: skip
-    """The same for the half-edges of one block, earlier ones `low` to `high` - 1."""
-    while at < rim0.shape[0] and rim0[at] < low:
-        at += 1
-    of_rim = rim0[at] if at < rim0.shape[0] else -1
-    for g in range(low, high):
-        h, j = g + shift, ring0[g]
-        is_rim = g == of_rim
-        if is_rim:
-            at += 1
-            of_rim = rim0[at] if at < rim0.shape[0] else -1
-        if j != g and low <= j < high and ring0[j] == g:  # nearly all
-            ring[h], link[h] = j + shift, _PAIRED
-            if is_rim:
-                rim[n_rim] = h
-                n_rim += 1
-            continue
-        ring[h], link[h] = h, _FREE
-        if j == g:
-            # what is behind may be listed now
-            run = link0[g]
-            stays = run < 0 or run_after[run] >= 0
-            if run >= 0 and stays:
-                link[h] = run_after[run]
-        else:
-            stays = _all_stay(ring0, after, g)
-            if stays:
-                ring[h], link[h] = 3 * after[j // 3] + j % 3, _PAIRED
-        if not stays:
-            others[n_other] = h
-            n_other += 1
-        elif is_rim:
-            rim[n_rim] = h
-            n_rim += 1
-    return n_other, at, n_rim
-
-
-@entry("l2 l l l l l1 l1 l1 l1 l1 l1 l1 l1 -> l l1")
-def carry_rings(
-    blocks, of, until, end, n, others, after, ring0, link0, rim0, run_after, ring, link
-):  # fmt: skip
-    """Write rings and links of half-edges that are carried over; others are alone yet.
-
-    Of the blocks `of` to `until` - 1, and of the new triangles around them: `end` to `n` - 1 in
-    all. Writes these others, and returns how many they are; and those of the last half-edges
-    `rim0` of which all triangles stay, where they are now. All rise.
-
-    `run_after` tells which earlier run is which run now, over all lattices.
+    `linked0` are earlier half-edges that are alone, and the runs behind them. Returns at least how
+    many are marked.
     """
-    low = 3 * blocks[of, FIRST0] if of < until else 0
-    at = n_rim = n_other = 0
-    if of < until:
-        at = int(np.searchsorted(rim0, low))
-    rim = np.empty(rim0.shape[0] - at, dtype=np.int64)
-    for b in range(of, until + 1):
-        # new triangles between blocks
-        begin = blocks[b, FIRST_NOW] if b < until else n
+    end = n = 0
+    for b in range(blocks.shape[0] + 1):
+        begin = blocks[b, FIRST0] if b < blocks.shape[0] else after.shape[0]
+        for g in range(3 * end, 3 * begin):  # of triangles that are gone
+            j = ring0[g]
+            while j != g:
+                at = after[j // 3]
+                if at >= 0:
+                    marked[3 * at + j % 3] = True
+                    n += 1
+                j = ring0[j]
+        if b < blocks.shape[0]:
+            end = begin + blocks[b, COUNT]
+    for k in range(linked0.shape[0]):
+        at = after[linked0[k, 0] // 3]
+        if at >= 0 and run_after[linked0[k, 1]] < 0:
+            marked[3 * at + linked0[k, 0] % 3] = True
+            n += 1
+    return n
+
+
+@entry("l2 b1 l1 l l1 l1 l1 -> l")
+def list_halves(blocks, marked, words, n, halves, ring, link):
+    """Half-edges that are marked, and all of triangles that are new, rising; alone for now.
+
+    `words` are the marks, eight in one number. Returns how many there are.
+    """
+    count = end = 0
+    for b in range(blocks.shape[0] + 1):
+        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else n
         for h in range(3 * end, 3 * begin):
             ring[h], link[h] = h, _FREE
-            others[n_other] = h
-            n_other += 1
-        if b == until:
+            halves[count] = h
+            count += 1
+        if b == blocks.shape[0]:
             break
         end = begin + blocks[b, COUNT]
+        h = 3 * begin
+        while h < 3 * end:
+            if h % 8 == 0 and words[h // 8] == 0:
+                h += 8
+                continue
+            if marked[h]:
+                ring[h], link[h] = h, _FREE
+                halves[count] = h
+                count += 1
+            h += 1
+    return count
+
+
+@entry("l1 l1 b1 -> l1")
+def carry_rim(rim0, after, marked):
+    """Where last half-edges of edges between patches are now, of those that have not changed."""
+    rim, n = np.empty_like(rim0), 0
+    for k in range(rim0.shape[0]):
+        at = after[rim0[k] // 3]
+        if at >= 0 and not marked[3 * at + rim0[k] % 3]:
+            rim[n] = 3 * at + rim0[k] % 3
+            n += 1
+    return rim[:n].copy()
+
+
+@entry("l2 l1 l1 -> l2")
+def carry_links(linked0, after, run_after):
+    """Half-edges that are alone, and the runs behind them, of those that stay."""
+    linked, n = np.empty_like(linked0), 0
+    for k in range(linked0.shape[0]):
+        at, run = after[linked0[k, 0] // 3], run_after[linked0[k, 1]]
+        if at >= 0 and run >= 0:
+            linked[n, 0], linked[n, 1] = 3 * at + linked0[k, 0] % 3, run
+            n += 1
+    return linked[:n].copy()
+
+
+@entry("l2 l1 l1 l1 l2 l1 l1 -> .")
+def write_rings(blocks, after, ring0, halves, linked, ring, link):
+    """Write the rings and links of all half-edges but `halves`, which are known already.
+
+    `linked` are those that are alone, and the runs behind them.
+    """
+    at = 0
+    for b in range(blocks.shape[0]):
+        shift = 3 * (blocks[b, FIRST_NOW] - blocks[b, FIRST0])
         low = 3 * blocks[b, FIRST0]
-        n_other, at, n_rim = _carry_block(
-            ring0, link0, rim0, after, run_after, low, low + 3 * blocks[b, COUNT], 3 * begin - low,
-            ring, link, others, n_other, rim, at, n_rim,
-        )  # fmt: skip
-    return n_other, rim[:n_rim].copy()
+        high = low + 3 * blocks[b, COUNT]
+        for g in range(low, high):
+            h, j = g + shift, ring0[g]
+            while at < halves.shape[0] and halves[at] < h:
+                at += 1
+            if at < halves.shape[0] and halves[at] == h:
+                continue
+            if j == g:
+                ring[h], link[h] = h, _FREE
+            elif low <= j < high:  # nearly all
+                ring[h], link[h] = j + shift, _PAIRED
+            else:
+                ring[h], link[h] = 3 * after[j // 3] + j % 3, _PAIRED
+    for k in range(linked.shape[0]):
+        link[linked[k, 0]] = linked[k, 1]
 
 
 @scalar
@@ -248,6 +212,28 @@ def _join_across(surface, ring, link, node, parent, h):
 
 
 @scalar
+def _join_inside(blocks, after, ring0, surface, halves, n_patch0, node, parent):
+    """Join triangles that stay, of patches that have lost something, over edges that stay."""
+    at = 0
+    for b in range(blocks.shape[0]):
+        for k in range(blocks[b, COUNT]):
+            i, i0 = blocks[b, FIRST_NOW] + k, blocks[b, FIRST0] + k
+            if node[i] < n_patch0:
+                continue
+            for c in range(3):
+                j0 = ring0[3 * i0 + c]
+                if j0 >= 3 * i0 + c or ring0[j0] != 3 * i0 + c:
+                    continue  # alone, or not the last of two
+                while at < halves.shape[0] and halves[at] < 3 * i + c:
+                    at += 1
+                if at < halves.shape[0] and halves[at] == 3 * i + c:
+                    continue
+                j = after[j0 // 3]
+                if surface[i] == surface[j] and parent[node[i]] != parent[node[j]]:
+                    join(parent, node[i], node[j])
+
+
+@scalar
 def _alone(parent, touched, numbers):
     """Number of each earlier patch that has lost nothing, and is a set of its own; or -1."""
     n_patch = touched.shape[0]
@@ -263,32 +249,29 @@ def _alone(parent, touched, numbers):
     return out
 
 
-@entry("l2 l l1 l1 l l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1 l1")
+@entry("l2 l1 l1 l2 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1 l1")
 def carry_patches(
-    blocks, n0, run_before, run_after, n_patch0, patch0, surface, key, ring, link, halves, rim0,
-    joined, lowest, first_run,
+    blocks, after, ring0, linked, run_before, run_after, n_patch0, patch0, surface, key, ring, link,
+    halves, rim0, joined, lowest, first_run,
 ):  # fmt: skip
     """Patch of each element, as `number_patches` gives them, the last half-edges of the edges
     between patches, and the patch that each earlier one is, or -1 if it lost or gained something.
 
     No two triangles coincide. Elements of a patch that has lost nothing are not joined again:
-    what is new beside them has its edges among `halves`. `rim0` are last half-edges that are taken
-    over, of n0 earlier triangles.
+    what is new beside them has its edges among `halves`: `ring` and `link` of others are not read.
+    `rim0` and `linked` are half-edges that are taken over.
     """
-    n, n_run = surface.shape[0], run_before.shape[0]
+    n, n0, n_run = surface.shape[0], after.shape[0], run_before.shape[0]
     touched = _left(blocks, run_after, n0, patch0, n_patch0)
     node = np.empty(n + n_run, dtype=np.int64)
     parent = np.arange(_nodes(blocks, run_before, n0, patch0, touched, n, node))
 
     # triangles that stay of a patch that has lost something: edges inside, and runs beside them
-    for b in range(blocks.shape[0]):
-        begin = blocks[b, FIRST_NOW]
-        for i in range(begin, begin + blocks[b, COUNT]):
-            if node[i] < n_patch0:
-                continue
-            for c in range(3):
-                if ring[3 * i + c] <= 3 * i + c:
-                    _join_across(surface, ring, link, node, parent, 3 * i + c)
+    _join_inside(blocks, after, ring0, surface, halves, n_patch0, node, parent)
+    for k in range(linked.shape[0]):
+        i = linked[k, 0] // 3
+        if node[i] >= n_patch0:
+            join(parent, node[i], node[n + linked[k, 1]])
 
     # then what is new; rings rise: the last half-edge of an edge leads back to the first one
     rim = np.empty(rim0.shape[0] + halves.shape[0], dtype=np.int64)
