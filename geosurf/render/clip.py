@@ -131,23 +131,27 @@ class Prism:
         x = np.concatenate([points[used[:first]], x[used[first:] - len(points)]])
         return x, number[found], np.unique(np.sort(number[edges], axis=1), axis=0)
 
+    @cached_property
+    def _cells(self) -> OutlineCells:
+        return OutlineCells(self.outline)
+
     def _settled_by_cells(
-        self, points: np.ndarray, triangles: np.ndarray
+        self, points: np.ndarray, elements: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles that are certainly inside, and those that may be cut; others are outside.
+        """Elements that are certainly inside, and those that may be cut; others are outside.
 
         Each part of an area that is not convex takes a pass over all triangles: 16 parts of a real
         field took 5 s of 25 for all pictures.
         """
         if len(self.parts) == 1:
-            return triangles[:0], triangles
+            return elements[:0], elements
         bottom, top = self.box[4:]
-        level = ((points[:, 2] >= bottom).astype(np.int8) + (points[:, 2] > top))[triangles]
-        code = OutlineCells(self.outline).sort(points, triangles)
+        level = ((points[:, 2] >= bottom).astype(np.int8) + (points[:, 2] > top))[elements]
+        code = self._cells.sort(points, elements)
         low, high = level.min(axis=1), level.max(axis=1)
         inside = (code == INSIDE) & (low == 1) & (high == 1)
         outside = (code == OUTSIDE) | (high == 0) | (low == 2)
-        return triangles[inside], triangles[~inside & ~outside]
+        return elements[inside], elements[~inside & ~outside]
 
     def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
         """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""
@@ -155,8 +159,10 @@ class Prism:
         ends: np.ndarray = points[segments]
         if self.holds(points):
             return ends
+        whole, segments = self._settled_by_cells(points, segments)
+        ends = points[segments]
         low, high = ends.min(axis=1), ends.max(axis=1)
-        found = []
+        found = [points[whole]]
         for sides, _ in self.parts:
             piece = ends[_may_meet(low, high, sides)]
             for side in sides:

@@ -54,8 +54,9 @@ def draw_curves(
         for other in curves.names
     }
 
-    # length by other surface [m]; its longest line, and a place a third along it
+    # length by other surface [m]; its lines; the longest one, and a place a third along it
     others: dict[int, float] = {}
+    lines: dict[int, list[np.ndarray]] = {}
     longest: dict[int, tuple[float, np.ndarray]] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
     for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
@@ -72,14 +73,16 @@ def draw_curves(
         other = pair[0] if pair[1] == row else pair[1]
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
-        colour = colours[curves.names[other]]
-        pieces = list(ends[:, :, :2])
-        shown = LineCollection(pieces, colors=[colour], linewidths=width)
-        shown.set_capstyle("round")
-        axes.add_collection(shown, autolim=False)
+        lines.setdefault(other, []).append(ends[:, :, :2])
         if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2])
 
+    # one object for each surface: 500 of them, one for each line, took two thirds of a map
+    for other, parts in lines.items():
+        colour = colours[curves.names[other]]
+        shown = LineCollection(list(np.concatenate(parts)), colors=[colour], linewidths=width)
+        shown.set_capstyle("round")
+        axes.add_collection(shown, autolim=False)
     _name_lines(sheet, axes, {curves.names[other]: one for other, one in longest.items()}, colours)
 
     # faults first: where the legend has no room, horizons are the ones that are only counted

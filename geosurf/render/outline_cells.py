@@ -1,4 +1,4 @@
-"""Which triangles are certainly inside or outside of an outline, from a raster of cells.
+"""Which triangles and lines are certainly inside or outside of an outline, by cells of a raster.
 
 Outlines of rotated grids are not convex. Clipped part by part, each part would ask for the side of
 every point. Cells of a raster that no side of the outline is near are inside or outside as a whole,
@@ -43,22 +43,22 @@ class OutlineCells:
             for code in (OUTSIDE, INSIDE)
         }
 
-    def sort(self, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    def sort(self, points: np.ndarray, elements: np.ndarray) -> np.ndarray:
         """
-        Return OUTSIDE, INSIDE, or NEAR where it is not certain, for each triangle.
+        Return OUTSIDE, INSIDE, or NEAR where it is not certain, for each triangle or segment.
 
         Parameters
         ----------
         points : ndarray of float64, shape (n, 2 or 3)
-        triangles : ndarray of int64, shape (m, 3)
+        elements : ndarray of int64, shape (m, 3 or 2)
         """
         # beyond the raster its last cells count, which are outside
         at = (points[:, :2] - self._low) / self._step
         cell = np.clip(at, 0, np.array(self._shape) - 1).astype(np.int32)
-        corners = [cell[triangles[:, k]] for k in range(3)]
+        corners = [cell[column] for column in elements.T]
         (i, j), (k, m) = np.minimum.reduce(corners).T, np.maximum.reduce(corners).T + 1
         n_cell = (k - i) * (m - j)
-        found = np.full(len(triangles), NEAR)
+        found = np.full(len(elements), NEAR)
         for code, sums in self._sums.items():
             number = sums[k, m] - sums[i, m] - sums[k, j] + sums[i, j]
             found[number == n_cell] = code
