@@ -67,7 +67,9 @@ class FaultStage:
     ) -> None:
         self.names, self.rules = tuple(inputs.faults), inputs.rules
         self.sides = _with_horizons(inputs)
-        self.distances = inputs.lengthen
+        self.truncations, self.extend, self.distances = (
+            inputs.truncations, inputs.extend, inputs.lengthen,
+        )  # fmt: skip
         self._given, self._limits, self._extent = given, limits, extent
         self._remember, self._key = memory.get_or_compute, memory.key_of
 

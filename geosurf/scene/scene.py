@@ -249,18 +249,22 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
 
     @property
     def truncations(self) -> Mapping[str, Any]:
-        """Faults that end at others, as they were given; read-only."""
-        return MappingProxyType(self._inputs.truncations)
+        """Faults that end at others, as they were given; read-only.
+
+        Of a scenario that tears its horizons, those that made its faults ready, as `extend` and
+        `lengthen` are: the scene itself takes its faults as they are.
+        """
+        return MappingProxyType(self._plain.ruled_faults.truncations)
 
     @property
     def extend(self) -> Mapping[str, tuple[str, ...]]:
         """Faults that are continued, and on which sides; read-only."""
-        return MappingProxyType(self._inputs.extend)
+        return MappingProxyType(self._plain.ruled_faults.extend)
 
     @property
     def lengthen(self) -> Mapping[str, Mapping[str, float]]:
         """Faults that are continued by a distance, on which sides, and how far [m]; read-only."""
-        return MappingProxyType(self._inputs.lengthen)
+        return MappingProxyType(self._plain.ruled_faults.distances)
 
     @property
     def tolerance(self) -> float | None:

@@ -112,8 +112,11 @@ def test_a_scenario_lists_and_proposes_for_the_faults_as_its_rules_left_them(sce
         assert scene.whole_surface("F1").n_vertex > untorn.whole_surface("F1").n_vertex
         assert scene.propose_fault_network() == untorn.propose_fault_network()
         assert scene.fault_actions == untorn.fault_actions
+        assert scene.truncations == untorn.truncations
+        assert (scene.extend, scene.lengthen) == (untorn.extend, untorn.lengthen)
     assert {action.fault for action in scene.fault_actions} == {"F2"}
     assert len(scene.fault_actions) > 1
+    assert scene.truncations == {"F2": (("F1", "hanging wall", True),)}
 
 
 def test_every_scene_with_longer_faults_looks_for_passed_ones(field, scenario, monkeypatch):

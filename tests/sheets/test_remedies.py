@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from geosurf.sheets.lattice import noise
 from geosurf.sheets.mesh import build, close
 from geosurf.sheets.mesh.too_short import extended
 from geosurf.sheets.report.lengthening import longer_by
+from geosurf.sheets.report.remedies import _remedy_at_branch
 from geosurf.synthetic.torn_faults import Fault
 from tests.sheets.junctions import CELL, junction, misses
 
@@ -104,3 +106,17 @@ def test_how_far_a_fault_was_continued_names_these_sides_only(sides):
     found = longer_by(fault, extended(fault, sides))
     assert found.keys() == sides.keys()
     assert all(found[side] == pytest.approx(far, rel=0.1) for side, far in sides.items())
+
+
+def test_a_branch_that_ends_on_its_main_fault_is_not_told_to_end_there():
+    """The warning of Drogon's grids advised the truncation that the scenario had."""
+    main = gs.TriSurface("F1", "fault", [[0, -9, -9], [0, 9, -9], [0, 9, 9], [0, -9, 9]], FACES)
+    branch = gs.TriSurface("F2", "fault", [[-5, 1, -8], [8, 1, -8], [8, 1, 8], [-5, 1, 8]], FACES)
+    faults = {"F1": main, "F2": branch}
+    ruled = gs.Scene({}, faults, (-9, 9, -9, 9, -9, 9), truncations={"F2": ("F1", "right")})
+    ended = [ruled.surface(name) for name in faults]
+    for some, words in (([main, branch], "truncations"), (ended, "ends on 'F1' already")):
+        assert words in _remedy_at_branch("F2", "branch of F1", SimpleNamespace(faults=some))
+
+
+FACES = [[0, 1, 2], [0, 2, 3]]

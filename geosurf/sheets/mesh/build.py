@@ -2,7 +2,7 @@
 
 The mesh is cut by the real faults. Where an outer edge would stay open, `repairs` ends the tear
 one link earlier if a tip is near, otherwise it gives the ghosts another ring there. Then the mesh
-is cut again.
+is cut again: first near the holes, and at last as a whole.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs, repaired
 from geosurf.sheets.mesh.rings import levelled
 from geosurf.sheets.mesh.tear_ends import End, torn_limits
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts
+from geosurf.sheets.mesh.window import Window
 
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 MANY = 20  # holes
@@ -58,9 +59,11 @@ class Built:
     repairs : Repairs
         What closed the sheet, or was tried last.
     n_cut : int
-        How often the mesh was cut until then.
+        How many attempts there were until then.
     walls : dict of str to ndarray of int8 (n_node,), or None
         Of the nodes at each fault, if throw moved them: 1 hanging wall, -1 footwall.
+    window : Window or None
+        What was cut, if it is not all: what is open elsewhere is not known.
     """
 
     state: Heights
@@ -73,6 +76,7 @@ class Built:
     repairs: Repairs
     n_cut: int = 1
     walls: dict[str, np.ndarray] | None = None
+    window: Window | None = None
 
     @property
     def is_open(self) -> bool:
@@ -152,7 +156,8 @@ def build(
     Returns
     -------
     Built
-        The first that is closed, or the last attempt.
+        The first that is closed, or the last attempt. Only where `needs_more` ended the attempts,
+        it may have been cut in a window.
     """
     setting = _setting(picks, state, faults, rising, carry_on, walls)
 
@@ -163,14 +168,24 @@ def build(
         solved_for = start.shortened, start.untorn
     fewest, since = len(setting.triangles.present), 0
     before: list[Sequence[Hole]] = []
+    window: Window | None = None
+    is_short = False
     for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
             state = die_at_tips(state, repairs, rising, solve_again)
-        built = replace(_attempt(setting, state, repairs), n_cut=n_before + 1)
+        # The first attempt cuts the whole sheet, the next ones look where it was open. No hole is
+        # left there: the whole sheet decides.
+        mesh = _meshed(setting, state, repairs)
+        built = _cut(setting, state, repairs, mesh, window)
+        if window is not None and not built.is_open:
+            built = _cut(setting, state, repairs, mesh)
+        built = replace(built, n_cut=n_before + 1)
         if not built.is_open:
             break
+        edges = [*built.cut.leaks, *built.cut.dead_ends]
+        window = Window.around(built.cut.holes, edges, built.torn, picks.frame, built.window)
 
         # many holes that do not become fewer: the data contradict the faults
         n_hole = len(built.cut.holes)
@@ -181,12 +196,18 @@ def build(
         stuck = _stuck(before, picks.frame.cell)
         # A fault that is too short cannot be repaired in the mesh: the caller extends it.
         if needs_more is not None and needs_more(stuck):
+            is_short = True
             break
         more = repaired(repairs, state, built.torn, built.cut, stuck, rising, at_any_cost)
         # No repair is left: the last attempt is handed back, open.
         if more is None:
             break
         repairs = more
+    # a sheet that stays open is shown as a whole
+    if built.window is not None and not is_short:
+        mesh = built.torn, built.ghosts, built.cuts
+        whole = _cut(setting, built.state, built.repairs, mesh)
+        built = replace(whole, n_cut=built.n_cut)
     return built
 
 
@@ -278,20 +299,26 @@ def _meshed(setting: Setting, state: Heights, repairs: Repairs) -> tuple[Torn, n
     return torn, levelled(torn, ghosts, state.values, repairs.level, picks.frame), cuts
 
 
-def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
-    """Tear the mesh with some repairs, carry its sheets on, and cut them exactly."""
-    triangles, picks = setting.triangles, setting.picks
-    torn, ghosts, cuts = _meshed(setting, state, repairs)
-
-    # the exact cut
-    band = band_of(torn, triangles, picks.frame, state.values, ghosts, setting.reach, setting.walls)
+def _cut(
+    setting: Setting,
+    state: Heights,
+    repairs: Repairs,
+    mesh: tuple[Torn, np.ndarray, Cuts],
+    window: Window | None = None,
+) -> Built:
+    """Cut a mesh with some repairs exactly: all of it, or a window."""
+    triangles, frame = setting.triangles, setting.picks.frame
+    torn, ghosts, cuts = mesh
+    band = band_of(
+        torn, triangles, frame, state.values, ghosts, setting.reach, setting.walls, window
+    )
 
     def is_own(nodes: np.ndarray) -> np.ndarray:
         """Whether nodes are clearly on their own side of all faults."""
         return setting.known.is_own(nodes, state)
 
     blocks = [blocks for _, blocks in setting.known.meshes]
-    cut = cut_band(band, torn, triangles, setting.faults, picks.frame, blocks, is_own)
+    cut = cut_band(band, torn, triangles, setting.faults, frame, blocks, is_own, window)
     return Built(
-        state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, walls=setting.walls
+        state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, 1, setting.walls, window
     )

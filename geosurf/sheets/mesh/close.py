@@ -160,6 +160,9 @@ def close(
         # Closed, or no fault can be extended any further.
         if not more:
             break
+    if built.window is not None:  # it was to be torn again at longer faults, and none can be longer
+        built = built_of(filled_picks, rebuilt, surfaces, start=built.repairs)
+        n_cut += built.n_cut
     return Closed(
         filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims, filled,
         pinched, n_cut,

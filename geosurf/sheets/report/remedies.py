@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
+from geosurf.model import TriSurface
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.build import Built
@@ -94,9 +95,7 @@ def _early_ends(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarning
         remedy = (
             f"Continue fault {name!r}, so that it ends farther from the throw: {how}."
             if is_tip
-            else "End the branch on its main fault, and tear with "
-            "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces; in a "
-            "scenario, [[truncations]]."
+            else _remedy_at_branch(name, trace.ends[end], closed)
         )
         yield GeosurfWarning(
             "tear ended early",
@@ -107,6 +106,29 @@ def _early_ends(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarning
             remedy,
             at,
         )
+
+
+def _remedy_at_branch(name: str, end: str, closed: Closed) -> str:
+    """What may close a sheet where a fault ends on another one, by the words of `Trace.ends`."""
+    by_name = {fault.name: fault for fault in closed.faults}
+    main = by_name.get(end.removeprefix("branch of "))
+    # a rule has ended the branch: both faults have the same points where they meet
+    if main is not None and _share_points(by_name[name], main):
+        return (
+            f"Fault {name!r} ends on {main.name!r} already. Try another trim there: "
+            f"trim={{{name!r}: 3}}; in a scenario, trim_cells = {{{name} = 3}} in [tear]."
+        )
+    return (
+        "End the branch on its main fault, and tear with "
+        "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces; in a "
+        "scenario, [[truncations]]."
+    )
+
+
+def _share_points(one: TriSurface, other: TriSurface) -> bool:
+    """Whether two surfaces have an edge in common, as far as their points tell."""
+    known = set(map(tuple, other.vertices.tolist()))
+    return sum(tuple(point) in known for point in one.vertices.tolist()) >= 2
 
 
 def _parts_left_out(
