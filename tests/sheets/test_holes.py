@@ -118,14 +118,14 @@ def test_faults_that_die_on_both_sides_of_their_crossing_need_no_remedy(shift):
 
 def attempts(monkeypatch):
     """Lengths of the holes of each attempt [m]; filled later."""
-    found, make = [], building._attempt
+    found, make = [], building._cut
 
     def attempt(*given):
         built = make(*given)
         found.append([hole.length for hole in built.cut.holes])
         return built
 
-    monkeypatch.setattr(building, "_attempt", attempt)
+    monkeypatch.setattr(building, "_cut", attempt)
     return found
 
 

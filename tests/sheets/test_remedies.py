@@ -83,8 +83,8 @@ def test_both_faults_of_a_junction_are_extended():
 
 def test_attempts_are_bounded_where_data_contradict_a_fault(monkeypatch):
     """Noise of 60 m at every node, taken as it is."""
-    made, cut = [], build._attempt
-    monkeypatch.setattr(build, "_attempt", lambda *given: made.append(0) or cut(*given))
+    made, meshed = [], build._meshed
+    monkeypatch.setattr(build, "_meshed", lambda *given: made.append(0) or meshed(*given))
     monkeypatch.setattr(close, "MOST", 0.5)
     monkeypatch.setattr(build, "ROUNDS", 4)
     world = gs.synthetic.torn("normal", 31)

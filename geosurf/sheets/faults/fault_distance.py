@@ -205,6 +205,8 @@ class NearTrace:
         self.node = np.array([-1])
         self.distance, self.side, self.place = np.array([[np.inf], [0.0], [np.nan]])
         self._searched = -1.0  # cells: all nodes up to here are measured
+        # rows of `within` by distance: what is measured later is farther
+        self._within: dict[float, np.ndarray] = {}
         # nodes that were asked for, increasing, and their rows, -1 for those that are far
         self._asked, self._row = np.empty((2, 0), dtype=np.int64)
 
@@ -226,6 +228,8 @@ class NearTrace:
     def within(self, far: float) -> np.ndarray:
         """Rows of `nodes_within`."""
         far = min(far, self.reach)
+        if far in self._within:
+            return self._within[far]
 
         # the search grows only when asked for more than before
         if far > self._searched:
@@ -234,7 +238,8 @@ class NearTrace:
             self._measure(new[~self._known(new)[1]], blocks, far)
             self._searched = far
         rows = self._row[self._row >= 0]
-        return rows[self.distance[rows] <= far]
+        self._within[far] = rows[self.distance[rows] <= far]
+        return self._within[far]
 
     def _known(self, node: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where nodes are, or would be, among those asked for; whether they were."""

@@ -71,7 +71,12 @@ class Tips:
 
     def side(self, nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """On which side of the coordinates places [cells] are, and whether next to the tear."""
-        x, y = self._flat(places)
+        return self._side_at(nodes, *self._flat(places))
+
+    def _side_at(
+        self, nodes: np.ndarray, x: np.ndarray, y: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same for coordinates of `_flat`."""
         beside = np.abs(x) < self.size if len(self.tips) == 2 else x < 0
 
         # next to the tear a node's side is the one that links were cut by, even where the
@@ -105,7 +110,7 @@ class Tips:
     ) -> np.ndarray:
         """Shapes (n, k) at places [cells]; `wall`: the side of an extrapolated sheet."""
         x, y = self._flat(places)
-        side, _ = self.side(nodes, places)
+        side, _ = self._side_at(nodes, x, y)
 
         # upper half plane on the left; off the branch cut by a hair, so that roots are one-sided
         z = (x + 1j * side * np.maximum(np.abs(y), 1e-12)) / self.size
