@@ -20,8 +20,8 @@ from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNINDEXED
 
 _MOST_CROSSINGS = 1 << 14  # room for points that may be made; it grows where that is too little
-_RECORDS_OF_A_THREAD = 15_000  # 3 to 5 ms of work; each thread copies all points
-_OF_A_RECORD = 8  # times the work of a face that has only one, each
+_RECORDS_OF_A_THREAD = 15_000  # 3 to 5 ms of work
+_ALONE, _ONE_OF_SEVERAL = 2, 3  # work for a record that is the only one of its face, and for others
 _NOTHING = np.empty(0, dtype=np.int64)
 
 
@@ -82,7 +82,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     growth = 1
     while True:
         # large arrays are made here: a thread has a heap of its own, which begins empty
-        parts = _rooms(contacts, [sizes[i:j] for i, j in ends], growth, growth * extra)
+        parts, x, d = _rooms(contacts, [sizes[i:j] for i, j in ends], growth, growth * extra)
         rows = [(contacts, records, *row, one) for row, one in zip(ends, parts, strict=True)]
         map_threads(_cut_part, rows)
         if all(part.count != FULL for part in parts) and _joined(contacts, parts):
@@ -98,18 +98,22 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     doubtful = [part.doubtful + start for part, start in zip(parts, counts, strict=False)]
     triangles, parents = _closed_up(parts)
     return Children(
-        shortened(first.x, contacts.n_vertex + n_point), shortened(first.d, n_point), triangles,
-        parents, _one([part.cut for part in parts]), _one(doubtful), int(first.m[COLLISIONS]),
-        first.m,
+        shortened(x, contacts.n_vertex + n_point), shortened(d, n_point), triangles, parents,
+        _one([part.cut for part in parts]), _one(doubtful), int(first.m[COLLISIONS]), first.m,
     )  # fmt: skip
 
 
 @dataclass
 class _Part:
-    """Arrays of one call of `cut_faces`, see there; then its results, and the faces it has cut."""
+    """Arrays of one call of `cut_faces`, see there; then its results, and the faces it has cut.
+
+    All parts have the points of the contacts in common, and each has rows of its own for points
+    that it makes, from the definition `first` on.
+    """
 
     x: np.ndarray
     d: np.ndarray
+    first: int
     m: np.ndarray
     w: np.ndarray
     names: np.ndarray
@@ -127,25 +131,30 @@ def _divided(sizes: np.ndarray, n_part: int) -> list[int]:
     if n_part == 1:
         return [0, len(sizes)]
     # a face with one segment needs no triangulation
-    work = np.cumsum(np.where(sizes == 1, 1, _OF_A_RECORD * sizes))
+    work = np.cumsum(np.where(sizes == 1, _ALONE, _ONE_OF_SEVERAL * sizes))
     inner = [int(np.searchsorted(work, work[-1] * k / n_part)) for k in range(1, n_part)]
     return [0, *inner, len(sizes)]
 
 
-def _rooms(contacts: Contacts, sizes: list[np.ndarray], growth: int, extra: int) -> list[_Part]:
+def _rooms(
+    contacts: Contacts, sizes: list[np.ndarray], growth: int, extra: int
+) -> tuple[list[_Part], np.ndarray, np.ndarray]:
     """Room to cut parts of the faces, with so many records each, and so many points for each part
-    where segments cross.
+    where segments cross; and the points and definitions of all parts.
     """
     # children of all parts lie in one array, to be closed up
     n, n_old, found = len(contacts.x), len(contacts.d), []
     ends = np.cumsum([0, *(6 * int(some.sum()) + 4 * extra + 64 for some in sizes)]).tolist()
     children, parents = np.empty((ends[-1], 3), dtype=np.int64), np.empty(ends[-1], dtype=np.int64)
-    for some, (begin, end) in zip(sizes, pairwise(ends), strict=True):
-        # Points of old rows stay; room for crossings follows them and grows by four where it is
-        # too little.
-        x = np.empty((n + extra, 3))
-        d = np.empty((n_old + extra, 4), dtype=np.int64)
+
+    # Points of old rows stay; room for crossings follows them and grows by four where it is too
+    # little.
+    x = np.empty((n + len(sizes) * extra, 3))
+    d = np.empty((n_old + len(sizes) * extra, 4), dtype=np.int64)
+    x[:n], d[:n_old] = contacts.x, contacts.d
+    for k, (some, (begin, end)) in enumerate(zip(sizes, pairwise(ends), strict=True)):
         m = contacts.m.copy()
+        m[N_POINT] = first = n_old + k * extra
         # Hash tables of the crossings, by name (the features that make them) and by place.
         names = np.empty((table_size(extra), 5), dtype=np.int64)
         places = np.empty(table_size(n + extra + 1) // 2, dtype=np.int64)  # two slots in each
@@ -156,8 +165,9 @@ def _rooms(contacts: Contacts, sizes: list[np.ndarray], growth: int, extra: int)
         n_local = 2 * int(some.max(initial=0)) + most + 16
         w = face_workspace(int(m[LIMBS]), n_local)
         room = children[begin:end], parents[begin:end]
-        found.append(_Part(x, d, m, w, names, places, n_local, *room))
-    return found
+        own = x[: n + (k + 1) * extra]
+        found.append(_Part(own, d, first, m, w, names, places, n_local, *room))
+    return found, x, d
 
 
 def _closed_up(parts: list[_Part]) -> list[np.ndarray]:
@@ -173,13 +183,12 @@ def _closed_up(parts: list[_Part]) -> list[np.ndarray]:
             end += len(some)
         found.append((whole, end))
     for part in parts:  # they look into what is shortened
-        part.children = part.parents = _NOTHING
+        part.x = part.d = part.children = part.parents = _NOTHING
     return [shortened(whole, end) for whole, end in found]
 
 
 def _cut_part(contacts: Contacts, records: np.ndarray, low: int, high: int, part: _Part) -> None:
     """Cut faces `low` to `high` - 1."""
-    part.x[: len(contacts.x)], part.d[: len(contacts.d)] = contacts.x, contacts.d
     records, offsets = group_records(records, low, high, len(contacts.x))
     part.cut = records[offsets[:-1], 0]
     part.count, part.doubtful = cut_faces(
@@ -190,9 +199,9 @@ def _cut_part(contacts: Contacts, records: np.ndarray, low: int, high: int, part
 
 def _joined(contacts: Contacts, parts: list[_Part]) -> bool:
     """Give points that parts have made the numbers of one call for all faces; False: no room."""
-    first, n, n_old = parts[0], len(contacts.x), len(contacts.d)
+    first, n = parts[0], len(contacts.x)
     for part in parts[1:]:
-        made = part.d[n_old : int(part.m[N_POINT])]
+        made = part.d[part.first : int(part.m[N_POINT])]
         if len(made) == 0 or part.count <= BROKEN:
             continue
         ids = adopt_points(
@@ -203,7 +212,7 @@ def _joined(contacts: Contacts, parts: list[_Part]) -> bool:
             return False
         corners = part.children[: part.count].reshape(-1)
         new = np.flatnonzero(corners >= n)
-        corners[new] = ids.take(corners.take(new) - n)
+        corners[new] = ids.take(corners.take(new) - contacts.n_vertex - part.first)
     return True
 
 
