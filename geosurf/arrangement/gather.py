@@ -13,9 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from geosurf.arrangement.memory_limit import PAIR, lack_of_room, refusal
+from geosurf.arrangement.room import shortened
 from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
-from geosurf.kernels.contacts.merging import may_coincide
+from geosurf.kernels.contacts.merging import drop_rows, may_coincide
 from geosurf.kernels.contacts.used_faces import number_faces, select_faces, select_nodes
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
@@ -97,12 +98,13 @@ def gather(
         for i in of
     ]  # fmt: skip
     map_threads(_write_own, rows_of, worth)
+    del rows_of  # views of places, which become shorter
 
     # Nodes in one place become one vertex, so that contacts there have one name.
     key = np.concatenate([own for own, _ in numbered])
     surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
-    x, t, point = _welded(places, t)
-    ids = np.split(point, first[1:-1])
+    x, row = _welded(places, t)
+    ids = np.split(row, first[1:-1])
     return Faces(x, t, surface, key, list(zip(nodes, ids, strict=True))), pairs
 
 
@@ -149,26 +151,19 @@ def _write_own(
             pairs[start:stop, 2] = rows[:, 2] if rows.shape[1] > 2 else NEEDS_EXACT
 
 
-def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places that differ, the corners as rows of them, and the row of each place."""
+def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places that differ, and the row of each place among them; corners become such rows."""
     # A sort of all places costs more than a look at those that may be equal, which are few.
     some = may_coincide(places)
-    own = places.take(some, axis=0)
-    number, count = weld(own)
+    number, count = weld(places.take(some, axis=0))
     if count == len(some):
-        return places, corners, np.arange(len(places))
+        return places, np.arange(len(places))
 
     # The first place of several stays.
     first = np.empty(count, dtype=np.int64)
     first[number[::-1]] = some[::-1]
-    of = first[number]
-    stays = np.ones(len(places), dtype=bool)
-    stays[some[of != some]] = False
-    point = np.cumsum(stays) - 1
-    point[some] = point[of]
-    x = places.take(np.flatnonzero(stays), axis=0)
-    x[point[some]] = own  # of 0.0 and -0.0, which are one place, that of the last
-    return x, point.take(corners), point
+    n, row = drop_rows(places, corners, some, first[number])
+    return shortened(places, n), row
 
 
 def _key_limits(surface: TriSurface) -> tuple[int, int]:

@@ -104,6 +104,28 @@ def may_coincide(x):
     return place[:m].copy()
 
 
+@entry("d2 l2 l1 l1 -> l l1")
+def drop_rows(x, t, some, of):
+    """Drop rows of `some` (rising) that stand for earlier ones, `of`: what stays, and new rows.
+
+    Rows and triangles are written in place. Of 0.0 and -0.0, which are equal, the last one remains.
+    """
+    row = np.empty(x.shape[0], dtype=np.int64)
+    n = k = 0
+    for i in range(x.shape[0]):
+        to = n
+        if k < some.shape[0] and some[k] == i:
+            to = n if of[k] == i else row[of[k]]
+            k += 1
+        row[i] = to
+        x[to, 0], x[to, 1], x[to, 2] = x[i, 0], x[i, 1], x[i, 2]
+        n += 1 if to == n else 0
+    for face in range(t.shape[0]):
+        for c in range(3):
+            t[face, c] = row[t[face, c]]
+    return n, row
+
+
 @scalar
 def _suspects(x, t, m, count):
     """Vertices and points that may have equal coordinates: ids, vertices first, and their number.
