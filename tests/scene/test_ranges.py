@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+from functools import partial
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import arrange
+from geosurf.arrangement import arrange, gather, search
+from geosurf.arrangement.threads import map_threads
 from geosurf.carve import half_faces, measures, seams
 from geosurf.errors import GeosurfError
 from geosurf.rebuild import assemble, carried, edges, repair
@@ -17,6 +22,9 @@ from tests.strategies import sheet
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 LEAST = [
     (arrange, "_RECORDS_OF_A_THREAD"),
+    (gather, "_PAIRS_IN_THREADS"),
+    (search, "_PAIRS_OF_A_THREAD"),
+    (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
     (carried, "_TRIANGLES"),
     (edges, "_TRIANGLES"),
@@ -62,3 +70,101 @@ def test_any_number_of_threads_gives_the_bytes_of_one(seed, step, monkeypatch):
     for n in ("2", "3", "8"):
         monkeypatch.setenv("GEOSURF_THREADS", n)
         assert results(seed, step) == alone
+
+
+def arrays_of(task):
+    """Arrays that a task is given, also by what it is to call."""
+    for one in task:
+        if isinstance(one, partial):
+            yield from arrays_of(one.args)
+        elif isinstance(one, tuple):
+            yield from arrays_of(one)
+        elif isinstance(one, np.ndarray) and one.flags.c_contiguous and one.size:
+            yield one
+
+
+def written_by(work, task):
+    """What a task returns, and addresses of the numbers that it changes."""
+    arrays = list(arrays_of(task))
+    before = [one.tobytes() for one in arrays]
+    found, addresses = work(*task), set()
+    for one, old in zip(arrays, before, strict=True):
+        differ = np.frombuffer(one.tobytes(), np.uint8) != np.frombuffer(old, np.uint8)
+        first = one.__array_interface__["data"][0]
+        addresses |= {first + at - at % one.itemsize for at in np.flatnonzero(differ).tolist()}
+    return found, addresses
+
+
+def one_by_one(work, rows, worth=True):
+    """`map_threads`, backwards; no two tasks may change one number."""
+    found, changed = [], set()
+    for row in list(rows)[::-1]:
+        result, own = written_by(work, row)
+        assert not own & changed, f"two tasks of {work} write one number"
+        changed |= own
+        found.append(result)
+    return found[::-1]
+
+
+@pytest.mark.parametrize("step", [COARSE, 0.0])
+def test_no_two_ranges_write_one_number(step, monkeypatch):
+    """Also where a race would be too rare to be seen, and in whatever order tasks are done."""
+    monkeypatch.setenv("GEOSURF_THREADS", "1")
+    alone = results(0, step)
+    for where, name in LEAST:
+        monkeypatch.setattr(where, name, 1)
+    monkeypatch.setenv("GEOSURF_THREADS", "3")
+    users = [
+        module
+        for name, module in list(sys.modules.items())
+        if name.startswith("geosurf.") and getattr(module, "map_threads", None) is map_threads
+    ]
+    for module in users:
+        monkeypatch.setattr(module, "map_threads", one_by_one)
+    assert results(0, step) == alone
+
+
+@pytest.mark.parametrize("n_thread", ["1", "2", "3", "8"])
+@pytest.mark.parametrize("n_edge", [1, 2, 7, 30])
+def test_every_seam_joins(n_thread, n_edge, monkeypatch):
+    """Each edge of a chain of parts is all that joins the parts on both sides of it."""
+    monkeypatch.setenv("GEOSURF_THREADS", n_thread)
+    monkeypatch.setattr(half_faces, "_SEAMS", 1)
+    n = n_edge + 1
+    pieces = SimpleNamespace(triangles=np.zeros((n, 3), int), strips=[])
+    parts = half_faces.Parts(np.arange(n), np.arange(n), np.zeros(n, int), None)
+
+    # parts k and k + 1 meet at edge k, both with their fronts up
+    start, ends = 2 * np.arange(n_edge + 1), np.arange(n_edge)
+    around = np.stack([2 * ends, 2 * ends + 3], axis=1).ravel()
+    seen, piece = half_faces._joined(pieces, parts, start, around)
+    assert piece.tolist() == [0] * n
+    assert (seen == seen[0]).all()
+    assert seen[0, 0] != seen[0, 1]
+
+
+def test_records_of_ranges_are_those_of_one(monkeypatch):
+    """Each once: what comes later drops those that come twice, and would hide them."""
+    rng = np.random.default_rng(9)
+    horizons = [
+        gs.triangulate_horizon(horizon(rng, z, 0.0), name=name) for name, z in (("A", 1), ("B", 0))
+    ]
+    surfaces = [
+        *horizons,
+        fault(rng, 0.0),
+        sheet("F", [(2, -1, -5), (2, 5, -5), (2, 5, 9), (2, -1, 9)]),
+    ]
+
+    def records():
+        contacts = search.find_contacts(surfaces)
+        assert len(contacts.rows) > 8
+        assert contacts.ids.shape[1] == 2  # none in a plane
+        assert len(contacts.records) < 2 * len(contacts.rows)  # what lies on own edges cuts nothing
+        return contacts.records.tolist()
+
+    monkeypatch.setenv("GEOSURF_THREADS", "1")
+    alone = records()
+    monkeypatch.setattr(search, "_CONTACTS_OF_A_THREAD", 1)
+    for n in ("2", "3", "8"):
+        monkeypatch.setenv("GEOSURF_THREADS", n)
+        assert records() == alone
