@@ -18,7 +18,7 @@ from geosurf.kernels.meshes.triangle_facts import facts_of_triangles
 from geosurf.kernels.search.voxels import faces_in_box, triangle_boxes
 from geosurf.model import Patches, TriSurface
 
-N_SUM = 14  # columns of `sums_of_runs`
+N_SUM, _N_FACT = 14, 8  # columns of `sums_of_runs`; those before the boxes of runs
 _FEW = 256  # rays, up to which the boxes of listed triangles are compared with each of them
 _SLIP = 1e-3  # [m] around a ray's first triangle; far more than rounding moves its aim by
 
@@ -165,8 +165,13 @@ def keys_of_runs(a: np.ndarray, runs: np.ndarray) -> np.ndarray:
     return 2 * (np.repeat(runs[:, 0], n) * (n_col - 1) + place // 2) + half
 
 
-def sums_of_listed(x: np.ndarray, t: np.ndarray, level: float, n_run: int) -> np.ndarray:
-    """The columns of `sums_of_runs` for triangles, and rows of zeros for runs behind them."""
-    out = np.zeros((len(t) + n_run, N_SUM))
-    facts_of_triangles(x, t, level, out[: len(t)])
-    return out
+def sums_of_listed(
+    x: np.ndarray, t: np.ndarray, level: float, bounds: np.ndarray, n_run: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The first eight columns of `sums_of_runs` for triangles, and whether each lies in a box;
+    with rows of zeros for runs behind them.
+    """
+    out = np.zeros((len(t) + n_run, _N_FACT))
+    within = np.zeros(len(out), dtype=bool)
+    facts_of_triangles(x, t, level, *bounds, out[: len(t)], within[: len(t)])
+    return out, within

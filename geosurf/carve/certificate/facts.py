@@ -286,19 +286,19 @@ def _listed(
 
     # elements: triangles first, then runs
     n_run = int(pieces.first_run[-1])
-    sums = sums_of_listed(pieces.x, pieces.triangles, level, n_run)
+    bounds = _bounds(patches)
+    sums, within = sums_of_listed(pieces.x, pieces.triangles, level, bounds, n_run)
+    boxes = np.zeros((n_run, 6))
     surface = np.concatenate([pieces.surface, np.zeros(n_run, dtype=np.int64)])
     joined = [np.empty((0, 2), dtype=np.int64)]
     no_units = np.empty((0, 3), dtype=np.int64)
     for one in lattices:
-        sums[one.runs], surface[one.runs] = one.sums, one.surface
+        sums[one.runs], surface[one.runs] = one.sums[:, :8], one.surface
+        boxes[one.runs.start - n : one.runs.stop - n] = one.sums[:, 8:]
         none = np.full((len(one.strips.runs), 2), -1)
         joined.append(one.first + one.count(none, no_units)[1])
-    lower, upper = _bounds(patches)
-    within = ((sums[:, 8:11] >= lower) & (sums[:, 11:14] <= upper)).all(axis=1)
-    # boxes of runs alone: those of triangles would be as large as all other columns
-    near = NearRuns(n, lattices, sums[n:, 8:].copy(), pieces.origin)
-    sums = sums[:, :8].copy()
+    within[n:] = ((boxes[:, :3] >= bounds[0]) & (boxes[:, 3:] <= bounds[1])).all(axis=1)
+    near = NearRuns(n, lattices, boxes, pieces.origin)
     elements = Elements(
         pieces.sources, pieces.origin, surface, sums[:, 7].astype(np.int64), sums[:, 6], within,
         local, np.concatenate([pieces.triangles, *corners]), np.concatenate(element),

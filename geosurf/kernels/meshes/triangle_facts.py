@@ -3,7 +3,7 @@
 Notation
     x    vertices, float64 (n_vertex, 3)
     t    triangles, int64 (n, 3)
-    out  columns as of `geosurf.kernels.lattices.run_checks.sums_of_runs`, float64 (n, 14)
+    out  the first columns of `geosurf.kernels.lattices.run_checks.sums_of_runs`, float64 (n, 8)
 """
 
 from __future__ import annotations
@@ -19,9 +19,13 @@ def _steps(x, i, j):
     return abs(x[j, 0] - x[i, 0]) + abs(x[j, 1] - x[i, 1]) + abs(x[j, 2] - x[i, 2])
 
 
-@entry("d2 l2 d d2 ->")
-def facts_of_triangles(x, t, level, out):
-    """Fill the columns of all triangles; column 3, of a second sum, stays as it is."""
+@entry("d2 l2 d d1 d1 d2 b1 ->")
+def facts_of_triangles(x, t, level, lower, upper, out, within):
+    """Fill the columns of all triangles, and whether each lies in a box.
+
+    Columns 1 and 3, of second sums, stay as they are. Boxes of triangles would be as large as all
+    columns, so they are compared here.
+    """
     for i in range(t.shape[0]):
         a, b, c = t[i, 0], t[i, 1], t[i, 2]
         ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
@@ -38,6 +42,9 @@ def facts_of_triangles(x, t, level, out):
         out[i, 5] = one + two + three
         out[i, 6] = nz
         out[i, 7] = 1.0
+        inside = True
         for k in range(3):
-            out[i, 8 + k] = min(min(x[a, k], x[b, k]), x[c, k])
-            out[i, 11 + k] = max(max(x[a, k], x[b, k]), x[c, k])
+            low = min(min(x[a, k], x[b, k]), x[c, k])
+            high = max(max(x[a, k], x[b, k]), x[c, k])
+            inside = inside and low >= lower[k] and high <= upper[k]
+        within[i] = inside
