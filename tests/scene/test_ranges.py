@@ -26,7 +26,7 @@ LEAST = [
     (search, "_PAIRS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
-    (carried, "_TRIANGLES"),
+    (carried, "_MANY"),
     (edges, "_TRIANGLES"),
     (repair, "_MANY"),
     (seams, "_TRIANGLES"),
