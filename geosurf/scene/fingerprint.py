@@ -95,7 +95,9 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         _add(digest, tuple(value.sticks), strangers)
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
         # attributes count, since they may hold unit, direction and reference system
-        arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
+        # of coordinates the arrays alone: labels cost more than what they label
+        coords = getattr(value.coords, "variables", value.coords)
+        arrays = {**getattr(value, "data_vars", {"": value}), **coords}
         _add_attrs(digest, value.attrs)
         digest.update(f"{crs_of(value)}".encode())
         for key, array in arrays.items():

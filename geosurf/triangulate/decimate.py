@@ -61,8 +61,8 @@ class Frame:
     ----------
     rows, cols : ndarray of int64
         With both ends.
-    area : ndarray of float64, shape (n_row - 1, n_col - 1)
-        Of each coarse cell [m2].
+    high, wide : ndarray of float64
+        Sides of coarse cells along columns (n_row - 1,) and along rows (n_col - 1,) [m].
     uneven : (float, float)
         How far rows and columns are from even steps, as a part of a coarse cell.
     stretch : float
@@ -71,7 +71,8 @@ class Frame:
 
     rows: np.ndarray
     cols: np.ndarray
-    area: np.ndarray
+    high: np.ndarray
+    wide: np.ndarray
     uneven: tuple[float, float]
     stretch: float
 
@@ -85,8 +86,8 @@ class Frame:
     def of_nodes(cls, lattice: Lattice, rows: np.ndarray, cols: np.ndarray) -> Frame:
         """Some rows and columns of a lattice, with both ends."""
         (a, s), (b, t) = _uneven(lattice.northing, rows), _uneven(lattice.easting, cols)
-        area = np.multiply.outer(np.diff(lattice.northing[rows]), np.diff(lattice.easting[cols]))
-        return cls(rows, cols, area, (a, b), (1.0 + s) * (1.0 + t) - 1.0)
+        sides = np.diff(lattice.northing[rows]), np.diff(lattice.easting[cols])
+        return cls(rows, cols, *sides, (a, b), (1.0 + s) * (1.0 + t) - 1.0)
 
 
 def can_be_decimated(surface: TriSurface) -> bool:
@@ -160,13 +161,13 @@ def measure_differences(
     >>> measure_differences(bowl, every_other, limit=1.0)
     0.75
     """
+    from geosurf.kernels.lattices.decimate import bounds_of_cells, differences_of_rows_and_columns
+
     rows, cols = frame.rows, frame.cols
     n = len(rows) - 1
     if isinstance(lattice, ChunkedLattice):
         few, above, below, change, failed = differences_in_bands(lattice, rows, cols, limit)
     else:
-        from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
-
         # blocks far apart one after the other: what is rough somewhere shows soon
         order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
         order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
@@ -176,25 +177,12 @@ def measure_differences(
     if failed >= 0:
         return (failed + 0.5) / n
 
-    # uneven steps and rounding
-    steps = [float(np.abs(np.diff(few, axis=axis)).max()) for axis in (0, 1)]
-    size = float(np.abs(lattice.survey.box[2::3]).max())
-    slack = frame.uneven[0] * steps[0] + frame.uneven[1] * steps[1] + _ROUNDING * size
-    found = np.maximum(above, below)
-    largest = found + slack
-    if largest.max() > limit:
-        return (int(largest.max(axis=1).argmax()) + 0.5) / n
-
-    # a sum over all nodes of a coarse cell, each rounded once
-    high, wide = np.diff(rows)[:, None], np.diff(cols)
-    summed = _PER_NODE * int(high.max() + 1) * int(wide.max() + 1) * size
-    doubt = frame.area * (frame.stretch * found + (slack + summed))
-    change *= frame.area / (high * wide)
-
-    # what is above counts as much as what is below, where a cell has both
-    both = np.abs(change) + 2.0 * frame.area * np.minimum(above, below)
-    volume = np.minimum(both + doubt, frame.area * largest)
-    return Differences(few, largest, volume, change, doubt)
+    size = max(abs(float(lattice.survey.box[2])), abs(float(lattice.survey.box[5])))
+    *found, most, worst = bounds_of_cells(
+        few, above, below, change, rows, cols, frame.high, frame.wide, *frame.uneven,
+        frame.stretch, size, _ROUNDING, _PER_NODE,
+    )  # fmt: skip
+    return (worst + 0.5) / n if most > limit else Differences(few, *found)
 
 
 def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:

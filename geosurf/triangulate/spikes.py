@@ -104,6 +104,10 @@ def _extreme_marks(low: float, high: float) -> list[float]:
 def _check(surface: TriSurface) -> None:
     z = _elevations(surface)
     ends = _extreme_marks(*surface.bounds[4:])
+
+    # A usual distance is no smaller than the least one, which costs less to find.
+    if not ends and _bounded_step(surface) <= _least_spacing(surface):
+        return
     spacing = _spacing(surface)
 
     # Even the steepest step is below 45 degrees, and no extreme value is a usual mark.
@@ -247,6 +251,15 @@ def _spacing(surface: TriSurface) -> float:
                 float(np.nanmedian(np.hypot(*gaps) if len(gaps) == 2 else np.abs(gaps[0])))
             )
     return max(spacing, default=0.0)
+
+
+def _least_spacing(surface: TriSurface) -> float:
+    """The larger of the least steps along both axes of a grid [m]; 0 for other surfaces."""
+    lattice = surface.lattice
+    if lattice is None or not lattice.has_rising_axes:
+        return 0.0
+    axes = [axis for axis in (lattice.northing, lattice.easting) if len(axis) > 1]
+    return max((float(np.diff(axis).min()) for axis in axes), default=0.0)
 
 
 def _along_edges(surface: TriSurface, values: np.ndarray) -> np.ndarray:

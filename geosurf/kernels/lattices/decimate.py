@@ -174,6 +174,62 @@ def differences_of_rows_and_columns(z, rows, cols, order, limit):
     return few, above, below, change, -1
 
 
+@scalar
+def _largest_steps(few):
+    """The largest steps between neighbours along columns of nodes, and along rows of nodes."""
+    n_row, n_col = few.shape
+    up, over = 0.0, 0.0
+    for i in range(n_row):
+        for j in range(n_col):
+            if i > 0:
+                up = max(up, abs(few[i, j] - few[i - 1, j]))
+            if j > 0:
+                over = max(over, abs(few[i, j] - few[i, j - 1]))
+    return up, over
+
+
+@entry("d2 d2 d2 d2 l1 l1 d1 d1 d d d d d d -> d2 d2 d2 d2 d l")
+def bounds_of_cells(
+    few, above, below, change, rows, cols, high, wide, up, over, stretch, size, rounding, per_node
+):
+    """Bounds over the map from differences over rows and columns (for their names see
+    `geosurf.triangulate.decimate`): the largest difference in each coarse cell [m]; the volume
+    between both surfaces, that with its sign, and how unsure the latter is [m3]; the largest
+    difference of all, and its block.
+
+    high, wide: sides of coarse cells [m]; up, over: how far rows and columns are from even steps,
+    as a part of a cell; size: the largest elevation [m]; rounding, per_node: of a difference and of
+    a sum, as parts of `size`.
+    """
+    n_block, n_cell = above.shape
+    step_up, step_over = _largest_steps(few)
+    slack = up * step_up + over * step_over + rounding * size
+    p, q = 0, 0
+    for block in range(n_block):
+        p = max(p, rows[block + 1] - rows[block])
+    for cell in range(n_cell):
+        q = max(q, cols[cell + 1] - cols[cell])
+    unsure = slack + per_node * size * (p + 1) * (q + 1)
+
+    largest, between = np.empty((n_block, n_cell)), np.empty((n_block, n_cell))
+    signed, doubt = np.empty((n_block, n_cell)), np.empty((n_block, n_cell))
+    most, worst = 0.0, 0
+    for i in range(n_block):
+        for j in range(n_cell):
+            area, n = high[i] * wide[j], (rows[i + 1] - rows[i]) * (cols[j + 1] - cols[j])
+            off = max(above[i, j], below[i, j])
+            largest[i, j] = off + slack
+            signed[i, j] = change[i, j] * (area / n)
+            doubt[i, j] = area * (stretch * off + unsure)
+
+            # what is above counts as much as what is below, where a cell has both
+            both = abs(signed[i, j]) + 2.0 * area * min(above[i, j], below[i, j])
+            between[i, j] = min(both + doubt[i, j], area * largest[i, j])
+            if largest[i, j] > most:
+                most, worst = largest[i, j], i
+    return largest, between, signed, doubt, most, worst
+
+
 @entry("d2 d2 d2 d2 -> d1 d1 d1 d1")
 def at_nodes(largest, between, change, doubt):
     """What the nodes (row by row) of a coarse lattice say of its cells: the largest value around
