@@ -20,8 +20,9 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.triangulate.decimate_bands import differences_in_bands
 
-STRIDES = (10, 8, 5, 4, 3, 2)
-ENOUGH = 10_000  # nodes that stay, at least: fewer make a model no cheaper
+STRIDES = (20, 10, 8, 5, 4, 3, 2)
+ENOUGH = 10_000  # nodes that stay, at least
+FEW = 2_500  # the same for more than every 10th node: a tenth of a model of a million nodes
 _ROUNDING = 128 * 2.0**-52  # of a difference between both surfaces, in elevations
 _PER_NODE = 8 * 2.0**-52  # of a sum over nodes, for each of them, in elevations
 IN_VERTEX_DATA = "vertical_error", "volume_error", "volume_change", "volume_doubt"
@@ -110,9 +111,20 @@ def strides_of(shape: tuple[int, int]) -> list[int]:
     Examples
     --------
     >>> strides_of((1001, 1001)), strides_of((300, 301)), strides_of((150, 150))
-    ([10, 8, 5, 4, 3, 2], [3, 2], [])
+    ([20, 10, 8, 5, 4, 3, 2], [3, 2], [])
     """
-    return [k for k in STRIDES if shape[0] * shape[1] >= ENOUGH * k * k]
+    return [k for k in STRIDES if shape[0] * shape[1] >= least_nodes(k)]
+
+
+def least_nodes(stride: int) -> int:
+    """Return from how many nodes of a grid on every k-th of them is enough.
+
+    Examples
+    --------
+    >>> least_nodes(2), least_nodes(20)
+    (40000, 1000000)
+    """
+    return (FEW if stride > 10 else ENOUGH) * stride**2
 
 
 def kept_nodes(n: int, stride: int) -> np.ndarray:
@@ -246,6 +258,7 @@ __all__ = [
     "can_be_decimated",
     "decimate_horizon",
     "kept_nodes",
+    "least_nodes",
     "measure_differences",
     "strides_of",
 ]

@@ -8,18 +8,18 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunk_store import STAYS
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.triangulate.decimate import (
-    ENOUGH,
     STRIDES,
     Differences,
     Frame,
     decimate_horizon,
     kept_nodes,
+    least_nodes,
     measure_differences,
 )
 from geosurf.triangulate.decimate_bands import are_near_in_band
 
 MOST_KEPT = 1 << 24  # nodes of a grid: with its bounds it takes 400 MB
-_LARGE_STRIDES = (100, 50, 40, 25, 20, 16)  # of grids that are too large for memory
+_LARGE_STRIDES = (100, 50, 40, 25, 16)  # of grids that are too large for memory
 
 
 def strides_in_store(shape: tuple[int, int]) -> list[int]:
@@ -31,8 +31,9 @@ def strides_in_store(shape: tuple[int, int]) -> list[int]:
     ([100, 50, 40, 25, 20, 16, 10, 8, 5], [3, 2])
     """
     n_node = shape[0] * shape[1]
-    strides = (*_LARGE_STRIDES, *STRIDES) if n_node > STAYS else STRIDES
-    return [k for k in strides if ENOUGH * k * k <= n_node <= MOST_KEPT * k * k]
+    more = _LARGE_STRIDES if n_node > STAYS else ()
+    strides = sorted({*more, *STRIDES}, reverse=True)
+    return [k for k in strides if least_nodes(k) <= n_node <= MOST_KEPT * k * k]
 
 
 def decimate_stored(frame: Sequence[TriSurface], tolerance: float) -> list[TriSurface]:

@@ -8,7 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.model import Lattice
-from geosurf.triangulate import chunked, decimate, decimate_stored
+from geosurf.triangulate import chunked, decimate
 from geosurf.triangulate.decimate import Differences, Frame, kept_nodes, measure_differences
 
 pytest.importorskip("dask")
@@ -24,7 +24,6 @@ BOX = (10, 190, 10, 190, -300, 0)
 def _small(monkeypatch):
     monkeypatch.setattr(chunked, "LEAST", 1)
     monkeypatch.setattr(decimate, "ENOUGH", 100)
-    monkeypatch.setattr(decimate_stored, "ENOUGH", 100)
 
 
 def grid_of(z, chunks=None):
