@@ -35,10 +35,6 @@ MANIFEST = "manifest.json"
 _PACKED = {"d": "d", "l": "q", "b": "q"}
 _DONE, _NOTHING = 0, -2
 
-# What is inside a capsule of Python; the lock is held, as it is not for the library.
-_inside = ctypes.pythonapi.PyCapsule_GetPointer
-_inside.argtypes, _inside.restype = [ctypes.py_object, ctypes.c_char_p], ctypes.c_void_p
-
 
 class Unfit(Exception):
     """The library is missing, or made for other sources or another machine; the text says why."""
@@ -113,6 +109,12 @@ class Library:
             self._library = ctypes.CDLL(str(path.absolute()))
         except OSError as error:
             raise Unfit(f"the frozen library cannot be loaded ({error})") from error
+        if not hasattr(ctypes, "pythonapi"):
+            raise Unfit("the frozen library needs CPython")
+        # What is inside a capsule of Python; the lock is held, as it is not for the library.
+        self.inside = ctypes.pythonapi.PyCapsule_GetPointer
+        self.inside.argtypes = [ctypes.py_object, ctypes.c_char_p]
+        self.inside.restype = ctypes.c_void_p
         # The library asks the CPU itself, since Python has no portable way to.
         self.level = self._best_level()
         self._release = self._library.geosurf_release
@@ -222,11 +224,11 @@ class FrozenKernel:
             self._bind()
         # An array goes as the address of what numpy states about it, which lives as long as its
         # capsule; Python keeps the memory itself alive during the call.
-        words, capsules = list(arguments), []
+        words, capsules, inside = list(arguments), [], self._library.inside
         for k in self._arrays:
             capsule = arguments[k].__array_struct__
             capsules.append(capsule)
-            words[k] = _inside(capsule, None)
+            words[k] = inside(capsule, None)
         frame, failure = self._frame(), ctypes.c_void_p()
         block = self._pack(*words)
         status = self._call(self._kernel, frame, ctypes.byref(failure), block)
