@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from geosurf.conventions import counted, is_number, volume_text
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import edges, ends_of
+from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Units
 from geosurf.render import palette
 from geosurf.render.cluster import shells_in_picture
@@ -53,9 +55,10 @@ def show_units(
             continue
         colour = colouring.colours.get(unit.name, palette.FAINT)
         points = shell_of_unit.points
+        apart = by_surface(shell_of_unit)
         shell = Layer(
-            points, shell_of_unit.triangles, colour=colour, sharp=True,
-            shades=colouring.shades(points),
+            apart.points, apart.triangles, colour=colour, sharp=True,
+            shades=colouring.shades(apart.points),
         )  # fmt: skip
         lines = outline(shell_of_unit, shell_of_unit.creases)
         rims = Layer(points, lines=lines, colour=palette.INK, width=0.9)
@@ -95,6 +98,25 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
         step = (len(zones) - 1) / 2.0 - zones.index(unit.zone_index)
         shifts.append(np.array([*aside, explode * (top - bottom) * step]))
     return shifts
+
+
+def by_surface(shell: Shell) -> Shell:
+    """Return a shell whose surfaces share no points, so that each is shaded by itself.
+
+    A horizon may end at the rim of the model in thin triangles that are nearly vertical. They would
+    pass their shade on to the wall next to them.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, -1]])
+    >>> roof = Shell(corners, np.array([[0, 1, 2], [0, 3, 1]]), np.array([0, 1]))
+    >>> by_surface(roof).triangles.tolist()
+    [[0, 2, 4], [1, 5, 3]]
+    """
+    n = int(shell.surface.max(initial=0)) + 1
+    of_corner = shell.triangles * n + shell.surface[:, None]
+    keys, number = number_keys(of_corner.ravel())
+    return replace(shell, points=shell.points[keys // n], triangles=number.reshape(-1, 3))
 
 
 def outline(shell: Shell, creases: bool = True) -> np.ndarray:

@@ -133,3 +133,16 @@ def test_of_grids_in_their_store_triangles_along_curves_become_few(
     assert sum(len(shell.triangles) for shell in few) <= 400 < all_of_them
     for shell, unit in zip(few, units.values(), strict=True):  # planes keep their volumes
         assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=0.02)
+
+
+def test_surfaces_of_a_shell_are_shaded_by_themselves() -> None:
+    """A point is of one surface only, and triangles stay where they are."""
+    world = gs.synthetic.graben(n=21)
+    units = gs.Scene(world.horizons, world.faults, world.box).units
+    whole = shells_to_draw(units)
+    layers = [one for one in unit_layers.show_units(units).layers if one.triangles is not None]
+    for shell, layer in zip(whole, layers, strict=True):
+        assert layer.triangles is not None
+        np.testing.assert_array_equal(layer.points[layer.triangles], shell.points[shell.triangles])
+        pairs = np.stack([layer.triangles.ravel(), np.repeat(shell.surface, 3)], axis=1)
+        assert len(np.unique(pairs, axis=0)) == len(layer.points) > len(shell.points)
