@@ -345,6 +345,8 @@ def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
     """
     owners: list[Owners] = [((i, 1),) for i in range(len(pieces.sources))]
     owner = parts.surface.copy()
+    if parts.of_patch is not None:  # then no triangles coincide
+        return owners, owner
 
     # triangles with the same corners as an earlier one, which stands for them all
     others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))

@@ -68,7 +68,6 @@ class Patches(Shown):
         # needed.
         self.sources = tuple(sources)
         self.origin = frozen(origin, np.float64)
-        self.curve_edges = frozen(curve_edges, np.int64)
         self.report = dict(report or {})
         self.__dict__["local"] = frozen(local, np.float64)
 
@@ -79,21 +78,44 @@ class Patches(Shown):
             ("surface_of_triangle", surface_of_triangle),
             ("parent_of_triangle", parent_of_triangle),
             ("patch_of_triangle", patch_of_triangle),
+            ("curve_edges", curve_edges),
         ):
             self.__dict__[name] = frozen(value, np.int64)
         in_crs_of(self, self.sources)
 
     @classmethod
-    def of_pieces(cls, pieces: Pieces, curve_edges: np.ndarray, report: dict[str, Any]) -> Patches:
-        """Return patches whose arrays are computed on first use."""
+    def of_pieces(
+        cls,
+        pieces: Pieces,
+        curve_edges: np.ndarray | None,
+        report: dict[str, Any],
+        *,
+        rim: np.ndarray | None = None,
+    ) -> Patches:
+        """Return patches whose arrays are computed on first use.
+
+        Curve edges are given, or by their last half-edges: the `rim`.
+        """
         # Without __init__: arrays stay unknown until somebody asks.
         self = cls.__new__(cls)
         self.sources = tuple(pieces.sources)
         self.origin = frozen(pieces.origin, np.float64)
-        self.curve_edges = frozen(curve_edges, np.int64)
         self.report = dict(report)
         self.__dict__["pieces"] = pieces
+        if curve_edges is None:
+            self.__dict__["_rim"] = rim
+        else:
+            self.__dict__["curve_edges"] = frozen(curve_edges, np.int64)
         return in_crs_of(self, self.sources)
+
+    @cached_property
+    def curve_edges(self) -> np.ndarray:
+        """Vertices of the edges along which surfaces meet, by the first, then by the second."""
+        from geosurf.kernels.meshes.mesh import ends_of
+
+        ends, n = ends_of(self.pieces.triangles, self.__dict__["_rim"]), len(self.pieces.x)
+        order = np.divmod(np.sort(ends[:, 0] * n + ends[:, 1]), n)
+        return frozen(np.stack(order, axis=1), np.int64)
 
     @cached_property
     def pieces(self) -> Pieces:

@@ -18,7 +18,7 @@ from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.carried_triangles import carry_by_face
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
-from geosurf.kernels.meshes.mesh import ends_of, weld
+from geosurf.kernels.meshes.mesh import weld
 from geosurf.model.pieces import HalfEdges, Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.carried import EarlierTriangles, carry_edges, carry_patches, runs_of_all
@@ -30,8 +30,8 @@ _NO_KEYS = np.empty(0, dtype=np.int64)
 _MANY = 50_000  # triangles; from then on surfaces are listed in threads
 
 
-def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
-    """The pieces of all surfaces, and the edges (n, 2) of their curves."""
+def assemble(contacts: Contacts, children: Children) -> Kept:
+    """The pieces of all surfaces, and what later ones take from them."""
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
     touched = mark_touched(contacts.rows, len(contacts.t))
     (x, t, surface, key, face, point_of_id), others, stay = _triangles(contacts, children, touched)
@@ -80,13 +80,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
     ids = None if children.collisions else id_of_point
     n_uncut = int(np.count_nonzero(touched)) - len(children.cut)
     n_child = len(t) - sum(other.n for other in others) - n_uncut
-    kept = Kept(pieces, face, ids, linked, rim, n_child, origin)
-    return kept, _in_order(ends_of(t, rim), len(x))
-
-
-def _in_order(edges: np.ndarray, n: int) -> np.ndarray:
-    """Edges (n_edge, 2) between n points, by their first point, then by the second."""
-    return np.stack(np.divmod(np.sort(edges[:, 0] * n + edges[:, 1]), n), axis=1)
+    return Kept(pieces, face, ids, linked, rim, n_child, origin)
 
 
 def _triangles(

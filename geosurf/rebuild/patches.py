@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.earlier import Earlier, Kept
 from geosurf.arrangement.known_pairs import KnownPairs
@@ -87,7 +85,7 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
     if stored:
         give_back_memory()
-    contacts, children, moves, (kept, rim) = cut_soundly(contacts, _assembled, known)
+    contacts, children, moves, kept = cut_soundly(contacts, _assembled, known)
     if known is not None and not moves["moved_vertices"] and not stored:
         one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])
@@ -98,8 +96,8 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
         "rounding_collisions": children.collisions,
         **moves,
     }
-    return Patches.of_pieces(kept.pieces, rim, report)
+    return Patches.of_pieces(kept.pieces, None, report, rim=kept.rim)
 
 
-def _assembled(contacts: Contacts, children: Children) -> tuple[Kept, np.ndarray]:
+def _assembled(contacts: Contacts, children: Children) -> Kept:
     return assemble(with_torn_lattices(contacts), children)
