@@ -241,6 +241,9 @@ def accuracy(scene: ReportedModel) -> list[str]:
 
     # inf or NaN marks lines whose error has no bound; the largest of the others would mislead
     bounds = scene.curves.error_bound
+    if bounds is not None and len(bounds) and np.isinf(bounds).all() and not scene.curves.places:
+        found.append("Intersection lines are exact, of all nodes, which stay in their store.")
+        return found
     lines = "unknown in some places, see Curves.places"
     if bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all():
         lines = f"{bounds.max():.3g} m"

@@ -26,7 +26,7 @@ NO_TRIANGLES = GeosurfWarning(
     "units.vtm",
     "File 'units.vtm' was not written: it lists all triangles of units, and horizons stay in their "
     "store.",
-    'Leave "vtm" out of formats in [output], or give every tenth node of the grids.',
+    'Leave "vtm" out of formats in [output], or keep fewer nodes in memory: tolerance_m = 1.0.',
 )
 LISTS = ("vtm", "ml", "epc")  # files that list all triangles
 
@@ -54,8 +54,8 @@ def refuse_lists(scenario: Scenario, scene: Scene) -> None:
         return
     raise ScenarioError(
         f"{scenario.path}: output.formats has {', '.join(map(repr, asked))}, which list all "
-        f"triangles, and horizon {stored[0]!r} stays in its store. Leave them out, or give every "
-        "tenth node of the grid."
+        f"triangles, and horizon {stored[0]!r} stays in its store. Leave them out, or keep "
+        "fewer nodes in memory: tolerance_m = 1.0."
     )
 
 

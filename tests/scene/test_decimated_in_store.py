@@ -8,6 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.model import Lattice
+from geosurf.report.tables import accuracy
 from geosurf.triangulate import chunked, decimate
 from geosurf.triangulate.decimate import Differences, Frame, kept_nodes, measure_differences
 
@@ -90,6 +91,7 @@ def test_law_models_are_those_of_grids_in_memory(tolerance):
     lines = [of.curves_between("Top", "F1") for of in (two, two.replace(tolerance=None))]
     np.testing.assert_array_equal(lines[0].points, lines[1].points)
     assert np.isinf(two.curves.error_bound).all()
+    assert accuracy(two)[1].startswith("Intersection lines are exact")
 
 
 def test_one_horizon_that_needs_all_nodes_keeps_those_of_its_frame():
