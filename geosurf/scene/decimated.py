@@ -94,7 +94,7 @@ def _needs_all(frame: list[TriSurface]) -> str | None:
         return None
     if any("vertical_error" in one.vertex_data for one in frame):
         return "of one, nodes have been left out already"
-    return f"{other[0]} has absent nodes or 2-D coordinates"
+    return f"{other[0]} has absent nodes"
 
 
 def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
@@ -106,6 +106,8 @@ def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
     worst, first = 0, 0.5
     for stride in strides_of(shape):
         nodes = Frame.of(lattices[0], stride)
+        if nodes.uneven[0] == float("inf"):
+            break  # 2-D coordinates without even steps
         found = _all_within(lattices, nodes, tolerance, worst, first)
         if isinstance(found, list):
             return [decimate_horizon(one, nodes, differences)

@@ -8,11 +8,14 @@ cell, so it is off by at most ``e`` times its largest step. That is added to the
 
 The integral of the difference over a coarse cell is exact on even steps. Cells of the grid whose
 areas differ from even ones by a part ``s`` change it by at most ``s`` times the largest difference.
+
+A rotated grid with even steps is the affine image of such a lattice, and affine maps keep what is
+linear. Its nodes and the corners of coarse cells may both be off by rounding.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -24,6 +27,7 @@ STRIDES = (20, 10, 8, 5, 4, 3, 2)
 ENOUGH = 10_000  # nodes that stay, at least
 FEW = 2_500  # the same for more than every 10th node: a tenth of a model of a million nodes
 _ROUNDING = 128 * 2.0**-52  # of a difference between both surfaces, in elevations
+_NEARLY_EVEN = 1e-3  # of a cell: the bound for rotated grids is proven up to here
 _PER_NODE = 8 * 2.0**-52  # of a sum over nodes, for each of them, in elevations
 IN_VERTEX_DATA = "vertical_error", "volume_error", "volume_change", "volume_doubt"
 _GOLDEN = 0.6180339887498949  # multiples of it, without whole parts, are spread evenly
@@ -64,8 +68,10 @@ class Frame:
         With both ends.
     high, wide : ndarray of float64
         Sides of coarse cells along columns (n_row - 1,) and along rows (n_col - 1,) [m].
+        Of rotated grids the second ones are areas of a row of cells [m2], the first ones numbers.
     uneven : (float, float)
-        How far rows and columns are from even steps, as a part of a coarse cell.
+        How far rows and columns are from even steps, as a part of a coarse cell; inf where 2-D
+        coordinates have no even steps.
     stretch : float
         By how much cells of the grid are larger or smaller than the mean of their coarse cell.
     """
@@ -86,23 +92,31 @@ class Frame:
     @classmethod
     def of_nodes(cls, lattice: Lattice, rows: np.ndarray, cols: np.ndarray) -> Frame:
         """Some rows and columns of a lattice, with both ends."""
+        if lattice.easting.ndim == 2:
+            return cls(rows, cols, *_of_rotated(lattice, rows, cols))
         (a, s), (b, t) = _uneven(lattice.northing, rows), _uneven(lattice.easting, cols)
         sides = np.diff(lattice.northing[rows]), np.diff(lattice.easting[cols])
         return cls(rows, cols, *sides, (a, b), (1.0 + s) * (1.0 + t) - 1.0)
 
 
 def can_be_decimated(surface: TriSurface) -> bool:
-    """Whether nodes can be left out of a horizon: a whole grid with axes, and all of its nodes."""
+    """Whether nodes can be left out of a horizon: a whole grid, and all of its nodes."""
     lattice = surface.lattice
     return (
         lattice is not None
-        and lattice.has_rising_axes
-        and lattice.rising
+        and _is_even(lattice)
         and lattice.whole
         and not surface.sectors
         and surface.torn is None
         and "vertical_error" not in surface.vertex_data
     )
+
+
+def _is_even(lattice: Lattice) -> bool:
+    """Whether a lattice has axes that rise, or is in memory and rotated."""
+    if lattice.easting.ndim == 1:
+        return lattice.has_rising_axes and lattice.rising
+    return not isinstance(lattice, ChunkedLattice)
 
 
 def strides_of(shape: tuple[int, int]) -> list[int]:
@@ -175,6 +189,8 @@ def measure_differences(
     """
     from geosurf.kernels.lattices.decimate import bounds_of_cells, differences_of_rows_and_columns
 
+    if not lattice.rising:
+        return _of_falling(lattice, frame, limit, first)
     rows, cols = frame.rows, frame.cols
     n = len(rows) - 1
     if isinstance(lattice, ChunkedLattice):
@@ -210,6 +226,48 @@ def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
     return off, stretch
 
 
+def _of_rotated(
+    lattice: Lattice, rows: np.ndarray, cols: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[float, float], float]:
+    """Sides, unevenness and stretch of a frame of 2-D coordinates: of its cells as if even."""
+    from geosurf.kernels.lattices.decimate import farthest_from_even
+
+    x, y = lattice.easting, lattice.northing
+    n_row, n_col = lattice.shape
+    over = [float(q[0, -1] - q[0, 0]) / (n_col - 1) for q in (x, y)]
+    up = [float(q[-1, 0] - q[0, 0]) / (n_row - 1) for q in (x, y)]
+    area = abs(over[0] * up[1] - over[1] * up[0])
+    sides = np.diff(rows) * 1.0, np.diff(cols) * area
+    size = float(np.abs(lattice.survey.box[[0, 1, 3, 4]]).max())
+    off = [float(farthest_from_even(q)) + 8 * 2.0**-52 * size for q in (x, y)]
+
+    # off as parts of a cell of the grid, along rows and along columns
+    across, along = (off[0] * abs(v[1]) + off[1] * abs(v[0]) for v in (over, up))
+    if not max(across, along) <= _NEARLY_EVEN * area:
+        return *sides, (np.inf, np.inf), 0.0
+    across, along = across / area, along / area
+
+    # twice: nodes and the corners of coarse cells; a little more: cells are not quite even, either
+    uneven = 2.1 * across / int(np.diff(rows).min()), 2.1 * along / int(np.diff(cols).min())
+    return *sides, uneven, 2.1 * ((1.0 + 4.0 * max(across, along)) ** 2 - 1.0)
+
+
+def _of_falling(lattice: Lattice, frame: Frame, limit: float, first: float) -> Differences | float:
+    """Differences of a lattice whose diagonals fall: they rise where columns run the other way."""
+    turned = Lattice(
+        lattice.easting[..., ::-1].copy(), lattice.northing[..., ::-1].copy(),
+        lattice.elevation[:, ::-1].copy(), True,
+    )  # fmt: skip
+    cols = lattice.shape[1] - 1 - frame.cols[::-1]
+    found = measure_differences(
+        turned, replace(frame, cols=cols, wide=frame.wide[::-1].copy()), limit, first
+    )
+    if not isinstance(found, Differences):
+        return found
+    parts = (getattr(found, one.name)[:, ::-1].copy() for one in fields(found))
+    return Differences(*parts)
+
+
 def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences) -> TriSurface:
     """
     Return a horizon of some rows and columns of its lattice.
@@ -236,7 +294,10 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
     rows, cols = frame.rows, frame.cols
     whole = surface.lattice
     assert whole is not None
-    axes = whole.easting[cols], whole.northing[rows]
+    if whole.easting.ndim == 1:
+        axes = whole.easting[cols], whole.northing[rows]
+    else:
+        axes = whole.easting[np.ix_(rows, cols)], whole.northing[np.ix_(rows, cols)]
     lattice = Lattice(*axes, differences.elevation, whole.rising, whole.reverse)
 
     data = {

@@ -66,9 +66,8 @@ def bound_of_change(
     shape = lattice.shape
     between, change, doubt = (values.reshape(shape)[:-1, :-1] for values in of_cells)
 
-    x, y = lattice.easting, lattice.northing
-    columns = (x[1:] >= sides[0]) & (x[:-1] <= sides[1])
-    inside = np.logical_and.outer((y[1:] >= sides[2]) & (y[:-1] <= sides[3]), columns)
+    (west, east), (south, north) = map(_extremes, lattice.horizontal())
+    inside = (east >= sides[0]) & (west <= sides[1]) & (north >= sides[2]) & (south <= sides[3])
     alone = inside & ~_cells_near(lattice, _body(lattice, largest), others)
 
     from scipy.ndimage import label  # not every model is asked for its bound
@@ -86,8 +85,13 @@ def _has_signs(surface: TriSurface) -> bool:
         and all(key in surface.vertex_data for key in IN_VERTEX_DATA)
         and surface.torn is None
         and not surface.sectors
-        and lattice.has_rising_axes
     )
+
+
+def _extremes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest value at the four corners of each cell."""
+    corners = values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]
+    return np.minimum.reduce(corners), np.maximum.reduce(corners)
 
 
 def _body(lattice: Lattice, largest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,11 +99,10 @@ def _body(lattice: Lattice, largest: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
     `largest` has at each node the largest difference of the cells around it.
     """
-    corners = [np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:]]
-    z, off = lattice.elevation, largest.reshape(lattice.shape)
-    heights, more = ([values[corner] for corner in corners] for values in (z, off))
-    reach = np.minimum.reduce(more)
-    return np.minimum.reduce(heights) - reach, np.maximum.reduce(heights) + reach
+    low, high = _extremes(lattice.elevation)
+    off = largest.reshape(lattice.shape)
+    reach = np.minimum.reduce([off[:-1, :-1], off[:-1, 1:], off[1:, :-1], off[1:, 1:]])
+    return low - reach, high + reach
 
 
 def _cells_near(
@@ -110,10 +113,9 @@ def _cells_near(
     Coordinates are relative to the first node, so that rounding stays below that of the search.
     """
     low, high = body
-    corner = np.array([lattice.easting[0], lattice.northing[0], 0.0])
-    x, y = lattice.easting - corner[0], lattice.northing - corner[1]
-    south, west = np.meshgrid(y[:-1], x[:-1], indexing="ij")
-    north, east = np.meshgrid(y[1:], x[1:], indexing="ij")
+    x, y = lattice.horizontal()
+    corner = np.array([x[0, 0], y[0, 0], 0.0])
+    (west, east), (south, north) = _extremes(x - corner[0]), _extremes(y - corner[1])
     boxes = np.stack([west, south, low, east, north, high], axis=-1).reshape(-1, 6)
     levels = _levels_of(*low.shape)
 

@@ -246,3 +246,17 @@ def at_nodes(largest, between, change, doubt):
             for corner in (at, at + 1, at + wide, at + wide + 1):
                 around[corner] = max(around[corner], largest[i, j])
     return around, one, two, three
+
+
+@entry("d2 -> d")
+def farthest_from_even(q):
+    """How far a coordinate of nodes is from even steps along rows and columns, at most."""
+    n_row, n_col = q.shape
+    start, largest = q[0, 0], 0.0
+    up, over = (q[n_row - 1, 0] - start) / (n_row - 1), (q[0, n_col - 1] - start) / (n_col - 1)
+    for i in range(n_row):
+        first = start + i * up
+        for j in range(n_col):
+            off = abs(q[i, j] - (first + j * over))
+            largest = off if off > largest else largest
+    return largest
