@@ -19,6 +19,7 @@ from geosurf.grid.unfold import folded, unfolded
 from geosurf.model.grids import CornerPointGrid
 
 ROUNDS = 3  # of a new grid
+WIDER = 6  # times that more pillars around a cell that is inside out become parallel
 ENOUGH = 1e-3  # difference of a region that is left as it is
 GOOD = 5e-4  # of the volume of a region: weighs as much as a move by MOVE
 MOVE = 0.02  # of a cell
@@ -40,6 +41,45 @@ def misfits(grid: CornerPointGrid) -> np.ndarray:
     of_zone = np.array([exact[(table.zone == name).values].sum() for name in table.zone.values])
     found: np.ndarray = (exact - volume) / np.maximum(exact, FEW * of_zone / max(columns, 1))
     return found
+
+
+def _without_twists(
+    gridded: Callable[[Pillars], CornerPointGrid], pillars: Pillars
+) -> tuple[Pillars, CornerPointGrid]:
+    """Pillars, and the grid between them, whose cells are not inside out.
+
+    In a wedge, one zone may be thin at three pillars of a column while its surfaces are steep, and
+    differently so. Where these pillars lean apart, such a cell is inside out at a corner, though
+    the pillars do not cross. Parallel pillars cannot do that.
+    """
+    from scipy.ndimage import binary_dilation
+
+    last, grid = pillars, gridded(pillars)
+    columns = np.zeros(grid.actnum.shape[1:], dtype=bool)
+    for _ in range(WIDER):
+        twisted = grid.inside_out.any(axis=0)
+        if not twisted.any():
+            break
+        columns |= twisted
+        parallel = unfolded(_parallel_around(pillars, columns))
+        if folded(parallel).any():  # pillars farther away have to lean less differently, too
+            columns = binary_dilation(columns, np.ones((3, 3)))
+        else:
+            last, grid = parallel, gridded(parallel)
+    return last, grid
+
+
+def _parallel_around(pillars: Pillars, columns: np.ndarray) -> Pillars:
+    """Pillars of which those around some columns (ny, nx) lean as they do on average."""
+    from scipy.ndimage import label
+
+    slope = pillars.slope.copy()
+    groups, n = label(columns, structure=np.ones((3, 3)))
+    for group in range(1, n + 1):
+        wide = np.pad(groups == group, 1)
+        nodes = wide[1:, 1:] | wide[1:, :-1] | wide[:-1, 1:] | wide[:-1, :-1]
+        slope[nodes] = slope[nodes].mean(axis=0)
+    return replace(pillars, slope=slope)
 
 
 def balanced(
@@ -65,7 +105,7 @@ def balanced(
     -------
     CornerPointGrid
     """
-    best = gridded(pillars)
+    pillars, best = _without_twists(gridded, pillars)
     worst = np.abs(misfits(best)).max(initial=0.0)
     for _ in range(ROUNDS):
         if worst <= ENOUGH:

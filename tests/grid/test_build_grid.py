@@ -265,3 +265,26 @@ def test_the_wall_of_a_notched_area_is_not_a_horizon(at, cell):
     top = np.moveaxis(grid.levels[0], (2, 3), (0, 1))[:, :, grid.actnum.any(axis=0)]
     off = np.minimum(np.abs(top + 1970), np.abs(top + 2010)).max(axis=(0, 1))
     assert off.max() < 1e-6, off.max()
+
+
+def test_thin_wedges_between_gentle_faults_are_not_inside_out():
+    # of the first 60 worlds of this kind, the only one that was refused before
+    rng = np.random.default_rng(15)
+    east, north = np.meshgrid(np.linspace(0.0, SIZE, 41), np.linspace(0.0, SIZE, 41))
+    thick = np.cumsum([0.0, *rng.uniform(5.0, 60.0, 2)])
+    waves = 60.0 * np.sin(east / rng.uniform(400, 1000)) * np.cos(north / rng.uniform(400, 1000))
+    horizons = {f"H{k}": plane(-2000.0 - thick[k]) + waves for k in range(3)}
+    faults = {}
+    for k in range(2):
+        strike, dip = rng.uniform(0.0, np.pi), np.radians(rng.uniform(20.0, 70.0))
+        along = 6000.0 * np.array([np.cos(strike), np.sin(strike), 0.0])
+        across = np.array([-np.sin(strike), np.cos(strike), 0.0]) * 600.0 / np.tan(dip)
+        middle = np.array([*(SIZE / 2 + rng.uniform(-600.0, 600.0, 2)), -2000.0])
+        up = np.array([0.0, 0.0, 600.0])
+        ends = ((-1, 1), (1, 1), (-1, -1), (1, -1))
+        corners = [middle + a * along + b * (up - across) for a, b in ends]
+        faults[f"F{k}"] = gs.TriSurface(f"F{k}", "fault", corners, [[0, 2, 1], [1, 2, 3]])
+    scene = gs.Scene(horizons, faults, (100, 3900, 100, 3900, -2400, -1700))
+    grid = gs.build_grid(scene, cell=250, layers=2)
+    assert not grid.inside_out.any()
+    assert grid.table.volume.sum() == pytest.approx(float(grid.table.exact.sum()), rel=0.01)
