@@ -257,7 +257,8 @@ def serve() -> None:
     # The answer to the plan is what it took until then; until the caller is gone.
     with suppress(EOFError, OSError):
         while True:
-            answer, failed = None, None
+            answer: Any = None
+            failed: Exception | None = None
             try:
                 asked = pickle.load(sys.stdin.buffer)
                 if plan is None:
