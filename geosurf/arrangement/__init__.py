@@ -5,6 +5,7 @@ search.py          `find_contacts`: surfaces -> contacts of their triangles
 checked.py         surfaces that the search accepts; errors for all others
 candidates.py      pairs of triangles that may meet, of each pair of surfaces
 gather.py          the faces that may meet, in one numbering
+named.py           the points where they meet: named, placed, merged
 tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
 aligned.py         candidate pairs of horizons of one survey

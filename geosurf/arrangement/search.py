@@ -19,12 +19,13 @@ from geosurf.arrangement.checked import check_surfaces, check_voxel_size
 from geosurf.arrangement.gather import Faces, gather
 from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
+from geosurf.arrangement.named import name_contacts
 from geosurf.arrangement.room import shortened
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.conventions import frame_origin, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
-from geosurf.kernels.contacts.naming import name_contacts, write_records
+from geosurf.kernels.contacts.naming import write_records
 from geosurf.kernels.contacts.packed_contact import (
     in_plane,
     n_corners,

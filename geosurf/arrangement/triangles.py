@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.arrangement.named import name_contacts
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
-from geosurf.kernels.contacts.naming import name_contacts
 from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import (
     CROSSING,

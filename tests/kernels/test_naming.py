@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Lattice, TriSurface
+from geosurf.arrangement.named import name_contacts
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.contacts.naming import name_contacts
 from geosurf.kernels.contacts.packed_contact import n_corners
 from geosurf.kernels.contacts.placing import LANES
 from geosurf.kernels.exact.constructed_points import FULL

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import arrange, gather, room, search
+from geosurf.arrangement import arrange, gather, named, room, search
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve import half_faces, measures, seams
 from geosurf.errors import GeosurfError
@@ -23,6 +23,9 @@ pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 LEAST = [
     (arrange, "_RECORDS_OF_A_THREAD"),
     (gather, "_PAIRS_IN_THREADS"),
+    (named, "_POINTS"),
+    (named, "_SUSPECTS"),
+    (named, "_CONTACTS"),
     (room, "_ROWS"),
     (search, "_PAIRS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),

@@ -12,16 +12,20 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.contacts.packed_contact import TRIANGLE_A, TRIANGLE_B
 from geosurf.kernels.exact.constructed_points import (
     hash_of_row,
     id_after_collision,
     slot_at_coordinates,
 )
-from geosurf.kernels.exact.exact_signs import N_POINT, N_VERTEX
+from geosurf.kernels.exact.exact_signs import N_POINT, N_VERTEX, Frame
 
 _WORD = 32
 _BITS_OF_A_POINT = 16  # filter bits per point: one in sixteen is a false suspect
 _FOLDED = 0xFFFFFFFF
+_PART = (
+    24  # bits of a hash below those that part the suspects: a table for threads has no more slots
+)
 
 
 @scalar
@@ -126,11 +130,11 @@ def drop_rows(x, t, some, of):
     return n, row
 
 
-@scalar
-def _suspects(x, t, m, count):
+@entry("d2 l2 l1 l2 -> l1 l")
+def find_suspects(x, t, m, rows):
     """Vertices and points that may have equal coordinates: ids, vertices first, and their number.
 
-    `count` is 0 for faces without a contact; their corners are skipped.
+    Corners of faces without a contact, of `rows`, are skipped.
     """
     n_vertex, n_point = m[N_VERTEX], m[N_POINT]
     # Constructed points only; there are many more vertices, and they differ from each other.
@@ -141,9 +145,10 @@ def _suspects(x, t, m, count):
 
     # Corners of faces with contacts whose bit a point has set.
     asked = np.zeros(n_vertex, dtype=np.bool_)
-    for face in range(t.shape[0]):
-        if count[face] > 0:
-            asked[t[face, 0]] = asked[t[face, 1]] = asked[t[face, 2]] = True
+    for k in range(rows.shape[0]):
+        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        asked[t[a, 0]] = asked[t[a, 1]] = asked[t[a, 2]] = True
+        asked[t[b, 0]] = asked[t[b, 1]] = asked[t[b, 2]] = True
     for i in range(n_vertex):
         if asked[i]:
             h = _bit_of(x, bits, i, size)
@@ -159,11 +164,11 @@ def _suspects(x, t, m, count):
         if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
             found[n] = n_vertex + k
             n += 1
-    return found[:n], n_corner
+    return found[:n].copy(), n_corner
 
 
-@scalar
-def _compact(x, d, m, same):
+@entry("d2 l2 l1 l1 -> .")
+def close_up_points(x, d, m, same):
     """Move points into the gaps of merged ones; writes the new id of each to `same`."""
     n_vertex = m[N_VERTEX]
     n = 0
@@ -184,39 +189,30 @@ def _compact(x, d, m, same):
     m[N_POINT] = n
 
 
-@scalar
-def merge_points(frame, count):
-    """Merge equal points, and points equal to a vertex; the new id of each, or empty if none was.
+@entry("d2 l2 l2 l2 l1 l1 l1 l l l1 -> l")
+def merge_suspects(x, t, e, d, m, w, suspects, part, n_part, same):
+    """Merge equal points, and points equal to a vertex, of one part of the suspects; their number.
 
-    `count` is the number of contacts of each face. Of equal points the first one remains, and the
-    remaining points keep their order.
+    Suspects of equal coordinates are in one part. Of equal points the first one remains: its id is
+    written to `same` for the others.
     """
-    x, t, d, m = frame.x, frame.t, frame.d, frame.m
-    suspects, n_corner = _suspects(x, t, m, count)
-    n_vertex, n_point = m[N_VERTEX], m[N_POINT]
-    none = np.empty(0, dtype=np.int64)
-    # Corners alone: no point shares a bit with another point or with a corner.
-    if suspects.shape[0] == n_corner:
-        return none
-
     # A table of the suspects only; equal coordinates are compared exactly.
     # At most half full, so that every search ends at an empty slot.
-    size = 16
+    frame, n_vertex, size = Frame(x, t, e, d, m, w), m[N_VERTEX], 16
     while size < 2 * suspects.shape[0] + 2:
         size *= 2
     places = np.full(size, -1, dtype=np.int64)
-    same = np.arange(n_vertex, n_vertex + n_point)
     merged = 0
     for k in range(suspects.shape[0]):
         i = suspects[k]
-        slot = slot_at_coordinates(x, places, i, hash_of_row(x, i) & (size - 1))
+        place = hash_of_row(x, i)
+        if (place >> _PART) % n_part != part:
+            continue
+        slot = slot_at_coordinates(x, places, i, place & (size - 1))
         if places[slot] < 0:
             places[slot] = i
         # The first suspect at these coordinates represents the others; vertices come first.
         else:  # no vertex: corners differ from each other
             same[i - n_vertex] = id_after_collision(frame, places, i, slot)
             merged += 1 if same[i - n_vertex] != i else 0
-    if merged == 0:
-        return none
-    _compact(x, d, m, same)
-    return same
+    return merged

@@ -2,7 +2,7 @@
 
 A point is named by its definition: a corner, or an edge and a face, or two edges in one plane.
 Names come first, from integers alone. Then all points are placed, many at a time (`placing`), and
-points with several names are merged (`merging`).
+points with several names are merged (`merging`): `geosurf.arrangement.named` has all steps.
 
 A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that holds it,
 or a single point (q = support = -1). Both triangles of a contact get the point or segment. So
@@ -19,7 +19,6 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.contacts.merging import merge_points
 from geosurf.kernels.contacts.packed_contact import (
     HOW,
     TRIANGLE_A,
@@ -28,7 +27,6 @@ from geosurf.kernels.contacts.packed_contact import (
     lies_in_plane,
     n_corner_of,
 )
-from geosurf.kernels.contacts.placing import place_points
 from geosurf.kernels.contacts.triangle_contact import EDGE_OF_SECOND, FACE, is_corner
 from geosurf.kernels.exact.constructed_points import (
     EDGE_PLANE,
@@ -264,8 +262,8 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     return n
 
 
-@scalar
-def _renumber(number, n_vertex, rows, ids):
+@entry("l1 l l2 l2 -> .")
+def renumber_points(number, n_vertex, rows, ids):
     """Replace the ids of points by those after merging."""
     for k in range(rows.shape[0]):
         for c in range(n_corner_of(rows[k, HOW])):
@@ -274,24 +272,17 @@ def _renumber(number, n_vertex, rows, ids):
 
 
 @entry("d2 l2 l2 l2 l1 l1 l2 l2 -> l")
-def name_contacts(x, t, e, d, m, w, rows, ids):
-    """Write the ids of all points of contact to rows of `ids`; their number or FULL.
+def name_corners(x, t, e, d, m, w, rows, ids):
+    """Write the ids of all points of contact, by names alone, to `ids`; their number or FULL.
 
     `x` and `d` need room for one point per corner behind the vertices.
     """
-    frame = Frame(x, t, e, d, m, w)
     count, n_corner = _count_rows(t, rows)
     # Room for the worst case, one point per corner: the loops below need no test.
     if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
         return FULL
-    if not _name_corners(frame, rows, count, ids):
+    if not _name_corners(Frame(x, t, e, d, m, w), rows, count, ids):
         return FULL
-
-    # Coordinates of all new points, then one id for equal points.
-    place_points(x, t, e, d, m, w)
-    number = merge_points(frame, count)
-    if number.shape[0] > 0:
-        _renumber(number, m[N_VERTEX], rows, ids)
     m[N_NAME] = 0  # the table is not used again
     return m[N_POINT]
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.constructed_points import round_point
 from geosurf.kernels.exact.double_double import (
     UNDERFLOW,
@@ -26,7 +26,7 @@ from geosurf.kernels.exact.double_double import (
     rounds_to,
     two_sum,
 )
-from geosurf.kernels.exact.exact_signs import N_POINT, N_TRIANGLE, N_VERTEX, Frame
+from geosurf.kernels.exact.exact_signs import N_TRIANGLE, N_VERTEX, Frame
 from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY
 from geosurf.kernels.lattices.prefetch import prefetch
 
@@ -61,12 +61,11 @@ def _load(x, t, d, m, row, lane, f):
 
 
 @scalar
-def _prefetch_blocks(x, t, d, m, first):
+def _prefetch_blocks(x, t, d, m, first, last):
     """Prefetch what the next block will load, and the triangles of the block after it.
 
     Edges and triangles of a point may lie anywhere in memory; this saves a tenth of the time.
     """
-    last = m[N_POINT]
     for row in range(first + LANES, min(first + 2 * LANES, last)):
         plane = d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
         prefetch(x, d[row, 1])
@@ -250,26 +249,25 @@ def _store(x, m, row, lane, f):
 
 
 @scalar
-def _place_in_doubles(frame, f):
-    """Place all points in plain doubles; the rows of those not certified.
+def _place_in_doubles(frame, f, low, high):
+    """Place points `low` to `high` - 1 in plain doubles; the rows of those not certified.
 
     Points in edge planes are placed one by one.
     """
     x, t, d, m = frame.x, frame.t, frame.d, frame.m
-    n_point = m[N_POINT]
-    undecided = np.empty(n_point, dtype=np.int64)
+    undecided = np.empty(high - low, dtype=np.int64)
     n = 0
-    for first in range(0, n_point, LANES):
-        _prefetch_blocks(x, t, d, m, first)
+    for first in range(low, high, LANES):
+        _prefetch_blocks(x, t, d, m, first, high)
 
         # The last block repeats its last point.
         for lane in range(LANES):
-            _load(x, t, d, m, min(first + lane, n_point - 1), lane, f)
+            _load(x, t, d, m, min(first + lane, high - 1), lane, f)
         # Each step is a loop over all lanes; a block of 17 kB stays in the fastest cache.
         _normals_double(f)
         _fractions_double(f)
         _positions_double(f)
-        for row in range(first, min(first + LANES, n_point)):
+        for row in range(first, min(first + LANES, high)):
             # These lanes hold the results of an arbitrary triangle, which are ignored.
             if d[row, 3] >= m[N_TRIANGLE]:
                 round_point(frame, m[N_VERTEX] + row)
@@ -279,12 +277,14 @@ def _place_in_doubles(frame, f):
     return undecided[:n]
 
 
-@scalar
-def place_points(x, t, e, d, m, w):
-    """Correctly rounded coordinates of all constructed points, each of an edge and a plane."""
+@entry("d2 l2 l2 l2 l1 l1 l l -> .")
+def place_points(x, t, e, d, m, w, low, high):
+    """Correctly rounded coordinates of constructed points `low` to `high` - 1, each of an edge and
+    a plane.
+    """
     frame = Frame(x, t, e, d, m, w)
     f = np.empty(_ROWS * LANES)
-    undecided = _place_in_doubles(frame, f)
+    undecided = _place_in_doubles(frame, f, low, high)
     n = undecided.shape[0]
 
     # What is left goes through double-double, then through exact integers.
