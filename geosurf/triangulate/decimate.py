@@ -15,7 +15,7 @@ linear. Its nodes and the corners of coarse cells may both be off by rounding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -189,28 +189,32 @@ def measure_differences(
     """
     from geosurf.kernels.lattices.decimate import bounds_of_cells, differences_of_rows_and_columns
 
-    if not lattice.rising:
-        return _of_falling(lattice, frame, limit, first)
-    rows, cols = frame.rows, frame.cols
+    rows, cols, wide = frame.rows, frame.cols, frame.wide
     n = len(rows) - 1
+    if not lattice.rising:  # diagonals that fall rise where columns run the other way
+        cols, wide = lattice.shape[1] - 1 - cols[::-1], wide[::-1].copy()
     if isinstance(lattice, ChunkedLattice):
         few, above, below, change, failed = differences_in_bands(lattice, rows, cols, limit)
     else:
         # blocks far apart one after the other: what is rough somewhere shows soon
         order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
         order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
+        z = lattice.elevation
         few, above, below, change, failed = differences_of_rows_and_columns(
-            lattice.elevation, rows, cols, order, limit
+            z if lattice.rising else z[:, ::-1].copy(), rows, cols, order, limit
         )
     if failed >= 0:
         return (failed + 0.5) / n
 
     size = max(abs(float(lattice.survey.box[2])), abs(float(lattice.survey.box[5])))
     *found, most, worst = bounds_of_cells(
-        few, above, below, change, rows, cols, frame.high, frame.wide, *frame.uneven,
+        few, above, below, change, rows, cols, frame.high, wide, *frame.uneven,
         frame.stretch, size, _ROUNDING, _PER_NODE,
     )  # fmt: skip
-    return (worst + 0.5) / n if most > limit else Differences(few, *found)
+    if most > limit:
+        return (worst + 0.5) / n
+    cells = (few, *found) if lattice.rising else (part[:, ::-1].copy() for part in (few, *found))
+    return Differences(*cells)
 
 
 def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
@@ -250,22 +254,6 @@ def _of_rotated(
     # twice: nodes and the corners of coarse cells; a little more: cells are not quite even, either
     uneven = 2.1 * across / int(np.diff(rows).min()), 2.1 * along / int(np.diff(cols).min())
     return *sides, uneven, 2.1 * ((1.0 + 4.0 * max(across, along)) ** 2 - 1.0)
-
-
-def _of_falling(lattice: Lattice, frame: Frame, limit: float, first: float) -> Differences | float:
-    """Differences of a lattice whose diagonals fall: they rise where columns run the other way."""
-    turned = Lattice(
-        lattice.easting[..., ::-1].copy(), lattice.northing[..., ::-1].copy(),
-        lattice.elevation[:, ::-1].copy(), True,
-    )  # fmt: skip
-    cols = lattice.shape[1] - 1 - frame.cols[::-1]
-    found = measure_differences(
-        turned, replace(frame, cols=cols, wide=frame.wide[::-1].copy()), limit, first
-    )
-    if not isinstance(found, Differences):
-        return found
-    parts = (getattr(found, one.name)[:, ::-1].copy() for one in fields(found))
-    return Differences(*parts)
 
 
 def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences) -> TriSurface:
