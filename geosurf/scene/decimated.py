@@ -94,7 +94,7 @@ def _needs_all(frame: list[TriSurface]) -> str | None:
         return None
     if any("vertical_error" in one.vertex_data for one in frame):
         return "of one, nodes have been left out already"
-    return f"{other[0]} has absent nodes"
+    return f"{other[0]} has absent nodes{', or is rotated and in its store' if in_store else ''}"
 
 
 def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
