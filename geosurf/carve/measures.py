@@ -204,6 +204,8 @@ def _runs(
         if strips is not None:
             own = slice(pieces.first_run[i], pieces.first_run[i + 1])
             of, rows = of_run[own], np.flatnonzero(is_asked[own])
+            if not len(rows):
+                continue
             lattice = pieces.sources[i].lattice
             assert lattice is not None  # only lattices have strips
             if isinstance(lattice, ChunkedLattice):
