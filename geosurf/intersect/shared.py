@@ -52,16 +52,12 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
             "a fault or another horizon."
         )
 
-    # Start with all curve edges of the mesh, as one key each; what both surfaces own is theirs.
-    n = len(patches.local)
-    edges = np.unique(patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1))
-    for name in (first, second):
-        mine = patches.surface_of_triangle == patches.names.index(name)
-        t = patches.triangles[mine]
-        ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
-        edges = np.intersect1d(edges, (ends.min(axis=2) * n + ends.max(axis=2)).ravel())
-
-    segments = np.stack([edges // n, edges % n], axis=1)
+    # edges of the mesh that both surfaces own
+    mine, others = (
+        patches.curve_edges_by_surface[patches.names.index(name)] for name in (first, second)
+    )
+    edges = patches.curve_edges[np.intersect1d(mine, others, assume_unique=True)]
+    segments = np.unique(np.sort(edges, axis=1), axis=0)
     points, segments, pairs = canonical(
         patches.local, segments, np.tile([0, 1], (len(segments), 1))
     )

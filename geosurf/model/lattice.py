@@ -22,7 +22,7 @@ from geosurf.model.survey import Survey
 
 # what does not ask how cells are split and turned
 OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
-             "present", "vertex_of_node", "holes", "map_blocks")  # fmt: skip
+             "present", "vertex_of_node", "holes", "map_blocks", "right_handed")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

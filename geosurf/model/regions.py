@@ -92,7 +92,7 @@ class Feet:
         low, high = low[within], high[within]
         for places in np.array_split(self.places, max(len(self.places) * len(low) >> 22, 1)):
             met = (low[:, None] <= places) & (places <= high[:, None])
-            mask[within] |= met.all(axis=2).any(axis=1)
+            mask[within] |= (met[:, :, 0] & met[:, :, 1]).any(axis=1)
         return mask
 
 
