@@ -56,7 +56,7 @@ def bound_of_change(
     >>> nodes = Frame.of(top.lattice, 5)
     >>> few = decimate_horizon(top, nodes, measure_differences(top.lattice, nodes, 1.0))
     >>> sides = few.bounds[:4]
-    >>> bound_of_change(few, [], sides) < 0.2 * few.vertex_data["volume_error"].sum()
+    >>> bool(bound_of_change(few, [], sides) < 0.2 * few.vertex_data["volume_error"].sum())
     True
     """
     lattice = surface.lattice

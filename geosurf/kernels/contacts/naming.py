@@ -277,11 +277,12 @@ def name_corners(x, t, e, d, m, w, rows, ids):
 
     `x` and `d` need room for one point per corner behind the vertices.
     """
+    frame = Frame(x, t, e, d, m, w)
     count, n_corner = _count_rows(t, rows)
     # Room for the worst case, one point per corner: the loops below need no test.
     if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
         return FULL
-    if not _name_corners(Frame(x, t, e, d, m, w), rows, count, ids):
+    if not _name_corners(frame, rows, count, ids):
         return FULL
     m[N_NAME] = 0  # the table is not used again
     return m[N_POINT]
