@@ -7,10 +7,14 @@ A few products show that nearly all pairs of neighbours are apart by a plane
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+
 import numpy as np
 
 from geosurf.arrangement.broad import equal_voxels, fit_voxels
-from geosurf.arrangement.threads import map_threads
+from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.large_triangles import large_triangle_pairs
@@ -22,7 +26,7 @@ from geosurf.kernels.search.voxels import are_wide, fill_voxels, triangle_boxes
 # triangles at curves are longer than most, and 64 and 1 take 15 to 65 % more time
 WIDE, _COARSER = 128.0, 1.7
 _VOXELS_EACH, _MOST_MARKED = 64, 8_000_000  # for triangles that others are searched around
-_MANY = 20_000  # narrow triangles, from which wide ones are followed in a second thread
+_MANY = 20_000  # narrow triangles, from which several threads search
 FEW = 16  # triangles of which all pairs cost less than a search: the walls of a box have two each
 
 
@@ -130,16 +134,16 @@ def _near_pairs(
     is_wide = are_wide(boxes, grid.rows_b, grid.size, grid.shape, WIDE)
     narrow, wide = grid.rows_b[~is_wide], grid.rows_b[is_wide]
     offsets, filled = fill_voxels(boxes, narrow, grid.bounds, grid.size, grid.shape)
-    pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
     voxels = grid.bounds, grid.size, grid.shape, offsets, filled
 
-    def of_narrow() -> np.ndarray:
-        """As many pairs as there is room for, and a second call if there were more."""
-        found = pairs
-        n = undecided_pairs(x, triangles, n_first, graph, boxes, *voxels, found)
+    def of_narrow(first: int, last: int) -> np.ndarray:
+        """Pairs of a range of voxels: as many as there is room for, again if there were more."""
+        found = np.empty((1024 + int(offsets[last] - offsets[first]) // 4, 2), dtype=np.int64)
+        given = x, triangles, n_first, graph, boxes, *voxels, first, last
+        n = undecided_pairs(*given, found)
         if n > len(found):
             found = np.empty((n, 2), dtype=np.int64)
-            undecided_pairs(x, triangles, n_first, graph, boxes, *voxels, found)
+            undecided_pairs(*given, found)
         return found[:n]
 
     def of_wide() -> np.ndarray:
@@ -147,7 +151,13 @@ def _near_pairs(
         found: np.ndarray = large_triangle_pairs(x, triangles, boxes, wide, *voxels)
         return found[found[:, 0] < n_first]
 
-    worth = len(wide) > 0 and len(narrow) > _MANY
-    parts = map_threads(lambda part: part(), [(of_narrow,), (of_wide,)], worth=worth)
+    # voxels in parts with as many triangles each; wide triangles are one part more
+    ends = [0, len(offsets) - 1]
+    if len(narrow) > _MANY and n_threads() > 1:
+        share = np.arange(1, 2 * n_threads()) * int(offsets[-1]) // (2 * n_threads())
+        ends[1:1] = np.searchsorted(offsets, share).tolist()
+    tasks: list[tuple[Callable[[], np.ndarray]]] = [(of_wide,)]
+    tasks += [(partial(of_narrow, *of),) for of in pairwise(ends)]
+    parts = map_threads(lambda part: part(), tasks, worth=len(ends) > 2)
     pairs = np.concatenate(parts)
     return pairs[np.lexsort(pairs.T[::-1])]

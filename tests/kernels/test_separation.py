@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from geosurf.arrangement import crossing
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
@@ -115,7 +116,7 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
     whole = np.array([0, len(t)]), np.arange(len(t))
     bounds = np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
     one = bounds, 1000.0, np.ones(3, dtype=np.int64)
-    assert undecided_pairs(x, t, len(t), np.full(len(t), -1), boxes, *one, *whole, pairs) == 0
+    assert undecided_pairs(x, t, len(t), np.full(len(t), -1), boxes, *one, *whole, 0, 1, pairs) == 0
     assert len(crossing_pairs(x, t)) == 0
     x[:, 2] = 0.0
     assert len(crossing_pairs(x, t)) == 0
@@ -151,3 +152,19 @@ def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
     assert asked == [0]
     x[2 * n + 20, 2] = x[n + 20, 2] - 1.0  # the second curve below the first one
     assert len(crossing_pairs(x, t)) > 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_any_number_of_threads_finds_the_same_pairs(seed, monkeypatch):
+    rng = np.random.default_rng([104, seed])
+    x = np.concatenate([rng.integers(0, 30, (300, 3)), rng.integers(0, 4, (300, 3))]) * 1.0
+    t = np.concatenate([rng.permuted(np.arange(600).reshape(200, 3)), [[0, 30, 60]]])
+    area = np.linalg.norm(np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]]), axis=1)
+    t = t[area > 0]
+    monkeypatch.setattr(crossing, "_MANY", 0)
+    found = []
+    for n in ("1", "2", "5"):
+        monkeypatch.setenv("GEOSURF_THREADS", n)
+        found.append(crossing_pairs(x, t, t[:40]).tolist())
+    assert found[0] == found[1] == found[2]
+    assert len(found[0]) > 100

@@ -295,22 +295,24 @@ def _is_one_graph(graph, filled, low, high):
     return True
 
 
-@entry("d2 l2 l l1 d2 d1 d l1 l1 l1 l2 -> l")
-def undecided_pairs(x, t, n_first, graph, boxes, bounds, size, shape, offsets, filled, pairs):
+@entry("d2 l2 l l1 d2 d1 d l1 l1 l1 l l l2 -> l")
+def undecided_pairs(
+    x, t, n_first, graph, boxes, bounds, size, shape, offsets, filled, first, last, pairs
+):
     """Pairs of triangles that are not certainly separated, lower row first; their number.
 
-    They are written up to capacity. Triangles from row `n_first` on are not compared with each
-    other.
+    Of voxels from `first` up to `last`. They are written up to capacity. Triangles from row
+    `n_first` on are not compared with each other.
     """
     common, at = np.empty((2, 9), dtype=np.int64), np.empty(3, dtype=np.int64)
     most = 0
-    for voxel in range(offsets.shape[0] - 1):
+    for voxel in range(first, last):
         most = max(most, offsets[voxel + 1] - offsets[voxel])
     near, marks = np.empty((6, most)), np.empty((2, most), dtype=np.int64)
     hits = np.empty(most + 1, dtype=np.int64)
     p, of = np.empty(9), -1  # the plane of a triangle, once for all that are near it
     n = 0
-    for voxel in range(offsets.shape[0] - 1):
+    for voxel in range(first, last):
         low, high = offsets[voxel], offsets[voxel + 1]
         # Most voxels next to no fault hold one surface only; rows are increasing in a voxel.
         if high - low < 2 or filled[low] >= n_first or _is_one_graph(graph, filled, low, high):
