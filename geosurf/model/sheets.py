@@ -60,6 +60,8 @@ class Sheet(Shown):
         footwall.
     sectors : tuple of Sector
         Wedges between faults that cross so close to the horizon that one may be without it.
+    fewer_nodes : bool
+        Whether a tolerance had left out nodes of its data: nobody knows what that does near faults.
     prove : callable or None
         Of a sheet that was not cut alone: what its model has to show, see `trim_sheets`.
     """
@@ -79,6 +81,7 @@ class Sheet(Shown):
     plan: TearPlan | None = None
     walls: Mapping[str, np.ndarray] | None = None
     sectors: tuple[Sector, ...] = ()
+    fewer_nodes: bool = False
     prove: Callable[[TornLattice], Any] | None = None
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -227,7 +228,12 @@ def balance(units: Units) -> str:
 def accuracy(scene: ReportedModel) -> list[str]:
     """Return what horizons with fewer nodes do to volumes, and how near lines are."""
     found = []
-    if scene.volume_error_bound > 0.0:
+    if math.isinf(scene.volume_error_bound):
+        found.append(
+            "Torn horizons have fewer nodes than their grids. What that does to volumes near "
+            "faults is not known: compare them with those of a smaller tolerance."
+        )
+    elif scene.volume_error_bound > 0.0:
         bound = number(scene.volume_error_bound / 1e6, 3)
         off = max(map(_largest_error, map(scene.surface, scene.horizon_names)))
         found.append(

@@ -151,6 +151,7 @@ def box_around(
     given: Box | None,
     area: np.ndarray | None,
     horizons: Callable[[], list[TriSurface]],
+    in_map: Callable[[], list[TriSurface]],
     memory: Memory,
 ) -> Box:
     """Return the given box, or the default one, as wide as an area in it.
@@ -162,6 +163,8 @@ def box_around(
         Corners of the area of the model.
     horizons : callable
         () -> all horizons; asked only for the default box.
+    in_map : callable
+        () -> all horizons as they lie in the map: torn ones as grids.
     memory : Memory
         Gets the step.
     """
@@ -173,12 +176,12 @@ def box_around(
             build_walls(given, area)
         west, east, south, north, bottom, top = (float(value) for value in given)
     else:
-        surfaces = horizons()
-        west, east, south, north, bottom, top = box = propose_box(surfaces, area)
+        grids = in_map()
+        west, east, south, north, bottom, top = box = propose_box(horizons(), area, grids)
         words = "around the area"
         if area is None:
-            axis_parallel = are_unrotated(surfaces)
-            words = "where all horizons are" if axis_parallel else rectangle_in_words(box, surfaces)
+            axis_parallel = are_unrotated(grids)
+            words = "where all horizons are" if axis_parallel else rectangle_in_words(box, grids)
         memory.note("box", "all horizons", "ran", f"default: {words}")
 
     # the area is what the walls follow: the box is as wide as it is

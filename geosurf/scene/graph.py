@@ -221,7 +221,8 @@ class Graph:
         """The given box, or the default one, as wide as an area in it."""
         if outline is None and self.inputs.box is None and self.default_area is not None:
             outline = self.default_area.outline
-        return area.box_around(self.inputs.box, outline, self._untorn_horizons, self.memory)
+        horizons = self._untorn_horizons, self._lattices
+        return area.box_around(self.inputs.box, outline, *horizons, self.memory)
 
     @cached_property
     def coverage(self) -> dict[str, float]:

@@ -17,6 +17,7 @@ from geosurf.errors import GeometryError, InputError
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.expected import flag_of, name_of
 from geosurf.model.plain_dataset import PlainDataset
+from geosurf.model.sheets import Sheet
 from geosurf.scene.graph import Graph
 from geosurf.scene.reference_systems import check_system_of_places, refuse_other_systems
 from geosurf.scene.wells import opened_tops, warnings_of_names
@@ -53,6 +54,8 @@ def to_pyvista(graph: Graph) -> pyvista.MultiBlock:
 def volume_error_bound(graph: Graph) -> float:
     """Return by how much horizons with fewer nodes change volumes inside the box, at most [m3].
 
+    Infinite if such a horizon is torn.
+
     Examples
     --------
     >>> import geosurf as gs
@@ -65,7 +68,10 @@ def volume_error_bound(graph: Graph) -> float:
     >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
     (True, 0.0)
     """
-    few = [graph.surface(name) for name in graph.inputs.horizons]
+    horizons = graph.inputs.horizons
+    if any(isinstance(one, Sheet) and one.fewer_nodes for one in horizons.values()):
+        return math.inf
+    few = [graph.surface(name) for name in horizons]
     few = [one for one in few if "volume_error" in one.vertex_data]
     if not few:
         return 0.0

@@ -483,7 +483,7 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         Of horizons of which `tolerance`, or ``triangulate_horizon(..., tolerance=)``, has left out
         nodes; 0 if there are none. With `tolerance`, what a horizon gains cancels what it loses in
         each part of the map that no other surface divides. It holds where both models have the
-        same units.
+        same units. Infinite if a horizon was torn from data whose nodes a tolerance has left out.
 
         Examples
         --------

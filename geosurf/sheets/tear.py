@@ -16,7 +16,7 @@ from geosurf.model.expected import flag_of
 from geosurf.model.tear_plan import TearPlan
 from geosurf.sheets.attempts import torn_as_planned, torn_sheet
 from geosurf.sheets.heights.stand_in import StandIn
-from geosurf.sheets.lattice.data import picks_or_points
+from geosurf.sheets.lattice.data import has_fewer_nodes, picks_or_points
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.close import Filling
@@ -199,7 +199,7 @@ def tear_from(
     sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
     sheet = replace(
         sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
-        plan=plan_of(closed, torn.loss, searched),
+        plan=plan_of(closed, torn.loss, searched), fewer_nodes=has_fewer_nodes(data),
     )  # fmt: skip
     if filling.other is not None and len(closed.pinched):
         present = np.isfinite(picks.means)

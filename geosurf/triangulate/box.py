@@ -13,7 +13,11 @@ from geosurf.triangulate.cover import SAMPLES, Box, covers, largest_of
 _MARGIN = 0.25  # of the relief, above and below
 
 
-def propose_box(horizons: Sequence[TriSurface], outline: np.ndarray | None = None) -> Box:
+def propose_box(
+    horizons: Sequence[TriSurface],
+    outline: np.ndarray | None = None,
+    in_map: Sequence[TriSurface] | None = None,
+) -> Box:
     """
     Return the model box around an outline, or around the largest rectangle inside all horizons.
 
@@ -27,6 +31,8 @@ def propose_box(horizons: Sequence[TriSurface], outline: np.ndarray | None = Non
         At least one.
     outline : ndarray of float64, shape (n, 2), optional
         Corners of the area of the model. Without it each horizon needs a lattice.
+    in_map : sequence of TriSurface, optional
+        Horizons as they lie in the map, without gaps at faults; default: `horizons`.
 
     Returns
     -------
@@ -61,7 +67,7 @@ def propose_box(horizons: Sequence[TriSurface], outline: np.ndarray | None = Non
     if outline is not None:
         (west, south), (east, north) = outline.min(axis=0), outline.max(axis=0)
     else:
-        west, east, south, north = _rectangle(horizons, bounds)
+        west, east, south, north = _rectangle(in_map or horizons)
     box = (west, east, south, north, bottom - margin, top + margin)
     w, e, s, n, b, t = (float(value) for value in box)
     return w, e, s, n, b, t
@@ -75,9 +81,7 @@ def are_unrotated(horizons: Sequence[TriSurface]) -> bool:
     )
 
 
-def _rectangle(
-    horizons: Sequence[TriSurface], bounds: np.ndarray
-) -> tuple[float, float, float, float]:
+def _rectangle(horizons: Sequence[TriSurface]) -> tuple[float, float, float, float]:
     """West, east, south, north of the largest axis-parallel rectangle that all horizons cover."""
     for horizon in horizons:
         if horizon.lattice is None:
@@ -85,6 +89,8 @@ def _rectangle(
                 f"horizon {horizon.name!r} is a mesh, and aoi='rectangle' is for grids only. "
                 "Leave aoi out, or give box=(west, east, south, north, bottom, top)."
             )
+
+    bounds = np.array([horizon.bounds for horizon in horizons])
 
     # The common box of all bounds; rotated or holed grids cover only a part of it.
     low, high = bounds[:, 0::2].max(axis=0), bounds[:, 1::2].min(axis=0)

@@ -116,6 +116,10 @@ def test_a_horizon_with_fewer_nodes_is_torn_as_any_grid():
     assert len(scene.units) == 4
     assert scene.check().ok
 
+    # near faults nobody knows what the nodes that are left out would change
+    assert np.isinf(scene.volume_error_bound)
+    assert np.isinf(gs.Scene(scene.sheets, {"F1": FAULT}, BOX).volume_error_bound)
+
     # its bound is that of all nodes: no more nodes are left out of it
     again = gs.Scene({"Top": top}, {"F1": FAULT}, BOX, tolerance=50.0)
     assert again.surface("Top").lattice.shape == top.lattice.shape

@@ -30,6 +30,16 @@ def test_the_default_box_is_where_all_horizons_are():
     assert {u.zone for u in scene.units.values()} == {"above Top", "Top/Base", "below Base"}
 
 
+def test_horizons_that_were_torn_before_have_the_box_of_their_grids():
+    world = synthetic.graben(n=31)
+    torn = {
+        name: tear_horizon(grid, world.faults, name=name) for name, grid in world.horizons.items()
+    }
+    scene, other = (Scene(torn, world.faults), Scene(world.horizons, world.faults, tear=True))
+    assert scene.box == other.box
+    assert scene.volumes.identical(other.volumes)
+
+
 def test_a_hole_is_refused_by_name_and_the_remedies_work():
     holed = np.full((21, 21), 3.0)
     holed[5:8, 9:12] = np.nan

@@ -46,6 +46,11 @@ def picks_of(
     return _from_lattice(surface)
 
 
+def has_fewer_nodes(data: Any) -> bool:
+    """Whether a tolerance has left out nodes of horizon data."""
+    return isinstance(data, TriSurface) and "volume_error" in data.vertex_data
+
+
 def _from_lattice(surface: TriSurface) -> Picks:
     # no index array for a grid without holes: pick k is that of node k
     assert surface.lattice is not None

@@ -23,7 +23,7 @@ from geosurf.sheets.faults.dip_lines import beyond
 from geosurf.sheets.faults.fault_profile import section_of
 from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.finish import (
     crs_among,
@@ -128,7 +128,7 @@ def throw_horizon(
     movement, crs = _movement(
         horizon, faults, throw, name, reach, hanging_wall, direction, positive, length_unit
     )
-    return replace(_sheet(movement), crs=crs)
+    return replace(_sheet(movement), crs=crs, fewer_nodes=has_fewer_nodes(horizon))
 
 
 def throw_horizon_uncut(
