@@ -159,6 +159,7 @@ def meeting_surfaces(
     trees = [tree_for(s) for s in surfaces]
 
     def meet(i: int, j: int) -> bool:
+        """Whether two surfaces are large, or two of their triangles are near."""
         if i == j or not (trees[i].is_small and trees[j].is_small):
             return True
         return len(candidate_pairs_of(trees[i], trees[j])[0]) > 0

@@ -6,7 +6,7 @@ the bytes of a grid in memory whatever made the coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
@@ -20,6 +20,7 @@ from geosurf.model.chunk_store import AxisStore, ChunkBounds, Store
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.held_chunks import Held
 from geosurf.model.lattice import Lattice
+from geosurf.model.map_blocks import Meets
 
 BLOCK = 64  # cells along a side of a block
 _ASIDE = 1e-3  # cells; far more than rounding
@@ -166,7 +167,7 @@ class ChunkedMap(ChunkedLattice):
                 found.append(cells)
         return distinct(*found)
 
-    def cells_where(self, meets: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+    def cells_where(self, meets: Meets) -> np.ndarray:
         """All cells whose boxes in the map (low (n, 2), high (n, 2)) meet something, and some more.
 
         Boxes of blocks are asked first, then those of the cells in blocks that meet it.

@@ -17,7 +17,7 @@ from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.holes import Holes, holes_in
-from geosurf.model.map_blocks import MapBlocks
+from geosurf.model.map_blocks import MapBlocks, Meets
 from geosurf.model.survey import Survey
 
 # what does not ask how cells are split and turned
@@ -206,6 +206,10 @@ class Lattice(Noun):
     def map_blocks(self) -> MapBlocks:
         """Boxes in the map around blocks of cells; easting and northing are 2-D."""
         return MapBlocks(self.easting, self.northing)
+
+    def cells_where(self, meets: Meets) -> np.ndarray:
+        """All cells whose boxes in the map (low (n, 2), high (n, 2)) meet something; 2-D."""
+        return self.map_blocks.cells_where(meets)
 
     @cached_property
     def extent(self) -> np.ndarray:

@@ -73,4 +73,4 @@ def _blocks_of(values: np.ndarray, extreme: np.ufunc) -> np.ndarray:
     return values
 
 
-__all__ = ["MapBlocks"]
+__all__ = ["MapBlocks", "Meets"]

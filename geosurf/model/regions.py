@@ -57,7 +57,7 @@ class Feet:
         if isinstance(lattice, ChunkedMap):
             return lattice.cells_around(self.places)
         if lattice.easting.ndim == 2:
-            return lattice.map_blocks.cells_where(self._are_in)
+            return lattice.cells_where(self._are_in)
         n_col = lattice.shape[1]
         ranges = []
         for axis, values in ((lattice.northing, 1), (lattice.easting, 0)):
@@ -116,7 +116,7 @@ class Line:
         if isinstance(lattice, ChunkedLattice) and lattice.moved is not None:
             return distinct(self.cells(lattice.unmoved), lattice.moved.cells(lattice.shape))
         if lattice.easting.ndim == 2:
-            return _cells_of_map(self, lattice)
+            return lattice.cells_where(self.meets)
         x, y = lattice.easting, lattice.northing
         rows = np.stack([np.minimum(y[:-1], y[1:]), np.maximum(y[:-1], y[1:])])
         west, east = self._span(*rows)
@@ -168,7 +168,7 @@ class Boxes:
         if isinstance(lattice, ChunkedLattice) and lattice.moved is not None:
             return distinct(self.cells(lattice.unmoved), lattice.moved.cells(lattice.shape))
         if lattice.easting.ndim == 2:
-            return _cells_of_map(self, lattice)
+            return lattice.cells_where(self.meets)
         found = [np.empty(0, dtype=np.int64)]
         for low, high in zip(self.low, self.high, strict=True):
             (cols, rows) = (
@@ -190,13 +190,6 @@ def _between(axis: np.ndarray, low: float, high: float) -> np.ndarray:
     """Cells along an axis that meet an interval."""
     ends = np.minimum(axis[:-1], axis[1:]), np.maximum(axis[:-1], axis[1:])
     return np.flatnonzero((ends[0] <= high) & (ends[1] >= low))
-
-
-def _cells_of_map(region: Line | Boxes, lattice: Lattice) -> np.ndarray:
-    """Cells of a grid with 2-D coordinates: in a store those of blocks that meet the region."""
-    if isinstance(lattice, ChunkedMap):
-        return lattice.cells_where(region.meets)
-    return lattice.map_blocks.cells_where(region.meets)
 
 
 __all__ = ["Boxes", "Feet", "Line"]

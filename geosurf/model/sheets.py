@@ -61,7 +61,8 @@ class Sheet(Shown):
     sectors : tuple of Sector
         Wedges between faults that cross so close to the horizon that one may be without it.
     fewer_nodes : bool
-        Whether a tolerance had left out nodes of its data: nobody knows what that does near faults.
+        Whether a tolerance had left out nodes of its data. What that changes near faults has no
+        bound.
     prove : callable or None
         Of a sheet that was not cut alone: what its model has to show, see `trim_sheets`.
     """

@@ -219,7 +219,7 @@ def _triangles(path: Path, blocks: Any) -> np.ndarray:
     """All triangles and split quads, int64 (n, 3)."""
     parts = [np.empty((0, 3), dtype=np.int64)]
     for block in blocks:
-        # lines and points may come along; cells of other kinds mean that this is no surface
+        # lines and points may come along; cells of other kinds mean that this is not a surface
         if block.type == "triangle":
             parts.append(np.asarray(block.data).reshape(-1, 3).astype(np.int64))
         elif block.type == "quad":

@@ -21,8 +21,6 @@ from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.expected import flag_of, name_of
 from geosurf.triangulate.chunked import chunked_lattice, chunked_map, stays_in_store
 from geosurf.triangulate.coarsen import coarsen_lattice
-from geosurf.triangulate.decimate import can_be_decimated
-from geosurf.triangulate.decimate_stored import decimate_stored, strides_in_store
 from geosurf.triangulate.horizon_checks import (
     check_array,
     check_axis,
@@ -236,6 +234,10 @@ def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface
 
 def _with_fewer_nodes(horizon: TriSurface, tolerance: float) -> TriSurface:
     """A horizon in its store as a grid in memory, with every k-th node."""
+    # loaded by those who leave nodes out of horizons in their store
+    from geosurf.triangulate.decimate import can_be_decimated
+    from geosurf.triangulate.decimate_stored import decimate_stored, strides_in_store
+
     what = f"horizon {horizon.name!r}: tolerance is {tolerance:g} m, but"
     assert horizon.lattice is not None
     if not can_be_decimated(horizon):

@@ -87,6 +87,8 @@ def test_law_models_are_those_of_grids_in_memory(tolerance):
     for name in one.units:
         np.testing.assert_array_equal(one.units[name].vertices, two.units[name].vertices)
     assert two.volume_error_bound == one.volume_error_bound > 0.0
+    table = gs.build_grid(two, cell=20.0, layers=2).table
+    assert float(table.volume.sum()) == pytest.approx(float(table.exact.sum()), rel=1e-3)
     # curves are exact, of all nodes: nothing is known of smooth ones
     lines = [of.curves_between("Top", "F1") for of in (two, two.replace(tolerance=None))]
     np.testing.assert_array_equal(lines[0].points, lines[1].points)

@@ -23,9 +23,8 @@ from geosurf.kernels.exact.exact_signs import N_POINT, N_VERTEX, Frame
 _WORD = 32
 _BITS_OF_A_POINT = 16  # filter bits per point: one in sixteen is a false suspect
 _FOLDED = 0xFFFFFFFF
-_PART = (
-    24  # bits of a hash below those that part the suspects: a table for threads has no more slots
-)
+# bits of a hash below those that part the suspects: a table for threads has no more slots
+_PART = 24
 
 
 @scalar
