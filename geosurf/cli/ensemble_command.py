@@ -34,6 +34,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
         options.n,
         seed=options.seed,
         store=out / "ensemble.zarr",
+        cache_dir=options.cache_dir,
         workers=options.workers,
         processes=options.processes,
         progress=False if options.quiet or options.json else _Log(),

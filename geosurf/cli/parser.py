@@ -151,11 +151,8 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
             "-o", "--out", required=True, help="output folder, created if it is missing"
         )
         command.add_argument("--no-pictures", action="store_true", help="do not draw pictures")
-        command.add_argument(
-            "--cache-dir",
-            metavar="FOLDER",
-            help="store torn horizons and pictures there; later runs redo only what changed",
-        )
+    for command in (run, check, render, report):
+        _add_cache(command)
     run.add_argument(
         "--only",
         metavar="RESULTS",
@@ -168,6 +165,16 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
     )
 
     add_render_options(render)
+
+
+def _add_cache(command: argparse.ArgumentParser) -> None:
+    """Add the folder that the commands of a scenario have in common."""
+    command.add_argument(
+        "--cache-dir",
+        metavar="FOLDER",
+        help="store torn horizons, certificates and pictures there; later commands on the same "
+        "field redo only what changed",
+    )
 
 
 def _kept(options: argparse.Namespace) -> str:
@@ -280,6 +287,7 @@ def _add_ensemble(add: Callable[..., Any]) -> None:
         help="output folder, created if it is missing; one with a part of the same ensemble is "
         "continued",
     )  # fmt: skip
+    _add_cache(ensemble)
     ensemble.add_argument(
         "-n", type=whole_number(1), help="number of realisations (default: [ensemble], 100)"
     )

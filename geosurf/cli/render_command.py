@@ -11,7 +11,7 @@ from geosurf.cli.answer import Answer
 from geosurf.cli.arguments import named_file, number
 from geosurf.cli.console import clear_line
 from geosurf.cli.live import live_progress
-from geosurf.cli.scenario_commands import scenario_of
+from geosurf.cli.scenario_commands import cache_of, scenario_of
 from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -184,7 +184,7 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
     log.begin("read")
-    scene = build_scene(scenario, log.step, on_start=log.begin)
+    scene = build_scene(scenario, log.step, on_start=log.begin, cache=cache_of(options))
     clear_line()
     return scene
 

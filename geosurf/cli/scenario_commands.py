@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scenario.execute import Outcome
     from geosurf.scenario.keys import Scenario
     from geosurf.scene import Scene
+    from geosurf.scene.result_cache import ResultCache
 
 
 FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
@@ -123,6 +124,13 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
     return replace(scenario, slivers=replace(scenario.slivers, merge=True))
 
 
+def cache_of(options: argparse.Namespace) -> ResultCache | None:
+    """Return the folder of ``--cache-dir``, where results of earlier commands are."""
+    from geosurf.scene.result_cache import ResultCache
+
+    return None if options.cache_dir is None else ResultCache(options.cache_dir)
+
+
 def _all_mistakes(options: argparse.Namespace) -> ScenarioError | None:
     """All mistakes of a scenario as one error, each on its line; None if it cannot be read."""
     from geosurf.scenario.mistakes import find_mistakes
@@ -213,13 +221,14 @@ def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
     from geosurf.scenario.execute import compute
     from geosurf.scenario.step_log import StepLog
+    from geosurf.scene.stored_checks import check_with_cache
 
-    scenario = scenario_of(options)
+    scenario, cache = scenario_of(options), cache_of(options)
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
-    scene = compute(scenario, log)
+    scene = compute(scenario, log, cache=cache)
     log.begin("check")
-    certificate = scene.check()
+    certificate = check_with_cache(scene, cache)
     log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
     clear_line()
     data = {"scenario": scenario.path, "settings": scenario.settings}

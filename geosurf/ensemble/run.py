@@ -32,6 +32,7 @@ from geosurf.model.expected import flag_of, path_of
 from geosurf.scenario.ensemble_keys import EnsembleSettings
 from geosurf.scenario.keys import Scenario
 from geosurf.scene import Scene
+from geosurf.scene.result_cache import ResultCache
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -45,6 +46,7 @@ def run_ensemble(
     uncertain: Any = (),
     seed: int | None = None,
     store: str | os.PathLike[str] | None = None,
+    cache_dir: str | os.PathLike[str] | None = None,
     maps: Any = None,
     client: Any = None,
     workers: int | None = None,
@@ -72,6 +74,9 @@ def run_ensemble(
     store : path-like, optional
         A folder for the results (Zarr). Call again with the same inputs to continue after a kill,
         or with a larger `n` for more realisations. Default: results are in memory only.
+    cache_dir : path-like, optional
+        The folder of `run_scenario`, for a scenario: the base case takes its torn horizons from
+        there, or stores them there.
     maps : bool, float or xarray object, optional
         Also map thickness, mean and standard deviation, and the probability of each zone: the width
         of a cell [m], a grid, or True for 100 cells along the longer side.
@@ -134,7 +139,7 @@ def run_ensemble(
     # Arguments are checked before the first model is built.
     workers = check_workers(workers)
     processes = None if processes is None else flag_of(processes, "processes")
-    plan, n = planned(model, n, uncertain, seed, maps)
+    plan, n = planned(model, n, uncertain, seed, maps, cache_dir)
     # a second call for results that are there: a torn field's base case takes seconds
     if store is not None and plan.is_known_before_base and is_finished(store, plan.identity, n):
         result = open_ensemble(store)
@@ -161,12 +166,23 @@ def run_ensemble(
 
 
 def planned(
-    model: Any, n: int | None, uncertain: Any, seed: int | None, maps: Any
+    model: Any,
+    n: int | None,
+    uncertain: Any,
+    seed: int | None,
+    maps: Any,
+    cache_dir: str | os.PathLike[str] | None = None,
 ) -> tuple[Plan, int]:
     """Return the plan of an ensemble and its number of realisations, all arguments checked."""
+    cache = None if cache_dir is None else ResultCache(cache_dir)
     # A path is a scenario, which has its uncertainties along.
     if isinstance(model, str | os.PathLike | Scenario):
-        return _of_scenario(model, n, uncertain, seed, maps)
+        return _of_scenario(ScenarioModel(model, cache), n, uncertain, seed, maps)
+    if cache is not None:
+        raise InputError(
+            "cache_dir= is for the path of a scenario: a Scene has its horizons already. Leave it "
+            "out."
+        )
     count = 100 if n is None else n
     if not (is_whole(count) and count > 0):
         raise InputError(f"n is {n!r}; give the number of realisations, a whole number above 0.")
@@ -192,14 +208,13 @@ def planned(
 
 
 def _of_scenario(
-    source: str | os.PathLike[str] | Scenario,
+    model: ScenarioModel,
     n: int | None,
     uncertain: Any,
     seed: int | None,
     maps: Any,
 ) -> tuple[Plan, int]:
     """Return the plan of a scenario; arguments count before its table ``[ensemble]``."""
-    model = ScenarioModel(source)
     given = model.scenario.ensemble or EnsembleSettings()
     # Two places for uncertainties would leave open which of them count.
     if len(uncertainties(uncertain)):

@@ -27,6 +27,7 @@ from geosurf.scene import Scene
 from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.footprint import footprint
 from geosurf.scene.given import given_settings
+from geosurf.scene.result_cache import ResultCache
 
 
 class ScenarioModel(SceneModel):
@@ -37,6 +38,8 @@ class ScenarioModel(SceneModel):
     ----------
     source : path-like or Scenario
         A file, or what `read_scenario` made of one.
+    cache : ResultCache, optional
+        Has sheets of the base case, from other commands on the same field.
 
     Attributes
     ----------
@@ -45,7 +48,9 @@ class ScenarioModel(SceneModel):
         Of its tables ``[[uncertain]]``.
     """
 
-    def __init__(self, source: str | os.PathLike[str] | Scenario) -> None:
+    def __init__(
+        self, source: str | os.PathLike[str] | Scenario, cache: ResultCache | None = None
+    ) -> None:
         self.scenario = source if isinstance(source, Scenario) else read_scenario(source)
         if not self.scenario.uncertain:
             raise InputError(
@@ -56,6 +61,7 @@ class ScenarioModel(SceneModel):
         scene, self._values = untorn_scene(self.scenario)
         super().__init__(scene)
         self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
+        self._cache = cache
         self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
 
     def horizon(self, name: str) -> HorizonData:
@@ -64,6 +70,11 @@ class ScenarioModel(SceneModel):
         if name not in self._data:
             self._data[name] = HorizonData.of(name, self._values[name])
         return self._data[name]
+
+    def started(self, base: Scene) -> None:
+        """Keep what realisations begin with; their own sheets are nobody else's."""
+        super().started(base)
+        self._cache = None
 
     def outline(self, change: Change) -> Scene:
         """Return a scene with the area of a realisation; nothing is torn that does not count."""
@@ -123,6 +134,7 @@ class ScenarioModel(SceneModel):
             scene,
             values,
             lambda *_: None,
+            cache=self._cache,
             longer=self.longer,
             plans=self.plans,
             remember=remember,

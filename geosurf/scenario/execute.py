@@ -30,6 +30,7 @@ from geosurf.scenario.validate import read_scenario
 from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
+from geosurf.scene.stored_checks import check_with_cache
 from geosurf.warning import warn
 from geosurf.write._files import commit
 
@@ -82,9 +83,9 @@ def run_scenario(
     progress : callable, optional
         Is called with a line of text after each step.
     cache_dir : path-like, optional
-        A folder in which torn horizons and pictures are stored, and found again by later runs with
-        the same inputs. Results have the same bytes with and
-        without it, except the run log in the report.
+        A folder in which torn horizons, certificates and pictures are stored, and found again by
+        later runs with the same inputs. Results have the same bytes with and without it, except the
+        run log in the report.
 
     Returns
     -------
@@ -166,7 +167,7 @@ def run(
     with new_results(out) as folder:
         scene = compute(scenario, log, None if choice is None else Path(out), cache)
         log.begin("check")
-        certificate = scene.check()
+        certificate = check_with_cache(scene, cache)
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
         log.begin("write")
         if scenario is not asked:
@@ -232,7 +233,7 @@ def write_report(
     log = StepLog(progress)
     cache = None if cache_dir is None else ResultCache(cache_dir)
     scene = compute(scenario, log, None if choice is None else Path(folder), cache)
-    certificate = scene.check()
+    certificate = check_with_cache(scene, cache)
 
     # pictures go into the page: their files are not results
     with tempfile.TemporaryDirectory() as scratch:

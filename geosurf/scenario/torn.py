@@ -8,6 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from geosurf.conventions.checks import are_points
+from geosurf.conventions.crs import crs_of
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tear_plan import TearPlan
 from geosurf.scenario.failure import pictured
@@ -21,6 +23,7 @@ from geosurf.scene.given import torn_scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
+from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import warn
 
 Make = Callable[[str, dict[str, TriSurface], bool | Sheet], Sheet]
@@ -204,10 +207,22 @@ def _as_picked(
         return torn()
     tops = None if settings is None else scene.tops
     inputs = (
-        name, horizon, *faults, repr(words["trim"]), words["noise"], *_contents(fill),
+        name, *_data_of(name, horizon), *faults, repr(words["trim"]), words["noise"],
+        *_contents(fill),
         *(() if tops is None else (repr(settings), tops.wells, tops.horizons, tops.points)),
     )  # fmt: skip
     return cache.get_or_compute("sheet", inputs, torn)
+
+
+def _data_of(name: str, horizon: Any) -> tuple[Any, ...]:
+    """What a tear reads of a horizon, in whatever form: realisations have other ones than runs."""
+    from geosurf.sheets.lattice.data import points_of
+
+    if are_points(horizon):
+        return (str(crs_of(horizon)), points_of(horizon, name, None, None)[1])
+    return (
+        horizon if isinstance(horizon, TriSurface) else triangulate_horizon(horizon, name=name),
+    )
 
 
 def _contents(fill: bool | Sheet) -> tuple[Any, ...]:
@@ -251,7 +266,7 @@ def _by_throw(
     if cache is None:
         return throw_horizon(horizon, faults, throw, name=name, **words)
     return cache.get_or_compute(
-        "sheet", (name, horizon, *faults, repr(throws)),
+        "sheet", (name, *_data_of(name, horizon), *faults, repr(throws)),
         lambda: throw_horizon(horizon, faults, throw, name=name, **words),
     )  # fmt: skip
 

@@ -14,7 +14,16 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
-from geosurf.model import FaultCut, Lattice, Sheet, SheetReport, ThrowReport, TriSurface
+from geosurf.model import (
+    Certificate,
+    FaultCut,
+    Lattice,
+    Sheet,
+    SheetReport,
+    ThrowReport,
+    TriSurface,
+)
+from geosurf.model.certificate import Check
 from geosurf.model.sectors import Sector
 from geosurf.model.sheet_report import LostThrow
 from geosurf.model.tear_plan import BaseHeights, DataUse, TearPlan
@@ -23,6 +32,8 @@ _CLASSES: dict[str, type] = {
     one.__name__: one
     for one in (
         BaseHeights,
+        Certificate,
+        Check,
         DataUse,
         FaultCut,
         Lattice,

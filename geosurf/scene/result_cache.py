@@ -73,7 +73,11 @@ class ResultCache:
         self._reported = self._unusable = False
 
     def get_or_compute(
-        self, kind: str, inputs: tuple[Any, ...], run: Callable[[], Result]
+        self,
+        kind: str,
+        inputs: tuple[Any, ...],
+        run: Callable[[], Result],
+        keep: Callable[[Result], bool] = lambda _: True,
     ) -> Result:
         """
         Return a result from its file; otherwise compute it and write the file.
@@ -86,6 +90,8 @@ class ResultCache:
             All that it depends on: surfaces, sheets, grids, arrays; texts and numbers as ``repr``.
         run : callable
             () -> the result. What it warns of comes back with the result.
+        keep : callable, optional
+            result -> whether it is stored. Default: each is.
         """
         name = name_of_result(kind, inputs)
         data = None if name is None else self.load(name)
@@ -107,7 +113,7 @@ class ResultCache:
             for warning in found:
                 warn(warning)
         self.n_made += 1
-        if name is not None:
+        if name is not None and keep(result):
             with suppress(TypeError):  # a result of a kind that has no packed form
                 self.save(name, packed((result, tuple(found))))
         return result

@@ -639,7 +639,12 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
             One line per promise, see ``geosurf.carve.certificate.certify``. The last line repeats
             the rebuild and compares all bytes.
         """
-        found = certify_repeated(self.patches, self.units, self._graph.rebuild)
+        return self._take_certificate(
+            certify_repeated(self.patches, self.units, self._graph.rebuild)
+        )
+
+    def _take_certificate(self, found: Certificate) -> Certificate:
+        """Keep the certificate of this model."""
         self.__dict__["_checked"] = found
         return found
 

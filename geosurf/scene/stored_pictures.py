@@ -12,11 +12,10 @@ import numpy as np
 
 from geosurf.files.atomic import write_whole
 from geosurf.render.overlay import overlay_of
-from geosurf.scene.graph import Graph
 from geosurf.scene.pictures import Picture, draw_pictures, pictures_of
-from geosurf.scene.result_cache import ResultCache, name_of_result
+from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.scene import Scene
-from geosurf.warning import collected, warn
+from geosurf.scene.stored_checks import name_of_model
 
 # options that decide how a picture looks, not which pictures there are
 _LOOKS = ("exaggeration", "size", "clip", "camera", "zoom", "only", "colour_by", "style")
@@ -46,38 +45,20 @@ def draw_with_cache(
     dict of str to pathlib.Path
         Captions and files.
     """
-    graph = scene._graph
-    model = model_inputs(graph)
     looks = tuple((word, repr(choice.get(word))) for word in _LOOKS)
     overlay = overlay_of(choice.get("overlay")).arrays()
-    with graph.memory.collecting():
-        pictures = [
-            _stored(picture, (*model, *_own_inputs(picture, choice), looks, *overlay), cache)
-            for picture in pictures_of(scene, **choice)
-        ]
+
+    # A picture depends on more of the model than it shows: a contact adds points to lines that it
+    # crosses, and thickness is a sum over the units that it splits. So all of the model counts.
+    model = name_of_model(scene)
+    with scene._graph.memory.collecting():
+        pictures = pictures_of(scene, **choice)
+        if model is not None:
+            pictures = [
+                _stored(picture, (model, *_own_inputs(picture, choice), looks, *overlay), cache)
+                for picture in pictures
+            ]
         return draw_pictures(pictures, folder, on_file)
-
-
-def model_inputs(graph: Graph) -> tuple[Any, ...]:
-    """All that a model depends on, after reading, tearing, extending and truncating.
-
-    More than a single picture shows: a stored picture is never of another model.
-    """
-    inputs, (levels, contacts) = graph.inputs, graph.fluids
-    tops = graph.tops
-    # what closed a sheet is marked on its map
-    marked = [(name, *map(repr, sheet.warnings)) for name, sheet in graph.sheets.items()]
-    rules = graph.ruled_faults.rules
-    settings = (
-        graph.box, tuple(graph.column.items()), inputs.tolerance, inputs.voxel_size,
-        inputs.self_intersections, inputs.slivers, inputs.horizon_rules, rules,
-        [(one.name, one.block, one.zones) for one in contacts], marked,
-    )  # fmt: skip
-    return (
-        repr(settings), *graph.wholes, *levels,
-        graph.origin_for(graph.wholes), np.empty(0) if graph.aoi is None else graph.aoi,
-        *(() if tops is None else (tops.wells, tops.horizons, tops.points)),
-    )  # fmt: skip
 
 
 def _own_inputs(picture: Picture, choice: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -91,25 +72,18 @@ def _own_inputs(picture: Picture, choice: Mapping[str, Any]) -> tuple[Any, ...]:
 
 def _stored(picture: Picture, inputs: tuple[Any, ...], cache: ResultCache) -> Picture:
     """The picture, drawn only if the cache does not have it."""
-    name = name_of_result("picture", inputs)
-    if name is None:
-        return picture
 
     def draw(path: Path) -> None:
-        """Copy the stored file, or draw and store it."""
-        data = cache.load(name)
-        if data is not None:
-            write_whole(path, data)
-            cache.n_found += 1
-            return
-        with collected() as found:
+        """Write the stored bytes, or draw and store it with its warnings."""
+
+        def drawn() -> np.ndarray:
+            """Draw the picture; return the bytes of its file."""
             picture.draw(path)
-        for warning in found:
-            warn(warning)
-        cache.n_made += 1
-        # a picture that warns is drawn again, so that the warning comes again
-        if not found:
-            cache.save(name, path.read_bytes())
+            return np.frombuffer(path.read_bytes(), np.uint8)
+
+        content = cache.get_or_compute("picture", inputs, drawn)
+        if not path.exists():
+            write_whole(path, content.tobytes())
 
     return replace(picture, draw=draw)
 

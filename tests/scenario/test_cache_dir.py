@@ -1,4 +1,4 @@
-"""`cache_dir`: a second run gives the same files and redoes only what changed."""
+"""`cache_dir`: later commands give the same results and redo only what changed."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ from pathlib import Path
 
 import pytest
 
+import geosurf as gs
+from geosurf.cli import main
+from geosurf.errors import InputError
 from geosurf.scenario import read_scenario, run
 from geosurf.scene import pictures as drawing
+from geosurf.scene import scene as scenes
+from geosurf.scene.result_cache import ResultCache
 from geosurf.sheets import tear
 from tests.planes import INPUTS, write_grids
 
@@ -15,7 +20,6 @@ OUTPUT = """
 [output]
 views = []
 exploded = false
-thickness = false
 allan = false
 sections_m = []
 size_px = [300, 200]
@@ -45,38 +49,84 @@ def files(out: Path) -> dict[str, bytes]:
     }
 
 
-def test_a_second_run_redoes_only_what_changed(folder, tmp_path, monkeypatch):
-    counts = {"tear": 0, "draw": 0}
+@pytest.fixture
+def counts(monkeypatch):
+    """How often each of these was done."""
+    done = dict.fromkeys(("tear", "check", "map", "thickness", "throw"), 0)
 
-    def counting(name, function):
+    def count(name, module, function):
+        inner = getattr(module, function)
+
         def counted(*args, **words):
-            counts[name] += 1
-            return function(*args, **words)
+            done[name] += 1
+            return inner(*args, **words)
 
-        return counted
+        monkeypatch.setattr(module, function, counted)
 
-    monkeypatch.setattr(tear, "tear_from", counting("tear", tear.tear_from))
-    monkeypatch.setattr(drawing, "render_map", counting("draw", drawing.render_map))
+    count("tear", tear, "tear_from")
+    count("check", scenes, "certify_repeated")
+    for name in ("map", "thickness", "throw"):
+        count(name, drawing, f"render_{name}")
+    return done
 
-    def results(body: str, cache: Path | None) -> tuple[dict[str, bytes], int, int]:
-        """Files of one run, how many horizons it tore and how many pictures it drew."""
-        counts.update(tear=0, draw=0)
+
+def test_a_second_run_redoes_only_what_changed(folder, tmp_path, counts):
+    def results(body: str, cache: Path | None) -> tuple[dict[str, bytes], dict[str, int]]:
+        """Files of one run, and how often it did what."""
+        counts.update(dict.fromkeys(counts, 0))
         (folder / "scenario.toml").write_text(body)
         out = tmp_path / "out"
         assert run(read_scenario(folder / "scenario.toml"), out, cache_dir=cache).certificate.ok
-        return files(out), counts["tear"], counts["draw"]
+        return files(out), dict(counts)
 
     base, cache = TITLE + INPUTS + OUTPUT, tmp_path / "cache"
     plain = results(base, None)
-    assert plain[1:] == (2, 2)
+    assert plain[1] == {"tear": 2, "check": 1, "map": 2, "thickness": 1, "throw": 1}
     assert results(base, cache) == plain
-    assert results(base, cache) == (plain[0], 0, 0)
+    assert results(base, cache) == (plain[0], dict.fromkeys(counts, 0))
 
-    # another contact: horizons stay, pictures show it
+    # another contact: horizons stay
     moved = base.replace("-2050.0", "-2040.0")
-    assert results(moved, cache) == (results(moved, None)[0], 0, 2)
+    assert results(moved, cache) == (results(moved, None)[0], {**plain[1], "tear": 0})
 
     # a title is in no picture
     retitled = results(base.replace("Planes", "Ramps"), cache)
-    assert retitled[1:] == (0, 0)
+    assert not any(retitled[1].values())
     assert retitled[0]["pictures/map_00_Top.png"] == plain[0]["pictures/map_00_Top.png"]
+
+
+def test_commands_share_a_folder(folder, tmp_path, counts, capsys):
+    # realisations move horizons: their data are of another kind than those that a run reads
+    uncertain = '[[uncertain]]\nkind = "depth shift"\nnormal = [0.0, 5.0]\n'
+    path = folder / "shared.toml"
+    path.write_text(TITLE + INPUTS + OUTPUT + uncertain)
+    plain = gs.run_ensemble(path, 2, progress=False)
+    cache = ["--cache-dir", str(tmp_path / "cache")]
+    assert main(["check", str(path), *cache]) == 0
+    answers = [capsys.readouterr().out]
+    done = dict(counts)
+    assert main(["check", str(path), *cache]) == 0
+    answers.append(capsys.readouterr().out)
+    assert (
+        main(["render", str(path), "-o", str(tmp_path / "s.png"), "--section", "0,9 9,9", *cache])
+        == 0
+    )
+    assert main(["report", str(path), "-o", str(tmp_path / "r"), "--no-pictures", *cache]) == 0
+    there = set((tmp_path / "cache").iterdir())
+    found = gs.run_ensemble(path, 2, progress=False, cache_dir=tmp_path / "cache")
+    # two horizons of two realisations are torn, none of the base case; they are nobody else's
+    assert counts == {**done, "tear": done["tear"] + 4}
+    assert set((tmp_path / "cache").iterdir()) == there
+    assert answers[0] == answers[1]
+    assert found.volume.values.tobytes() == plain.volume.values.tobytes()
+    with pytest.raises(InputError, match="cache_dir= is for the path of a scenario"):
+        gs.run_ensemble(
+            run(read_scenario(path), tmp_path / "o", pictures=False).scene, 2, cache_dir=tmp_path
+        )
+
+
+def test_a_certificate_that_fails_is_not_stored(tmp_path):
+    cache = ResultCache(tmp_path)
+    for count in (1, 2):
+        cache.get_or_compute("certificate", ("model",), lambda: False, keep=lambda ok: ok)
+        assert cache.n_made == count
