@@ -18,11 +18,15 @@ from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.holes import Holes, holes_in
 from geosurf.model.map_blocks import MapBlocks, Meets
+from geosurf.model.map_frame import MapFrame
 from geosurf.model.survey import Survey
 
+# what eastings and northings alone tell, where they are 2-D
+OF_MAP = ("easting", "northing", "map_blocks", "map_frame", "right_handed")
 # what does not ask how cells are split and turned
 OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
-             "present", "vertex_of_node", "holes", "map_blocks", "right_handed")  # fmt: skip
+             "present", "vertex_of_node", "holes",
+             "map_blocks", "map_frame", "right_handed")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +99,10 @@ class Lattice(Noun):
     @cached_property
     def places(self) -> np.ndarray:
         """Where what is in `coordinates`, for kernels: see ``geosurf.kernels.search.tree``."""
+        return self._places(self.rising, self.turned)
+
+    def _places(self, rising: bool, turned: bool) -> np.ndarray:
+        """`places` for a diagonal and a sense, which nodes do not depend on."""
         # offset and steps along rows and columns of easting, then of northing: 1-D axes step along
         # one of the two
         flat = (0, 0, 1, 0, 1, 0)
@@ -102,7 +110,7 @@ class Lattice(Noun):
             flat = *_steps(self.easting), *_steps(self.northing)
 
         # then the shape, the diagonal, the turn, and 1 for `IS_LATTICE`
-        rest = *self.shape, self.rising, self.turned, 1
+        rest = *self.shape, rising, turned, 1
         return frozen(np.array([*flat, *_steps(self.elevation), *rest], dtype=np.int64), np.int64)
 
     @cached_property
@@ -167,9 +175,38 @@ class Lattice(Noun):
             if not all((part > 0).all() or (part < 0).all() for part in (steps[:n], steps[n:])):
                 return 0.0
             return 0.7 * float(np.abs(steps).min(initial=np.inf))
-        from geosurf.kernels.contacts.aligned_grids import map_height
+        return self.map_frame.height
 
-        return float(map_height(*self.coordinates[:2], self.places))
+    @cached_property
+    def map_frame(self) -> MapFrame:
+        """Steps in the map, and what is proven of them; easting and northing are 2-D."""
+        from geosurf.kernels.contacts.aligned_grids import map_frame
+
+        # no layout that asks for the sense of triangles: it follows from these steps
+        return MapFrame.of(map_frame(*self.coordinates[:2], self._places(False, False)))
+
+    def has_map(self, easting: np.ndarray, northing: np.ndarray) -> bool:
+        """Whether 2-D coordinates are those of this lattice, to the last bit."""
+        both = (self.easting, easting), (self.northing, northing)
+        if any(one.shape != other.shape or other.dtype != one.dtype for one, other in both):
+            return False
+        # corners differ for nearly all pairs of grids; comparing all takes a pass over memory
+        if any(a is not b and (a[::a.shape[0] - 1 or 1, ::a.shape[1] - 1 or 1]
+                               != b[::b.shape[0] - 1 or 1, ::b.shape[1] - 1 or 1]).any()
+               for a, b in both):  # fmt: skip
+            return False
+        bits = ((a, np.ascontiguousarray(b)) for a, b in both if a is not b)
+        return all(np.array_equal(a.view(np.int64), b.view(np.int64)) for a, b in bits)
+
+    def with_elevation(self, elevation: np.ndarray) -> Lattice:
+        """Return a lattice over the same map: easting and northing are 2-D, and held once."""
+        made = Lattice(self.easting, self.northing, elevation, self.rising, self.reverse)
+        # the same arrays, not views of them: who compares maps sees it at once
+        made.__dict__.update({key: self.__dict__[key] for key in OF_MAP if key in self.__dict__})
+        survey, z = self.survey, made.coordinates[2]
+        if self.reverse is None and survey.finite_map:
+            made.__dict__["survey"] = survey.over_same_map(z, made.shape)
+        return made
 
     @property
     def is_graph(self) -> bool:
@@ -373,6 +410,10 @@ class Lattice(Noun):
         if x.ndim == 1:
             n, m = len(x) - 1, len(y) - 1
             return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
+
+        # all cells turn as the mean steps do, where each step is proven to be near these
+        if self.map_frame.height > 0.0:
+            return self.map_frame.determinant > 0.0
 
         # majority of the cells' orientations: single folded cells do not turn the lattice
         with np.errstate(invalid="ignore", over="ignore"):  # infinite ones are refused later

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -110,6 +110,24 @@ class Survey:
             normals=normals,
         )
         return made
+
+    @property
+    def finite_map(self) -> bool:
+        """Whether all eastings and northings are finite, and no coordinate is -0.0."""
+        return all(self.numbers[:2]) and self.finite and not self.minus_zero
+
+    def over_same_map(self, elevation: np.ndarray, shape: tuple[int, int]) -> Survey:
+        """Return the survey of other elevations, flat, of nodes with the same finite places.
+
+        One pass over elevations alone: boxes in the map are those of this survey.
+        """
+        n_row, n_col = shape
+        layout = np.array([0, 0, 0, 0, 0, 0, 0, n_col, 1, n_row, n_col, 0, 0, 1], dtype=np.int64)
+        zero = np.zeros(1)
+        found = Survey.of((zero, zero, elevation), layout, quads=False)
+        nodes = found.nodes.copy()
+        nodes[:, :2], nodes[:, 3:5] = self.nodes[:, :2], self.nodes[:, 3:5]
+        return replace(found, nodes=frozen(nodes, np.float64))
 
     @property
     def box(self) -> np.ndarray:

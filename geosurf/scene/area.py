@@ -15,7 +15,7 @@ from geosurf.scene.inputs import Box
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls
 from geosurf.triangulate.box import are_unrotated, propose_box
-from geosurf.triangulate.footprint import Footprint, footprint_of
+from geosurf.triangulate.footprint import Footprint, footprints_of
 from geosurf.triangulate.rims import off_the_rims
 from geosurf.triangulate.shared_area import SharedArea, shared_area
 from geosurf.warning import warn
@@ -43,7 +43,7 @@ def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea |
 
     def found() -> SharedArea:
         # outlines and holes of the data, one per horizon
-        footprints = [footprint_of(horizon) for horizon in horizons]
+        footprints = footprints_of(horizons)
         area = shared_area(footprints)
         data = [  # that an extrapolated part is left out is worth no warning
             footprint
@@ -142,7 +142,7 @@ def _left_out(name: str, size: float, own: float) -> GeosurfWarning:
 def rectangle_in_words(sides: Box, horizons: Sequence[TriSurface]) -> str:
     """Return how much of the horizons an axis-parallel rectangle covers."""
     west, east, south, north = sides[:4]
-    smallest = min(footprint_of(horizon).area for horizon in horizons)
+    smallest = min(one.area for one in footprints_of(horizons))
     share = percent((east - west) * (north - south) / smallest)
     return f"the largest axis-parallel rectangle that all horizons cover, {share} of the smallest"
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Hashable, Iterator, Mapping
+import weakref
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
-from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
+from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.scene.footprint import footprint, opened_horizon
 from geosurf.scene.inputs import Box, SceneInputs
@@ -27,6 +28,7 @@ from geosurf.triangulate import (
     triangulate_horizon,
 )
 from geosurf.triangulate.chunked import stays_in_store
+from geosurf.triangulate.horizon import horizon_over, never_changes
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
@@ -65,6 +67,7 @@ class InputSurfaces:
         self._fingerprints: dict[str, str] = {}
         self._opened: dict[str, TriSurface] = {}
         self._made: dict[str, Made] = {}  # by threads, until they are asked for
+        self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
 
     def horizon(self, name: str, others: Lookup) -> TriSurface:
         """Return a horizon with all its nodes; one that is torn looks up its faults in `others`."""
@@ -85,11 +88,27 @@ class InputSurfaces:
             if name not in self._fingerprints
             and isinstance(getattr(one, "data", None), np.ndarray) and one.data.nbytes > _LARGE
         ]  # fmt: skip
-        found = map_threads(self._read_grid, [(name,) for name in large])
+        # the first of those with 2-D coordinates before the others, which often have the same
+        first = [] if self.maps() else [name for name in large if _is_rotated(given[name])][:1]
+        large = [*first, *(name for name in large if name not in first)]
+        found = [self._read_grid(name) for name in first]
+        found += map_threads(self._read_grid, [(name,) for name in large[len(first) :]])
         for name, (content, made) in zip(large, found, strict=True):
             self._fingerprints[name] = content
             if made is not None:
                 self._made[name] = made
+
+    def maps(self) -> list[Lattice]:
+        """Return horizons that scenes of the family hold, one for each pair of 2-D coordinates."""
+        alive = (one for ref in self._maps if (one := ref()) is not None)
+        return [*{id(one.easting): one for one in alive}.values()]
+
+    def _noted(self, surface: TriSurface) -> TriSurface:
+        """The surface; others refer to its 2-D coordinates where theirs are the same."""
+        lattice = surface.lattice
+        if lattice is not None and not lattice.reads_map and lattice.easting.ndim == 2:
+            self._maps.append(weakref.ref(lattice))
+        return surface
 
     def _read_grid(self, name: str) -> tuple[str, Made | None]:
         """The fingerprint of a grid; and its surface with warnings, unless it is in memory."""
@@ -99,7 +118,8 @@ class InputSurfaces:
             return content, None
         with collected() as warnings:
             try:
-                return content, (as_surface(name, "horizon", given, self.inputs.options), warnings)
+                made = as_surface(name, "horizon", given, self.inputs.options, maps=self.maps())
+                return content, (self._noted(made), warnings)
             except GeosurfError:  # refused in its turn, when the scene asks for it
                 return content, None
 
@@ -123,6 +143,7 @@ class InputSurfaces:
             if not isinstance(one, str | Path | Sheet | tuple | list):
                 self._fingerprints[name] = found
         self.memory.take_over(before.memory, self._fingerprints)
+        self._maps = [ref for ref in before._maps if ref() is not None]
 
     def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """Read and triangulate one input, or take it from memory."""
@@ -164,7 +185,8 @@ class InputSurfaces:
             return surface
         if role == "horizon" and self.inputs.tear is not None:
             return self._footprint(name, value)
-        return as_surface(name, role, value, self.inputs.options, others)
+        made = as_surface(name, role, value, self.inputs.options, others, self.maps())
+        return self._noted(made) if role == "horizon" else made
 
     def _in_crs(self, surface: TriSurface) -> TriSurface:
         """A surface in the reference system of the scene, if it declares none itself."""
@@ -185,7 +207,12 @@ class InputSurfaces:
 
 
 def as_surface(
-    name: str, role: str, value: Any, options: Options, others: Found | None = None
+    name: str,
+    role: str,
+    value: Any,
+    options: Options,
+    others: Found | None = None,
+    maps: Iterable[Lattice] = (),
 ) -> TriSurface:
     """Return a horizon or fault as a surface, whatever it was.
 
@@ -198,6 +225,8 @@ def as_surface(
         ``positive`` and ``length_unit``, for inputs that do not declare theirs.
     others : callable, optional
         Surface of a name, or None: a sheet asks for the faults that tear it.
+    maps : iterable of Lattice
+        Of other horizons with 2-D coordinates, which are held once where they are the same.
 
     Returns
     -------
@@ -221,13 +250,19 @@ def as_surface(
             check_spikes(found)
         return orient_fault(found) if role == "fault" else found
 
-    if found is value and hasattr(found, "coords"):
-        found = _own(found)
-    make = triangulate_horizon if role == "horizon" else triangulate_fault
-    made = make(found, name=name, **undeclared(found, options))
+    given = found is value and hasattr(found, "coords")
     if role == "horizon":
+        made = horizon_over(found, maps, own=given, name=name, **undeclared(found, options))
         check_spikes(made)
-    return made
+        return made
+    found = _own(found) if given else found
+    return triangulate_fault(found, name=name, **undeclared(found, options))
+
+
+def _is_rotated(given: Any) -> bool:
+    """Whether an array has 2-D coordinates."""
+    coords = getattr(getattr(given, "coords", None), "variables", {})
+    return "easting" in coords and coords["easting"].ndim == 2
 
 
 def _own(given: Any) -> Any:
@@ -240,20 +275,9 @@ def _own(given: Any) -> Any:
     else:
         held = {"": getattr(given, "variable", None)}
     values = {name: getattr(one, "_data", None) for name, one in held.items()}
-    if not all(map(_never_changes, values.values())):
+    if not all(map(never_changes, values.values())):
         return given.copy(deep=True)
     return given.copy(deep=True, data=values if hasattr(given, "data_vars") else values[""])
-
-
-def _never_changes(values: Any) -> bool:
-    """Whether an array is read-only, as is the array whose memory it uses."""
-    if not isinstance(values, np.ndarray):
-        return False
-    while isinstance(values, np.ndarray):
-        if values.flags.writeable:
-            return False
-        values = values.base
-    return values is None or isinstance(values, bytes)
 
 
 def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 import numpy as np
 
@@ -60,6 +62,8 @@ class Footprint:
         Eastings and northings of the nodes of an unrotated grid.
     torn : bool
         Whether gaps inside may be those of faults: of meshes, this is unknown.
+    shape : (int, int) or None
+        Rows and columns of nodes, if all exist: the rim is then that of a rectangle of cells.
     """
 
     name: str
@@ -67,6 +71,7 @@ class Footprint:
     axes: Axes | None
     lines: tuple[np.ndarray, np.ndarray] | None
     torn: bool
+    shape: tuple[int, int] | None = None
 
     @property
     def area(self) -> float:
@@ -94,7 +99,31 @@ def footprint_of(horizon: TriSurface) -> Footprint:
     if lattice is None:
         return Footprint(horizon.name, _rim_of_mesh(horizon), None, None, torn=True)
     rim, axes, lines = _rim_of_lattice(lattice), _axes_of(lattice), _lines_of(lattice)
-    return Footprint(horizon.name, rim, axes, lines, torn=False)
+    shape = lattice.shape if _is_rectangle(lattice) else None
+    return Footprint(horizon.name, rim, axes, lines, torn=False, shape=shape)
+
+
+def footprints_of(horizons: Sequence[TriSurface]) -> list[Footprint]:
+    """Return where some horizons are in the map; those of one survey have one rim."""
+    found: list[Footprint] = []
+    wholes: dict[tuple[int, int], Footprint] = {}  # by the arrays of coordinates that they share
+    for horizon in horizons:
+        lattice = horizon.lattice
+        shared = (id(lattice.easting), id(lattice.northing)) if _is_rectangle(lattice) else None
+        if shared is not None and shared in wholes:
+            found.append(replace(wholes[shared], name=horizon.name))
+            continue
+        found.append(footprint_of(horizon))
+        if shared is not None:
+            wholes[shared] = found[-1]
+    return found
+
+
+def _is_rectangle(lattice: Lattice | None) -> TypeGuard[Lattice]:
+    """Whether a horizon is a grid in memory with all nodes and a cell at least."""
+    if lattice is None or isinstance(lattice, ChunkedLattice):
+        return False
+    return lattice.whole and min(lattice.shape) > 1
 
 
 def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
@@ -104,6 +133,8 @@ def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
         return easting, northing
     if lattice.reads_map:
         return _lines_in_store(lattice)
+    if easting[-1, 0] != easting[0, 0] or northing[0, -1] != northing[0, 0]:
+        return None  # corners tell nearly all grids
     if (easting == easting[:1]).all() and (northing == northing[:, :1]).all():
         return easting[0], northing[:, 0]
     return None
@@ -149,6 +180,8 @@ def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
 
 def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
+    if _is_rectangle(lattice):
+        return lattice.map_places(_links_around(lattice))
     windows = [_links_in(lattice, *window) for window in lattice.rim_windows(_AT_ONCE)]
     kinds = [np.concatenate(parts) for parts in zip(*windows, strict=True)]
     if isinstance(lattice, ChunkedLattice):  # windows of the same rows: row by row, as in memory
@@ -156,6 +189,19 @@ def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     links = np.concatenate(kinds)
     links = links if lattice.right_handed else links[:, ::-1]
     return lattice.map_places(links)
+
+
+def _links_around(lattice: Lattice) -> np.ndarray:
+    """Links (n, 2) around a grid with all nodes, in the order of `_links_in`."""
+    n_row, n_col = lattice.shape
+    columns, rows = np.arange(n_col), n_col * np.arange(n_row)
+    south, north, west, east = columns, columns + rows[-1], rows, rows + n_col - 1
+    sides = (south, 0, 1), (north, 1, 0), (east, 0, 1), (west, 1, 0)
+    both = [(side[:-1], side[1:]) for side, _, _ in sides]
+    links = np.concatenate(
+        [np.stack([one[k], one[m]], axis=1) for one, (_, k, m) in zip(both, sides, strict=True)]
+    )
+    return links if lattice.right_handed else links[:, ::-1]
 
 
 def _links_in(lattice: Lattice, rows: tuple[int, int], cols: tuple[int, int]) -> list[np.ndarray]:
@@ -224,4 +270,4 @@ def _axes_of(lattice: Lattice) -> Axes | None:
     return axes
 
 
-__all__ = ["REGULAR", "Axes", "Footprint", "footprint_of"]
+__all__ = ["REGULAR", "Axes", "Footprint", "footprint_of", "footprints_of"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -124,6 +125,33 @@ def triangulate_horizon(
     >>> coarse.n_triangle, bool(coarse.vertex_data["vertical_error"].max() <= 0.5)
     (1024, True)
     """
+    return horizon_over(
+        da, (), name=name, positive=positive, length_unit=length_unit, tolerance=tolerance,
+        lazy=lazy,
+    )  # fmt: skip
+
+
+def horizon_over(
+    da: Any,
+    maps: Iterable[Lattice],
+    *,
+    own: bool = False,
+    name: str | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    tolerance: float = 0.0,
+    lazy: bool | None = None,
+) -> TriSurface:
+    """Return the surface of `triangulate_horizon`, over one of some maps if it has the same.
+
+    Parameters
+    ----------
+    maps : iterable of Lattice
+        Of other horizons with 2-D coordinates. What has the same ones, to the last bit, refers to
+        theirs, and to what is known of them.
+    own : bool
+        Whether to copy what others can write to.
+    """
     if name is not None:
         name = name_of(name, "horizon")
     title = str(name or getattr(da, "name", None) or "horizon")
@@ -148,7 +176,15 @@ def triangulate_horizon(
     if chunked:
         return _in_store(da, scale, title, tolerance)
     easting, northing = _coordinates(da, what)
-    lattice = _lattice_of(easting, northing, np.asarray(da.values, dtype=np.float64), scale)
+    values = np.asarray(da.values, dtype=np.float64)
+    if own and scale == 1.0:
+        values = _own(values)
+    on = next((one for one in maps if easting.ndim == 2 and one.has_map(easting, northing)), None)
+    if on is None:
+        both = (_own(easting), _own(northing)) if own else (easting, northing)
+        lattice = _lattice_of(*both, values, scale)
+    else:
+        lattice = _without_minus_zero(on.with_elevation(values * scale if scale != 1.0 else values))
     # Only 1-D axes have an order to check; the check costs a pass, so floats decide first.
     if easting.ndim == 1 and not lattice.has_rising_axes:
         check_axis("easting", easting, what)
@@ -156,7 +192,8 @@ def triangulate_horizon(
     check_values(lattice, what)
 
     # The diagonal of the cells follows from the coordinates, not from the order of rows.
-    lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
+    if on is None:
+        lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
     check_cells(lattice, what)
 
     if tolerance > 0:
@@ -303,12 +340,32 @@ def _lattice_of(
 
     if scale != 1.0:
         elevation = elevation * scale
-    lattice = Lattice(easting, northing, elevation)
+    return _without_minus_zero(Lattice(easting, northing, elevation))
 
-    # -0.0 and 0.0 are equal and have different bytes: the same data give the same bytes
-    if lattice.survey.minus_zero:
-        lattice = Lattice(easting, northing, elevation + 0.0)
-    return lattice
+
+def _without_minus_zero(lattice: Lattice) -> Lattice:
+    """The lattice: -0.0 and 0.0 are equal and have different bytes, and the same data the same."""
+    if not lattice.survey.minus_zero:
+        return lattice
+    return Lattice(
+        lattice.easting, lattice.northing, lattice.elevation + 0.0, lattice.rising, lattice.reverse
+    )
+
+
+def _own(values: np.ndarray) -> np.ndarray:
+    """An array that nobody else can write to."""
+    return values if never_changes(values) else values.copy()
+
+
+def never_changes(values: Any) -> bool:
+    """Return whether an array is read-only, as is the array whose memory it uses."""
+    if not isinstance(values, np.ndarray):
+        return False
+    while isinstance(values, np.ndarray):
+        if values.flags.writeable:
+            return False
+        values = values.base
+    return values is None or isinstance(values, bytes)
 
 
 def _metres(coord: Any, what: str) -> np.ndarray:

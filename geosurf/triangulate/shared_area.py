@@ -95,26 +95,31 @@ def shared_area(horizons: Sequence[Footprint]) -> SharedArea:
     >>> len(found.outline), round(found.share, 2), found.pieces
     (4, 1.0, ())
     """
-    cells = _map_cells(horizons)
+    distinct = list({id(horizon.rim): horizon for horizon in horizons}.values())
+    cells = _map_cells(distinct)
     covered = np.ones(cells.shape, dtype=bool)
     middles = covered.copy()  # cells whose middle all horizons cover: most of what is lost at rims
-    by_horizon = {}
-    for horizon in horizons:
+    by_rim = {}
+    for horizon in distinct:
         rim = cells.place_of(horizon.rim)
+        if horizon.shape is not None and _runs_around(rim, cells):
+            by_rim[id(horizon.rim)] = np.ones(cells.shape, dtype=bool)
+            continue
         inside = _windings(rim, cells.shape) > 0
         free = inside & ~_entered(rim, cells.shape, cells.slack)
         if horizon.torn:
             inside, free = _filled(inside), _filled(free)
         middles &= inside
         covered &= free
-        by_horizon[horizon.name] = inside
+        by_rim[id(horizon.rim)] = inside
+    by_horizon = {horizon.name: by_rim[id(horizon.rim)] for horizon in horizons}
     region, pieces = _pieces(covered, cells)
     _refuse_holes(region, by_horizon, cells)
 
     n_cell, n_middle = int(region.sum()), int(middles.sum())
     ears = max(EARS * n_cell, LOST * n_cell - int((middles & ~covered).sum()))
     ring = with_fewer_corners(_ring_around(region), EAR * n_cell, ears)
-    outline, axis_parallel = _inside_all(ring, cells, horizons)
+    outline, axis_parallel = _inside_all(ring, cells, distinct)
     area = signed_area(outline)
     share = min(area / (max(n_middle, n_cell) * cells.area), 1.0)
     return SharedArea(outline, axis_parallel, area, share, pieces)
@@ -157,6 +162,20 @@ def _cells_per_step(size: np.ndarray, rims: Sequence[np.ndarray], aligned: bool)
     # rims along rows and columns keep whole cells; diagonals cut them, and need finer ones
     along = (np.abs(np.diff(rim, axis=1)[:, 0]).min(axis=1) <= 2 * REGULAR for rim in rims)
     return 1.0 if all(one.all() for one in along) else np.ceil(FINE / float(size.max()))
+
+
+def _runs_around(rim: np.ndarray, cells: _MapCells) -> bool:
+    """Whether a closed rim (n, 2, 2) runs along the border of all cells, once, and enters none.
+
+    A curve that stays near the border goes equally often around all cells inside: its area tells.
+    """
+    ends = np.array(cells.shape[::-1])
+    near = np.minimum(np.abs(rim), np.abs(rim - ends)) <= 0.5 * cells.slack
+    within = ((rim >= -0.5 * cells.slack) & (rim <= ends + 0.5 * cells.slack)).all()
+    along = (near[:, 0] & near[:, 1]).any(axis=1).all()  # both ends on the same side
+    (x, y), (u, v) = rim[:, 0].T, rim[:, 1].T
+    total = float(ends.prod())
+    return bool(within and along and abs(0.5 * float((x * v - u * y).sum()) - total) < 0.5 * total)
 
 
 def _windings(rim: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -228,6 +247,8 @@ def _pieces(
     covered: np.ndarray, cells: _MapCells
 ) -> tuple[np.ndarray, tuple[tuple[float, tuple[float, float]], ...]]:
     """The largest piece, whose cells nowhere meet in a corner only, and the other pieces."""
+    if covered.all():
+        return covered, ()
     from scipy.ndimage import label
 
     covered = covered.copy()
@@ -259,6 +280,8 @@ def _spot(region: np.ndarray, cells: _MapCells) -> tuple[float, float]:
 
 def _refuse_holes(region: np.ndarray, by_horizon: dict[str, np.ndarray], cells: _MapCells) -> None:
     """Raise an error for what the region surrounds: which horizon is missing there, and where."""
+    if region.all():
+        return
     from scipy.ndimage import label
 
     # what is not in the region, with a rim around it: part 1 is the outside, all others are holes
@@ -287,6 +310,9 @@ def _refuse_holes(region: np.ndarray, by_horizon: dict[str, np.ndarray], cells: 
 
 def _ring_around(region: np.ndarray) -> np.ndarray:
     """Corners (n, 2) of the outer border of a region, counter-clockwise: column and row."""
+    if region.all():
+        n_row, n_col = region.shape
+        return np.array([[0, 0], [n_col, 0], [n_col, n_row], [0, n_row]])
     there = np.pad(region, 1)
     inner = there[1:-1, 1:-1]
     sides = (  # the neighbour that is missing, and the corners of that side

@@ -256,7 +256,11 @@ def _spacing(surface: TriSurface) -> float:
 def _least_spacing(surface: TriSurface) -> float:
     """The larger of the least steps along both axes of a grid [m]; 0 for other surfaces."""
     lattice = surface.lattice
-    if lattice is None or not lattice.has_rising_axes:
+    if lattice is None:
+        return 0.0
+    if lattice.easting.ndim == 2:
+        return max(*lattice.map_frame.least_step, 0.0)
+    if not lattice.has_rising_axes:
         return 0.0
     axes = [axis for axis in (lattice.northing, lattice.easting) if len(axis) > 1]
     return max((float(np.diff(axis).min()) for axis in axes), default=0.0)

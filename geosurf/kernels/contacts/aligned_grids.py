@@ -19,6 +19,9 @@ from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, RISING, append_pair
 _LEAST_STEP = 0.5  # of the mean step along a row or column,
 _MOST_ASIDE = 0.2  # and how far a step may stray to the side
 _PLAIN_ANGLE = 1e-6  # sine between rows and columns below which no bound is given
+_ROUNDING = 2.0**-49  # of the largest coordinate: 16 units in the last place, for a few sums
+# indices into what `map_frame` finds
+HEIGHT, STEPS, OFF, FRAME_SIZE = 0, 1, 5, 6
 
 
 @scalar
@@ -64,17 +67,37 @@ def first_uneven_step(p, q, a, frame):
     return _first_uneven(p, q, a, det, ux, uy, vx, vy)
 
 
-@entry("d1 d1 l1 -> d")
-def map_height(p, q, a):
-    """Lower bound of the height [m] of triangles in the map if the map is one to one; else 0.
+@scalar
+def _farthest(p, q, a, ux, uy, vx, vy):
+    """Largest distance of a node from even steps [m], rounding included; all are numbers."""
+    x0, y0 = p[a[0]], q[a[3]]
+    most, size = 0.0, 0.0
+    for i in range(a[N_ROW]):
+        for j in range(a[N_COL]):
+            x, y = p[a[0] + i * a[1] + j * a[2]], q[a[3] + i * a[4] + j * a[5]]
+            dx, dy = (x - x0) - (j * ux + i * vx), (y - y0) - (j * uy + i * vy)
+            most = max(most, dx * dx + dy * dy)
+            size = max(size, max(abs(x), abs(y)))
+    return np.sqrt(most) * (1.0 + 1e-9) + _ROUNDING * size
+
+
+@entry("d1 d1 l1 -> d1")
+def map_frame(p, q, a):
+    """Steps of a grid in the map, and a proof that the map is one to one: see `FRAME_SIZE`.
+
+    HEIGHT   lower bound of the height [m] of triangles in the map; 0: nothing is proven
+    STEPS    mean steps along columns (x, y), then along rows
+    OFF      no node is farther [m] from the first one and these steps; infinite if not proven
 
     In the frame of the mean steps M along rows and columns, each step must stay near its own axis.
     Then every gradient has a positive definite symmetric part, and a piecewise linear map of a
     rectangle with such gradients is strictly monotone, hence one to one.
     """
+    found = np.zeros(FRAME_SIZE)
+    found[OFF] = np.inf
     n_row, n_col = a[N_ROW], a[N_COL]
     if n_row < 2 or n_col < 2:
-        return 0.0
+        return found
     last_row, last_col = n_row - 1, n_col - 1
 
     # Mean steps along columns (u) and rows (v).
@@ -87,12 +110,15 @@ def map_height(p, q, a):
 
     # A frame that is nearly a line, or not finite, gives no bound.
     if not _usable(det, ux, uy, vx, vy):
-        return 0.0
+        return found
     if _first_uneven(p, q, a, det, ux, uy, vx, vy) >= 0:
-        return 0.0
+        return found
     # heights in the frame of M are above 0.3 (steps of 0.5, at most 0.2 sideways); M shrinks
     # lengths by its smaller singular value at most, which is above |det| / (u + v)
-    return 0.3 * abs(det) / (u + v)
+    found[HEIGHT] = 0.3 * abs(det) / (u + v)
+    found[STEPS], found[STEPS + 1], found[STEPS + 2], found[STEPS + 3] = ux, uy, vx, vy
+    found[OFF] = _farthest(p, q, a, ux, uy, vx, vy)
+    return found
 
 
 @scalar
