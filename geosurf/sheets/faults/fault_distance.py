@@ -16,8 +16,10 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.fault_distance import distance_at_elevation
 from geosurf.kernels.sheets.link_lines import NEAR, nearest_on_line
 from geosurf.kernels.sheets.node_bands import nodes_of_blocks, points_in_blocks
+from geosurf.kernels.sheets.node_tiles import NOT_ASKED
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.node_table import NodeTable
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
 REACHES = 4  # of which blocks of a fault are remembered
@@ -207,18 +209,17 @@ class NearTrace:
         self._searched = -1.0  # cells: all nodes up to here are measured
         # rows of `within` by distance: what is measured later is farther
         self._within: dict[float, np.ndarray] = {}
-        # nodes that were asked for, increasing, and their rows, -1 for those that are far
-        self._asked, self._row = np.empty((2, 0), dtype=np.int64)
+        # rows of nodes, -1 for those that are far
+        self._rows = NodeTable(frame.shape)
 
     def look_up(self, node: np.ndarray) -> np.ndarray:
         """Row of each node here, -1 where it is not near, or no node."""
         # nodes that were not asked for yet are measured all at once, then looked up again
-        at, known = self._known(node)
-        if not known.all():
-            new = distinct(node[~known])
-            self._measure(new, self._blocks, self.reach)
-            at, _ = self._known(node)
-        return self._row[at]
+        rows, n_new = self._rows.look_up(node)
+        if n_new:
+            self._measure(distinct(node[rows == NOT_ASKED]), self._blocks, self.reach)
+            rows, _ = self._rows.look_up(node)
+        return rows
 
     def nodes_within(self, far: float) -> np.ndarray:
         """All nodes within `far` cells and within reach; increasing."""
@@ -235,19 +236,11 @@ class NearTrace:
         if far > self._searched:
             blocks = Blocks(self._low, self._high, far, 0.5 * BLOCK)
             new = window(self.frame, blocks)
-            self._measure(new[~self._known(new)[1]], blocks, far)
+            self._measure(new[self._rows.look_up(new)[0] == NOT_ASKED], blocks, far)
             self._searched = far
-        rows = self._row[self._row >= 0]
-        self._within[far] = rows[self.distance[rows] <= far]
+        rows = np.flatnonzero(self.distance <= far)
+        self._within[far] = rows[np.argsort(self.node[rows])]
         return self._within[far]
-
-    def _known(self, node: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where nodes are, or would be, among those asked for; whether they were."""
-        at = np.searchsorted(self._asked, node)
-        if len(self._asked) == 0:
-            return at, np.zeros(len(node), dtype=bool)
-        at[at == len(self._asked)] = 0
-        return at, self._asked[at] == node
 
     def _measure(self, node: np.ndarray, blocks: Blocks, far: float) -> None:
         """Append nodes, increasing, that were not asked for yet."""
@@ -256,7 +249,7 @@ class NearTrace:
         distance, side, nearest, t = nearest_on_line(
             points[some], block, self.pieces, blocks.boxes, blocks.starts, blocks.items, far
         )
-        near = (nearest >= 0) & (node[some] >= 0)
+        near = nearest >= 0
         some, nearest = some[near], nearest[near]
         row = np.full(len(node), -1)
         row[some] = len(self.node) + np.arange(len(some))
@@ -268,7 +261,4 @@ class NearTrace:
         self.side = np.concatenate([self.side, side[near]])
         self.place = np.concatenate([self.place, nearest + t[near]])
 
-        # rows given before stay valid: `_asked` is sorted, the table is only appended to
-        asked = np.concatenate([self._asked, node])
-        order = np.argsort(asked, kind="stable")
-        self._asked, self._row = asked[order], np.concatenate([self._row, row])[order]
+        self._rows.put(node, row)
