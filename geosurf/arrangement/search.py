@@ -27,8 +27,7 @@ from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import write_records
 from geosurf.kernels.contacts.packed_contact import (
-    in_plane,
-    n_corners,
+    count_corners,
     of_settled,
     pack_contacts,
     pack_decided,
@@ -301,7 +300,8 @@ def _name(
 
     # Stop before memory is exhausted. Contacts in a plane need most.
     x, t = faces.x, faces.t
-    n_area = int((in_plane(rows) & (n_corners(rows) > 2)).sum()) if len(rows) > _MANY else 0
+    n_corner, n_coplanar, n_area = count_corners(rows)
+    n_area = n_area if len(rows) > _MANY else 0
     size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
     if lack_of_room(len(rows) * size) is not None:
         names = [surface.name for surface in surfaces]
@@ -312,7 +312,6 @@ def _name(
     if m[SCALE] > MAX_SCALE:
         _refuse_tiny(surfaces, origin, faces)
 
-    n_corner, n_coplanar = int(n_corners(rows).sum()), int(in_plane(rows).sum())
     space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own
     space[: len(x)] = x
     # Edge planes of coplanar faces: three edges of either face, so six per contact.

@@ -156,8 +156,9 @@ class Cells:
         element = self.pieces.expanded.element[rows]
 
         # of triangles with the same corners only the first has a face
-        listed = element < len(self.pieces.twin)
-        element[listed] = self.pieces.twin[element[listed]]
+        twin = self.pieces.twin
+        listed = element < len(twin)
+        element[listed] = twin[element[listed]]
         face = self.face_of_element[element]
         return face, np.where(face[:, None] < 0, OUTSIDE, self.cell_of_side[face])
 
@@ -349,10 +350,10 @@ def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
         return owners, owner
 
     # triangles with the same corners as an earlier one, which stands for them all
-    others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
-    at = parts.of_element[pieces.twin[others]]
-    others, at = others[at >= 0], at[at >= 0]
-    alike = same_turn(pieces.triangles[others], pieces.triangles[pieces.twin[others]])
+    others, first = pieces.coinciding
+    at = parts.of_element[first]
+    others, first, at = others[at >= 0], first[at >= 0], at[at >= 0]
+    alike = same_turn(pieces.triangles[others], pieces.triangles[first])
     turned = zip(pieces.surface[others].tolist(), np.where(alike, 1, -1).tolist(), strict=True)
 
     # add their surfaces to the owners of that one, each once and as it is turned

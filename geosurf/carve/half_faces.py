@@ -103,7 +103,7 @@ def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
         )
         return kept.one_way
     of = pieces.triangles, pieces.surface, pieces.ring
-    if not np.array_equal(pieces.twin, np.arange(len(pieces.twin))):
+    if len(pieces.coinciding[0]):
         return False
     kept.one_way = not any(count_turns(*of, cut[i], cut[i + 1]) for i in lists)
     return kept.one_way

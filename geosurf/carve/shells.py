@@ -208,15 +208,15 @@ def beside_pieces(shells: Shells, number: np.ndarray) -> tuple[Pieces, np.ndarra
 
 def _twins(full: FullCells) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of the patches that have the corners of an earlier one, and these."""
-    twin = full.pieces.twin
-    others = np.flatnonzero(twin != np.arange(len(twin)))
+    others, first = full.pieces.coinciding
     if not len(others):
         return others, others
-    row = np.empty(len(twin), dtype=np.int64)
+    n = len(full.pieces.triangles)
+    row = np.empty(n, dtype=np.int64)
     element = full.pieces.expanded.element
-    alone = np.flatnonzero(element < len(twin))  # others are of runs
+    alone = np.flatnonzero(element < n)  # others are of runs
     row[element[alone]] = alone
-    return row[others], row[twin[others]]
+    return row[others], row[first]
 
 
 def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:

@@ -105,8 +105,9 @@ class Pieces(Noun):
         Triangles that a curve touches or that belong to no lattice, surface by surface.
     surface, key : ndarray of int64, shape (n_triangle,)
         Row of the surface, and key of the triangle in it that each is a part of.
-    twin : ndarray of int64, shape (n_triangle,)
-        The first triangle with the same corners: itself, but where surfaces coincide.
+    twin : ndarray of int64, shape (n_triangle,) or (0,)
+        The first triangle with the same corners: itself, but where surfaces coincide. Empty if
+        none do.
     half_edges : HalfEdges
         See `ring` and `link`.
     strips : list of Strips or None
@@ -127,6 +128,12 @@ class Pieces(Noun):
     strips: list[Strips | None]
     first_run: np.ndarray
     patch: np.ndarray
+
+    @property
+    def coinciding(self) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles with the corners of an earlier one, rising, and the first of these; int64."""
+        others = np.flatnonzero(self.twin != np.arange(len(self.twin)))
+        return others, self.twin[others]
 
     @property
     def ring(self) -> np.ndarray:
@@ -360,13 +367,13 @@ def sides_seen(pieces: Pieces, sides: np.ndarray) -> np.ndarray:
     sides : ndarray of int64, shape (n_piece, 2)
         As ``Units.piece_sides`` has them: -1 for all but the first of coinciding triangles.
     """
-    others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
-    others = others[(sides[others] < 0).all(axis=1)]
+    others, first = pieces.coinciding
+    hidden = (sides[others] < 0).all(axis=1)
+    others, first = others[hidden], first[hidden]
     if not len(others):
         return sides
 
     # each sees what the first one sees, turned as it is turned
-    first = pieces.twin[others]
     alike = same_turn(pieces.triangles[others], pieces.triangles[first])
     out = sides.copy()
     out[others] = np.where(alike[:, None], sides[first], sides[first, ::-1])

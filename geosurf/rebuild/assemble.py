@@ -13,7 +13,7 @@ from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.merged_contacts import mark_corners
-from geosurf.kernels.contacts.packed_contact import in_plane, mark_touched, n_corners
+from geosurf.kernels.contacts.packed_contact import mark_touched, overlaps
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.carried_triangles import carry_by_face
@@ -65,13 +65,13 @@ def assemble(contacts: Contacts, children: Children) -> Kept:
     # Patches end at rings of more than two half-edges: that is where curves are.
     half_edges = HalfEdges(ring, link)
     if came is not None:
-        twin, half_edges = np.arange(len(t)), came.half_edges()
+        twin, half_edges = _NO_KEYS, came.half_edges()
         linked = np.concatenate([came.linked, linked])
         patch, rim, origin = carry_patches(came, surface, key, strips, first_run)
     else:
         twin, owners = _twins(contacts, t, surface, face)
         part, rim = find_patches(surface, owners, ring, twin)
-        patch = _numbered_patches(surface, key, part, link, strips, first_run)
+        patch = _numbered_patches(surface, key, part, linked, strips, first_run)
 
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, half_edges, strips,
@@ -241,14 +241,13 @@ def _twins(
     contacts: Contacts, t: np.ndarray, surface: np.ndarray, face: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where surfaces coincide: first triangle with the same corners, and a number for the set
-    of surfaces that own it (a surface's own row where there is only one).
+    of surfaces that own it (a surface's own row where there is only one). Else no triangles, and
+    the surfaces themselves: as many numbers would be read for nothing.
     """
-    twin, owners = np.arange(len(t)), surface.copy()
-
-    rows = contacts.rows
-    area = rows[in_plane(rows) & (n_corners(rows) >= 3), :2]
+    area = overlaps(contacts.rows)
     if len(area) == 0:
-        return twin, owners
+        return _NO_KEYS, surface
+    twin, owners = np.arange(len(t)), surface.copy()
 
     # Only faces in overlaps can have twins.
     marked = np.zeros(len(contacts.t) + 1, dtype=bool)  # the last one for face -1
@@ -280,7 +279,7 @@ def _numbered_patches(
     surface: np.ndarray,
     key: np.ndarray,
     part: np.ndarray,
-    link: np.ndarray,
+    linked: np.ndarray,
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
 ) -> np.ndarray:
@@ -290,4 +289,4 @@ def _numbered_patches(
         return part
 
     runs = *runs_of_all(strips, first_run), first_run
-    return number_patches(part, n_part, surface, key, link, *runs)
+    return number_patches(part, n_part, surface, key, linked, *runs)

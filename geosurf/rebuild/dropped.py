@@ -125,6 +125,8 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
 
 def _twins_among(twin: np.ndarray, stays: np.ndarray) -> np.ndarray:
     """The first triangle with the same corners among those that stay, bool (n_triangle,)."""
+    if not len(twin):
+        return twin
     rows = np.flatnonzero(stays)
     first = np.full(len(twin), len(twin))
     np.minimum.at(first, twin[rows], np.arange(len(rows)))

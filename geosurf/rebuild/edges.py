@@ -92,8 +92,8 @@ def find_patches(
         Surface of each triangle, and a number for the set of surfaces that own it.
     ring : ndarray of int64, shape (3 * n_triangle,)
         As `Pieces` has it.
-    twin : ndarray of int64, shape (n_triangle,)
-        The first triangle with the same corners, mostly itself.
+    twin : ndarray of int64, shape (n_triangle,) or (0,)
+        The first triangle with the same corners, mostly itself. Empty if none coincide.
 
     Returns
     -------

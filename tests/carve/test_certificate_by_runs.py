@@ -151,7 +151,7 @@ def with_runs(patches, end, by):
 def rows_changed(patches, units, change):
     """Arrays of triangles with rows deleted or repeated."""
     pieces, shells = patches.pieces, next(iter(units.values()))._shell[0]
-    names = ("triangles", "surface", "key", "twin")
+    names = ("triangles", "surface", "key")
     arrays = {name: change(getattr(pieces, name)) for name in names}
     return {**arrays, "face": change(shells.cells.face_of_element)}
 

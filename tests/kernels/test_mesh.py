@@ -80,6 +80,8 @@ def test_patches_end_where_owners_change_or_sheets_meet(triangles):
             patch.setenv("GEOSURF_THREADS", n)
             assert in_ranges.find_edges(t, 7)[0].tolist() == ring.tolist()
             found = in_ranges.find_patches(owners, owners, ring, np.arange(len(t)))
+            none = in_ranges.find_patches(owners, owners, ring, np.empty(0, dtype=np.int64))
+            assert [one.tolist() for one in none] == [one.tolist() for one in found]
             assert found[0].tolist() == expected
             assert len(found[1]) == len(edges_of_rim)
             assert (np.diff(found[1]) > 0).all()

@@ -239,6 +239,9 @@ def test_parts_end_where_surfaces_do_or_turn_over():
     assert first.tolist() == [0, 2, 4]
     same = np.zeros(5, dtype=np.int64)
     assert parts_of(x, t, same, ring, link, twin, 0, none, bounds)[0].tolist() == [0, 0, 0, 0, 1]
+    assert parts_of(x, t, same, ring, link, none[:0, 0].copy(), 0, none, bounds)[0].tolist() == [
+        0, 0, 0, 0, 1
+    ]  # fmt: skip
     twin[1] = 0  # as if it had the corners of the first one
     part, first = parts_of(x, t, same, ring, link, twin, 0, none, bounds)
     assert part.tolist() == [0, -1, 1, 1, 2]

@@ -149,6 +149,18 @@ def test_coinciding_areas_share_triangles():
     )
     assert area.sum() == 1.5 * 2.0
     assert patches.n_patch == 4  # of each surface its overlap and its rest
+    first: dict[frozenset, int] = {}
+    of_first = [
+        first.setdefault(frozenset(t), i) for i, t in enumerate(patches.pieces.triangles.tolist())
+    ]
+    again = [i for i, k in enumerate(of_first) if i != k]
+    assert again
+    assert [one.tolist() for one in patches.pieces.coinciding] == [
+        again,
+        [of_first[i] for i in again],
+    ]
+    apart = rebuild_surfaces([one, grid("Base", np.ones((4, 4)))]).pieces
+    assert len(apart.twin) == len(apart.coinciding[0]) == 0
     outline = intersect_surfaces([one, two])
     ends = patches.local[patches.curve_edges]
     edges = {frozenset(map(tuple, edge)) for edge in ends.tolist()}

@@ -93,6 +93,12 @@ def mark_alone(ring, low, high, free, paired, link):
 
 
 @scalar
+def _is_first(twin, i):
+    """Whether no earlier triangle has the corners of triangle i; `twin` may be empty."""
+    return twin.shape[0] == 0 or twin[i] == i
+
+
+@scalar
 def _around(owners, ring, twin, i):
     """Of the distinct triangles around an edge: number, last two, and whether owners differ."""
     count = 0
@@ -101,7 +107,7 @@ def _around(owners, ring, twin, i):
     j = i
     while True:
         # Coinciding triangles count once, by their first copy.
-        if twin[j // 3] == j // 3:
+        if _is_first(twin, j // 3):
             count += 1
             one, other = other, j // 3
             mixed = mixed or (one >= 0 and owners[one] != owners[other])
@@ -147,6 +153,8 @@ def _longer(pairs):
 def join_range(owners, ring, twin, low, high, parent):
     """Join triangles `low` to `high` - 1 with each other over the edges inside patches.
 
+    `twin` is empty if no triangles coincide.
+
     `parent` of these triangles is written. An edge is visited at its last half-edge. Returns pairs
     of triangles that belong together, of which one is below `low`; and the edges between patches,
     each by its last half-edge.
@@ -163,7 +171,7 @@ def join_range(owners, ring, twin, low, high, parent):
 
         # The common case: two distinct triangles.
         one, other = i // 3, j // 3
-        if ring[j] == i and twin[one] == one and twin[other] == other:  # nearly all
+        if ring[j] == i and _is_first(twin, one) and _is_first(twin, other):  # nearly all
             # Two triangles of the same surfaces belong to one patch.
             same = owners[one] == owners[other]
             count, mixed = 2, not same

@@ -128,18 +128,17 @@ def number_in_order(parent, node, surface, key, lowest, first_run):
     return numbers
 
 
-@entry("l1 l l1 l1 l1 l2 l1 l1 -> l1")
-def number_patches(part, n_part, surface, key, link, joined, lowest, first_run):
+@entry("l1 l l1 l1 l2 l2 l1 l1 -> l1")
+def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run):
     """Patch of each triangle, then of each run; numbered by the first one of each in order.
 
-    `part` are patches of triangles. A run continues the patch of a triangle that is linked to it,
-    and those of the runs that it is joined with.
+    `part` are patches of triangles. A run continues the patches of triangles with a half-edge that
+    is `linked` to it (half-edges and runs), and those of the runs that it is joined with.
     """
     n, n_run = part.shape[0], lowest.shape[0]
     parent = np.arange(n_part + n_run)
-    for half in range(link.shape[0]):
-        if link[half] >= 0:
-            join(parent, part[half // 3], n_part + link[half])
+    for i in range(linked.shape[0]):
+        join(parent, part[linked[i, 0] // 3], n_part + linked[i, 1])
     for i in range(joined.shape[0]):
         join(parent, n_part + joined[i, 0], n_part + joined[i, 1])
 

@@ -36,14 +36,14 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 
     Triangles of one surface are joined over edges that two of them alone share in opposite
     directions; runs with the triangles linked to them, and as listed in `pairs` (elements).
-    Triangles outside the bounds, and all but the first (`twin`) of those with the same corners,
-    are left out.
+    Triangles outside the bounds, and all but the first (`twin`, empty if no triangles coincide) of
+    those with the same corners, are left out.
     """
     n = t.shape[0]
     included = np.ones(n + n_run, dtype=np.bool_)
     for i in range(n):
         # Of coinciding triangles one stands for all.
-        included[i] = twin[i] == i and _within(x, t, i, bounds)
+        included[i] = (twin.shape[0] == 0 or twin[i] == i) and _within(x, t, i, bounds)
     parent = np.arange(included.shape[0])
     for i in range(n):
         if not included[i]:
