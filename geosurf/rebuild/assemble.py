@@ -55,7 +55,7 @@ def assemble(contacts: Contacts, children: Children) -> Kept:
     came = origin = None
     carried = contacts.carried
     if stay is not None and carried.edges and not children.collisions:
-        came = carry_edges(carried, *stay, t, len(x), strips, first_run)
+        came = carry_edges(carried, *stay, t, surface, len(x), strips, first_run)
         ring, link, halves = came.ring, came.link, came.halves
     else:
         (ring, link), halves = find_edges(t, len(x)), None

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Carried, Kept, Origin
-from geosurf.arrangement.threads import map_threads
+from geosurf.arrangement.earlier import Carried, Kept, Origin, Unchanged
+from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.kernels.lattices.strips import lowest_keys
 from geosurf.kernels.meshes import carried_pieces as kernels
-from geosurf.kernels.meshes.carried_triangles import COUNT, count_staying
-from geosurf.model.pieces import HalfEdges, Strips
+from geosurf.kernels.meshes.carried_triangles import COUNT, FIRST_NOW, count_staying
+from geosurf.model.pieces import HalfEdges, Pieces, Strips
 from geosurf.rebuild.edges import match_again
 
 _MANY = 100_000  # triangles, from which they are counted in threads
+_TRIANGLES = 20_000  # of a thread, at least: a millisecond of work
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,24 @@ class EarlierTriangles:
         )  # fmt: skip
 
 
+class Part(NamedTuple):
+    """What one thread does: a range of surfaces.
+
+    Attributes
+    ----------
+    place : ndarray of int64, shape (10,)
+        First and last + 1 of its surfaces, triangles, runs, earlier triangles and earlier runs.
+    blocks : ndarray of int64, shape (n, 3)
+        Its triangles that stay: see `carried_triangles`.
+    n_most : int
+        How many half-edges its new triangles have.
+    """
+
+    place: np.ndarray
+    blocks: np.ndarray
+    n_most: int
+
+
 class Edges(NamedTuple):
     """Edges of pieces that come from earlier ones.
 
@@ -83,6 +104,7 @@ class Edges(NamedTuple):
         Half-edges that stay and are alone, and the runs behind them.
     rim : ndarray of int64
         Last half-edges of the edges between patches that stay, rising.
+    parts : list of Part
     """
 
     before: Kept
@@ -94,6 +116,7 @@ class Edges(NamedTuple):
     runs: tuple[np.ndarray, np.ndarray]
     linked: np.ndarray
     rim: np.ndarray
+    parts: list[Part]
 
     def half_edges(self) -> HalfEdges:
         """Rings and links of all half-edges; those that stay are written when they are needed.
@@ -127,6 +150,7 @@ def carry_edges(
     after: np.ndarray,
     blocks: np.ndarray,
     t: np.ndarray,
+    surface: np.ndarray,
     n_point: int,
     strips: Sequence[Strips | None],
     first_run: np.ndarray,
@@ -139,7 +163,7 @@ def carry_edges(
         With points that differ from each other, as this arrangement has them.
     after, blocks
         Of triangles that stay: see `carried_triangles`.
-    t, strips, first_run
+    t, surface, strips, first_run
         Of the triangles and runs.
     n_point : int
     """
@@ -156,19 +180,66 @@ def carry_edges(
     stay = np.flatnonzero(run_after >= 0)
     run_before[run_after[stay]] = stay
 
-    words = np.zeros(3 * len(t) // 8 + 1, dtype=np.int64)
-    marked, ring0 = words.view(bool), old.ring
-    n = 3 * (len(t) - int(blocks[:, COUNT].sum()))
-    n += kernels.mark_halves(blocks, after, ring0, kept.linked, run_after, marked)
+    # half-edges beside what is gone: each thread marks for itself, since rings lead anywhere
+    parts = _parts(same, old, surface, first_run, blocks)
+    n_word, ring0 = 3 * len(t) // 8 + 1, old.ring
+    words = [np.zeros(n_word, dtype=np.int64) for _ in parts]
+    find: list[Callable[[], Any]] = [partial(kernels.carry_links, kept.linked, after, run_after)]
+    find += [
+        partial(kernels.mark_halves, one.blocks, *one.place[6:8], after, ring0, own.view(bool))
+        for one, own in zip(parts, words, strict=True)
+    ]
+    (linked, bare), *counts = map_threads(_call, [(task,) for task in find])
+    for own in words[1:]:
+        words[0] |= own
+    marked = words[0].view(bool)
+    marked[bare] = True
+
     # large arrays are made here: numpy asks for large pages, which kernels do not
-    halves = np.empty(n, dtype=np.int64)
+    n_marked = len(bare) + sum(counts)
     ring, link = np.empty(3 * len(t), dtype=np.int64), np.empty(3 * len(t), dtype=np.int64)
-    n = kernels.list_halves(blocks, marked, words, len(t), halves, ring, link)
-    halves = halves[:n].copy()
-    rim = kernels.carry_rim(kept.rim, after, marked)
-    linked = kernels.carry_links(kept.linked, after, run_after)
+    rooms = [np.empty(one.n_most + n_marked, dtype=np.int64) for one in parts]
+    write: list[Callable[[], Any]] = [
+        partial(kernels.list_halves, one.blocks, *one.place[2:4], marked, words[0], own, ring, link)
+        for one, own in zip(parts, rooms, strict=True)
+    ]
+    write.append(partial(kernels.carry_rim, kept.rim, after, marked))
+    *ns, rim = map_threads(_call, [(task,) for task in write])
+    halves = np.concatenate([own[:n] for own, n in zip(rooms, ns, strict=True)])
     match_again(t, n_point, halves, ring, link)
-    return Edges(kept, after, halves, ring, link, blocks, (run_before, run_after), linked, rim)
+    runs = run_before, run_after
+    return Edges(kept, after, halves, ring, link, blocks, runs, linked, rim, parts)
+
+
+def _call(task: Callable[[], Any]) -> Any:
+    return task()
+
+
+def _parts(
+    same: Unchanged, old: Pieces, surface: np.ndarray, first_run: np.ndarray, blocks: np.ndarray
+) -> list[Part]:
+    """Ranges of whole surfaces with about as many triangles each, one for each thread."""
+    n, n0 = len(first_run) - 1, len(same.surface)
+    cut = np.searchsorted(surface, np.arange(n + 1))
+    cut0 = np.searchsorted(old.surface, np.arange(n0 + 1))
+    wanted = [end for _, end in in_ranges(len(surface), _TRIANGLES)[:-1]]
+    inner = {int(np.abs(cut - end).argmin()) for end in wanted} - {0, n}
+
+    # earlier surfaces that are gone are of the range before
+    stay = np.flatnonzero(same.surface >= 0)
+    ends = [0, *sorted(inner), n]
+    ends0 = [int(stay[np.searchsorted(same.surface[stay], s)]) for s in ends[1:-1]]
+    ends0 = [0, *ends0, n0]
+    rows = np.searchsorted(blocks[:, FIRST_NOW], cut[ends])
+    found = []
+    for k, (i, j) in enumerate(pairwise(ends)):
+        i0, j0 = ends0[k : k + 2]
+        place = [i, j, cut[i], cut[j], first_run[i], first_run[j]]
+        place += [cut0[i0], cut0[j0], old.first_run[i0], old.first_run[j0]]
+        own = blocks[rows[k] : rows[k + 1]]
+        n_most = 3 * int(cut[j] - cut[i] - own[:, COUNT].sum())
+        found.append(Part(np.array(place, dtype=np.int64), own, n_most))
+    return found
 
 
 def carry_patches(
@@ -183,13 +254,34 @@ def carry_patches(
     Links of half-edges that have changed are complete.
     """
     old = came.before.pieces
-    patch, rim, patch_after = kernels.carry_patches(
-        came.blocks, came.after, old.ring, came.linked, *came.runs,
-        int(old.patch.max(initial=-1)) + 1, old.patch, surface, key, came.ring, came.link,
-        came.halves, came.rim, *runs_of_all(strips, first_run), first_run,
-    )  # fmt: skip
+    n_patch0 = int(old.patch.max(initial=-1)) + 1
+    runs = *runs_of_all(strips, first_run), first_run
+    patch = np.empty(len(surface) + int(first_run[-1]), dtype=np.int64)
+    rows = []
+    for place, blocks, _ in came.parts:
+        halves, rim = (_of_triangles(some, place[2:4]) for some in (came.halves, came.rim))
+        rows.append((
+            place, blocks, came.after, old.ring, came.linked, *came.runs, n_patch0, old.patch,
+            surface, key, came.ring, came.link, halves, rim, *runs, patch,
+        ))  # fmt: skip
+    found = map_threads(kernels.carry_patches, rows)
+
+    # patches are numbered by surfaces: those of earlier ranges come first
+    first = np.cumsum([0, *(count for count, _, _ in found)]).tolist()
+    patch_after = np.full(n_patch0, -1, dtype=np.int64)
+    for by, (_, _, own) in zip(first, found, strict=False):
+        patch_after[own >= 0] = own[own >= 0] + by
+    ends = [(place[2:4], len(surface) + place[4:6]) for place, _, _ in came.parts]
+    later = [(patch, *some, by) for by, both in zip(first, ends, strict=False) for some in both]
+    map_threads(kernels.shift_patches, later[2:])
     before, after, halves, ring, link = came[:5]
+    rim = np.concatenate([own for _, own, _ in found])
     return patch, rim, Origin(before, after, halves, ring, link, patch_after)
+
+
+def _of_triangles(halves: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Those of some half-edges, which rise, of triangles from one to another."""
+    return halves[slice(*np.searchsorted(halves, 3 * ends))]
 
 
 def runs_of_all(

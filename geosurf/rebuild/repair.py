@@ -14,6 +14,7 @@ after the other. The largest move is reported, and if that does not help, the ca
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from functools import partial
 from typing import TypeVar
 
@@ -128,10 +129,16 @@ def _checked(
     """Faces that are unsound; and what returns the result of `then`, or raises its error."""
     stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
     with spare_threads(len(children.triangles) > _MANY and not stored) as spare:
-        begun = None if spare is None else spare.submit(then, contacts, children)
-        bad = unsound(contacts, children)
-    # the error of what has begun counts only if the faces are sound
-    return bad, partial(then, contacts, children) if begun is None else begun.result
+        if spare is None:
+            return unsound(contacts, children), partial(then, contacts, children)
+        # the check goes to the other thread: what is made is large, and a thread's own memory new
+        check = spare.submit(unsound, contacts, children)
+        made = Future[Result]()
+        try:
+            made.set_result(then(contacts, children))
+        except Exception as error:  # noqa: BLE001 - it counts only if the faces are sound
+            made.set_exception(error)
+        return check.result(), made.result
 
 
 def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:

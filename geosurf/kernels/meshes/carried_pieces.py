@@ -11,6 +11,8 @@ Letters as in `mesh` and `parts`; a 0 marks what is of the earlier pieces, and
     before   for each run the earlier one that it is, or -1
     after    for each earlier triangle (run) the one that it is now, or -1
     blocks   triangles that stay: see `carried_triangles`
+
+Threads have ranges of whole surfaces, and the triangles, blocks and half-edges of these.
 """
 
 from __future__ import annotations
@@ -42,17 +44,17 @@ def same_runs(runs0, start0, runs, start):
     return after
 
 
-@entry("l2 l1 l1 l2 l1 b1 -> l")
-def mark_halves(blocks, after, ring0, linked0, run_after, marked):
-    """Mark half-edges of triangles that stay, of which the edge or the run behind has changed.
+@entry("l2 l l l1 l1 b1 -> l")
+def mark_halves(blocks, low0, high0, after, ring0, marked):
+    """Mark half-edges of triangles that stay beside triangles that are gone.
 
-    `linked0` are earlier half-edges that are alone, and the runs behind them. Returns at least how
-    many are marked.
+    These are of `low0` to `high0` - 1, in which the blocks lie. Returns at least how many are
+    marked.
     """
-    end = n = 0
+    end, n = low0, 0
     for b in range(blocks.shape[0] + 1):
-        begin = blocks[b, FIRST0] if b < blocks.shape[0] else after.shape[0]
-        for g in range(3 * end, 3 * begin):  # of triangles that are gone
+        begin = blocks[b, FIRST0] if b < blocks.shape[0] else high0
+        for g in range(3 * end, 3 * begin):
             j = ring0[g]
             while j != g:
                 at = after[j // 3]
@@ -62,23 +64,19 @@ def mark_halves(blocks, after, ring0, linked0, run_after, marked):
                 j = ring0[j]
         if b < blocks.shape[0]:
             end = begin + blocks[b, COUNT]
-    for k in range(linked0.shape[0]):
-        at = after[linked0[k, 0] // 3]
-        if at >= 0 and run_after[linked0[k, 1]] < 0:
-            marked[3 * at + linked0[k, 0] % 3] = True
-            n += 1
     return n
 
 
-@entry("l2 b1 l1 l l1 l1 l1 -> l")
-def list_halves(blocks, marked, words, n, halves, ring, link):
+@entry("l2 l l b1 l1 l1 l1 l1 -> l")
+def list_halves(blocks, low, high, marked, words, halves, ring, link):
     """Half-edges that are marked, and all of triangles that are new, rising; alone for now.
 
-    `words` are the marks, eight in one number. Returns how many there are.
+    Of triangles `low` to `high` - 1, in which the blocks lie. `words` are the marks, eight in one
+    number. Returns how many there are.
     """
-    count = end = 0
+    count, end = 0, low
     for b in range(blocks.shape[0] + 1):
-        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else n
+        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else high
         for h in range(3 * end, 3 * begin):
             ring[h], link[h] = h, _FREE
             halves[count] = h
@@ -111,16 +109,24 @@ def carry_rim(rim0, after, marked):
     return rim[:n].copy()
 
 
-@entry("l2 l1 l1 -> l2")
+@entry("l2 l1 l1 -> l2 l1")
 def carry_links(linked0, after, run_after):
-    """Half-edges that are alone, and the runs behind them, of those that stay."""
+    """Half-edges that are alone, and the runs behind them, of those that stay; and half-edges that
+    stay while the runs behind them are gone.
+
+    `linked0` are earlier half-edges that are alone, and the runs behind them.
+    """
     linked, n = np.empty_like(linked0), 0
+    bare, n_bare = np.empty(linked0.shape[0], dtype=np.int64), 0
     for k in range(linked0.shape[0]):
         at, run = after[linked0[k, 0] // 3], run_after[linked0[k, 1]]
         if at >= 0 and run >= 0:
             linked[n, 0], linked[n, 1] = 3 * at + linked0[k, 0] % 3, run
             n += 1
-    return linked[:n].copy()
+        elif at >= 0:
+            bare[n_bare] = 3 * at + linked0[k, 0] % 3
+            n_bare += 1
+    return linked[:n].copy(), bare[:n_bare].copy()
 
 
 @entry("l2 l1 l1 l1 l2 l1 l1 -> .")
@@ -151,31 +157,31 @@ def write_rings(blocks, after, ring0, halves, linked, ring, link):
 
 
 @scalar
-def _left(blocks, run_after, n0, patch0, n_patch0):
+def _left(blocks, run_after, low0, high0, low_run0, n0, patch0, n_patch0):
     """Earlier patches that have lost a triangle or a run."""
     touched = np.zeros(n_patch0, dtype=np.bool_)
-    end = 0
+    end = low0
     for b in range(blocks.shape[0] + 1):
-        begin = blocks[b, FIRST0] if b < blocks.shape[0] else n0
+        begin = blocks[b, FIRST0] if b < blocks.shape[0] else high0
         for i in range(end, begin):
             touched[patch0[i]] = True
         if b < blocks.shape[0]:
             end = begin + blocks[b, COUNT]
-    for i in range(run_after.shape[0]):
-        if run_after[i] < 0:
-            touched[patch0[n0 + i]] = True
+    for k in range(run_after.shape[0]):
+        if run_after[k] < 0:
+            touched[patch0[n0 + low_run0 + k]] = True
     return touched
 
 
 @scalar
-def _nodes(blocks, run_before, n0, patch0, touched, n, node):
+def _nodes(blocks, run_before, low, high, low_run, n, n0, patch0, touched, node):
     """What each element is joined as: the patch of which nothing is lost, or alone, from there on.
 
     Returns how many numbers are in use.
     """
-    count, end = touched.shape[0], 0
+    count, end = touched.shape[0], low
     for b in range(blocks.shape[0] + 1):
-        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else n
+        begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else high
         for i in range(end, begin):
             node[i] = count
             count += 1
@@ -187,10 +193,11 @@ def _nodes(blocks, run_before, n0, patch0, touched, n, node):
             if touched[node[i]]:
                 node[i] = count
                 count += 1
-    for i in range(run_before.shape[0]):
-        node[n + i] = patch0[n0 + run_before[i]] if run_before[i] >= 0 else 0
-        if run_before[i] < 0 or touched[node[n + i]]:
-            node[n + i] = count
+    for k in range(run_before.shape[0]):
+        at = n + low_run + k
+        node[at] = patch0[n0 + run_before[k]] if run_before[k] >= 0 else 0
+        if run_before[k] < 0 or touched[node[at]]:
+            node[at] = count
             count += 1
     return count
 
@@ -249,28 +256,46 @@ def _alone(parent, touched, numbers):
     return out
 
 
-@entry("l2 l1 l1 l2 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 -> l1 l1 l1")
+@entry("l1 l2 l1 l1 l2 l1 l1 l l1 l1 l1 l1 l1 l1 l1 l2 l1 l1 l1 -> l l1 l1")
 def carry_patches(
-    blocks, after, ring0, linked, run_before, run_after, n_patch0, patch0, surface, key, ring, link,
-    halves, rim0, joined, lowest, first_run,
+    place, blocks, after, ring0, linked, run_before, run_after, n_patch0, patch0, surface, key,
+    ring, link, halves, rim0, joined, lowest, first_run, node,
 ):  # fmt: skip
-    """Patch of each element, as `number_patches` gives them, the last half-edges of the edges
-    between patches, and the patch that each earlier one is, or -1 if it lost or gained something.
+    """Write the patch of each element of some surfaces, as `number_patches` gives them, from 0 on.
 
-    No two triangles coincide. Elements of a patch that has lost nothing are not joined again:
-    what is new beside them has its edges among `halves`: `ring` and `link` of others are not read.
-    `rim0` and `linked` are half-edges that are taken over.
+    Patches end where surfaces do, so each thread has surfaces of its own. No two triangles
+    coincide. Elements of a patch that has lost nothing are not joined again: what is new beside
+    them has its edges among `halves`: `ring` and `link` of others are not read. `rim0` and `linked`
+    are half-edges that are taken over.
+
+    Parameters
+    ----------
+    place : int64 (10,)
+        First and last + 1 of the surfaces, triangles, runs, earlier triangles and earlier runs:
+        `blocks`, `halves` and `rim0` are those of the triangles, other arrays have all of them.
+    node : int64 (n_element,)
+        Written: the patches.
+
+    Returns
+    -------
+    How many patches there are, the last half-edges of the edges between patches, and the patch that
+    each earlier one is, or -1 if it lost or gained something, or is of other surfaces.
     """
-    n, n0, n_run = surface.shape[0], after.shape[0], run_before.shape[0]
-    touched = _left(blocks, run_after, n0, patch0, n_patch0)
-    node = np.empty(n + n_run, dtype=np.int64)
-    parent = np.arange(_nodes(blocks, run_before, n0, patch0, touched, n, node))
+    low_surface, high_surface, low, high, low_run, high_run = place[:6]
+    low0, high0, low_run0, high_run0 = place[6:]
+    n, n0 = surface.shape[0], after.shape[0]
+    lost = run_after[low_run0:high_run0]
+    touched = _left(blocks, lost, low0, high0, low_run0, n0, patch0, n_patch0)
+    known = run_before[low_run:high_run]
+    parent = np.arange(
+        _nodes(blocks, known, low, high, low_run, n, n0, patch0, touched, node)
+    )
 
     # triangles that stay of a patch that has lost something: edges inside, and runs beside them
     _join_inside(blocks, after, ring0, surface, halves, n_patch0, node, parent)
     for k in range(linked.shape[0]):
         i = linked[k, 0] // 3
-        if node[i] >= n_patch0:
+        if low <= i < high and node[i] >= n_patch0:
             join(parent, node[i], node[n + linked[k, 1]])
 
     # then what is new; rings rise: the last half-edge of an edge leads back to the first one
@@ -288,6 +313,16 @@ def carry_patches(
         rim[n_rim] = rim0[k]
         n_rim += 1
     for k in range(joined.shape[0]):
-        join(parent, node[n + joined[k, 0]], node[n + joined[k, 1]])
-    numbers = number_in_order(parent, node, surface, key, lowest, first_run)
-    return node, rim[:n_rim].copy(), _alone(parent, touched, numbers)
+        if low_run <= joined[k, 0] < high_run:
+            join(parent, node[n + joined[k, 0]], node[n + joined[k, 1]])
+    numbers, count = number_in_order(
+        parent, node, surface, key, lowest, first_run, low_surface, high_surface, low
+    )
+    return count, rim[:n_rim].copy(), _alone(parent, touched, numbers)
+
+
+@entry("l1 l l l -> .")
+def shift_patches(patch, low, high, by):
+    """Add to the patches of some elements how many are before theirs."""
+    for i in range(low, high):
+        patch[i] += by

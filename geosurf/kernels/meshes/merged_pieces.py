@@ -94,19 +94,20 @@ def number_used(t, n):
 
 
 @scalar
-def number_in_order(parent, node, surface, key, lowest, first_run):
+def number_in_order(parent, node, surface, key, lowest, first_run, begin, end, i):
     """Number of the set of each triangle, then of each run; by the first one of each in order.
 
-    `parent` are sets of nodes. Elements are given as their nodes, and get the numbers. Returns the
-    number of the set of each root.
+    Of surfaces `begin` to `end` - 1, of which triangle `i` is the first. `parent` are sets of
+    nodes. Elements are given as their nodes, and get the numbers. Returns the number of the set of
+    each root, and how many there are.
     """
     n = surface.shape[0]
     numbers = np.full(parent.shape[0], -1, dtype=np.int64)
 
     # triangles and runs of each surface, merged by their keys; neighbours mostly have one node
-    i = count = number = 0
+    count = number = 0
     last = -1
-    for s in range(first_run.shape[0] - 1):
+    for s in range(begin, end):
         for run in range(first_run[s], first_run[s + 1] + 1):
             is_end = run == first_run[s + 1]
             while True:
@@ -125,7 +126,7 @@ def number_in_order(parent, node, surface, key, lowest, first_run):
                 if not own:
                     break
                 i += 1
-    return numbers
+    return numbers, count
 
 
 @entry("l1 l l1 l1 l2 l2 l1 l1 -> l1")
@@ -146,5 +147,6 @@ def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run
     node[:n] = part
     for run in range(n_run):
         node[n + run] = n_part + run
-    number_in_order(parent, node, surface, key, lowest, first_run)
+    n_surface = first_run.shape[0] - 1
+    number_in_order(parent, node, surface, key, lowest, first_run, 0, n_surface, 0)
     return node
