@@ -7,7 +7,7 @@ search of all pairs gives. Where numbers could be others, all pairs are merged a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,9 +15,11 @@ import numpy as np
 
 from geosurf.arrangement.earlier import Carried, Earlier, Unchanged, common_rows, with_crossings
 from geosurf.arrangement.known_pairs import KnownPairs
+from geosurf.arrangement.room import shortened
 from geosurf.arrangement.search import Contacts, find_contacts, pairs_of
-from geosurf.arrangement.threads import map_threads
+from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.kernels.contacts.merged_contacts import (
+    filter_of,
     kept_contacts,
     mark_changed,
     mark_corners,
@@ -35,6 +37,7 @@ from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
 
 _MANY = 20_000  # earlier contacts, from which two threads merge them
+_POINTS = 20_000  # of a thread, at least
 LEAST = 0.5  # share of the earlier contacts that has to stay: fewer are searched in less time
 
 
@@ -167,15 +170,13 @@ def _numbered(
     )
     if n_point < 0:
         return None
-    x, d = x[: n_vertex + n_point].copy(), d[:n_point].copy()
+    x, d = shortened(x, n_vertex + n_point), shortened(d, n_point)
 
-    def coincide() -> bool:
-        """Whether points of both are in one place: one point, or two that rounding puts there."""
-        is_new = np.zeros(len(x), dtype=bool)
-        is_new[point1] = True
-        is_new[point0[point0 >= 0]] = False
-        some = x.take(may_coincide_with(x, is_new), axis=0)
-        return weld(some)[1] < len(some)
+    # points of both in one place: one point, or two that rounding puts there
+    is_new = np.zeros(len(x), dtype=bool)
+    is_new[point1] = True
+    is_new[point0[point0 >= 0]] = False
+    filled, size = filter_of(x, is_new)
 
     def frame() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Near pairs, and the frame of the vertices."""
@@ -183,8 +184,13 @@ def _numbered(
         near = np.concatenate([face0[near], face1[new.near]])
         return sorted_by_faces(near, n_face), *frame_of(x[:n_vertex], n_face)
 
-    found_equal, (near, m, w) = map_threads(lambda task: task(), [(coincide,), (frame,)], worth)
-    if found_equal:
+    tasks: list[Callable[[], Any]] = [
+        partial(may_coincide_with, x, is_new, filled, size, *row)
+        for row in in_ranges(len(x), _POINTS)
+    ]
+    *rows_of, (near, m, w) = map_threads(lambda task: task(), [(t,) for t in [*tasks, frame]], worth)
+    some = x.take(np.concatenate(rows_of), axis=0)
+    if weld(some)[1] < len(some):
         return None
     if m[SCALE] > MAX_SCALE:
         return None

@@ -276,9 +276,11 @@ def cut_changed(contacts: Contacts, carried: Carried) -> Children:
     """
     same = carried.same
     new = cut_contacts(contacts, contacts.records_of(same.changed))
-    cut = same.face[carried.earlier.cut]
-    cut = cut[cut >= 0]
-    new.cut = np.sort(np.concatenate([cut[~same.changed[cut]], new.cut]))
+    is_cut = np.zeros(len(contacts.t) + 1, dtype=bool)  # the last one for face -1
+    is_cut[same.face[carried.earlier.cut]] = True
+    is_cut[:-1] &= ~same.changed
+    is_cut[new.cut] = True
+    new.cut = np.flatnonzero(is_cut[:-1])
     return new
 
 

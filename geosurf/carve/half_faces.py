@@ -29,6 +29,7 @@ from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
 _SEAMS = 20_000  # edges of a thread, at least
+_HALVES = 100_000  # half-edges, from which threads look whether surfaces turn over there
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +96,12 @@ def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
     if kept.came is not None and kept.came.before.one_way:
         came = kept.came
         ends = np.searchsorted(came.halves, 3 * cut)
-        kept.one_way = not any(
-            count_turns_among(
-                pieces.triangles, pieces.surface, came.ring, came.halves[ends[i] : ends[i + 1]]
-            )
+        rows = [
+            (pieces.triangles, pieces.surface, came.ring, came.halves[ends[i] : ends[i + 1]])
             for i in lists
-        )
+        ]
+        worth = sum(len(some) for *_, some in rows) > _HALVES
+        kept.one_way = not any(map_threads(count_turns_among, rows, worth))
         return kept.one_way
     of = pieces.triangles, pieces.surface, pieces.ring
     if len(pieces.coinciding[0]):

@@ -226,18 +226,26 @@ def mark_changed(rows0, kept, face0, rows1, face1, changed):
         changed[face1[rows1[k, TRIANGLE_A]]] = changed[face1[rows1[k, TRIANGLE_B]]] = True
 
 
-@entry("d2 b1 -> l1")
-def may_coincide_with(x, some):
-    """All of some rows, and others that may have the coordinates of one of them."""
+@entry("d2 b1 -> l1 l")
+def filter_of(x, some):
+    """A filter with the bits of some rows, two words in one number, and its size in bits."""
     n_some = 0
     for k in range(x.shape[0]):
         n_some += 1 if some[k] else 0
     filled, size = bits_of_rows(x, some, n_some)
-    bits = x.view(np.int64)
-    found = np.empty(x.shape[0], dtype=np.int64)
+    return filled.view(np.int64), size
+
+
+@entry("d2 b1 l1 l l l -> l1")
+def may_coincide_with(x, some, filled, size, low, high):
+    """Of rows `low` to `high` - 1 all that are in `some`, and others that may have the coordinates
+    of one of them, by `filter_of`.
+    """
+    bits, words = x.view(np.int64), filled.view(np.uint32)
+    found = np.empty(high - low, dtype=np.int64)
     n = 0
-    for k in range(x.shape[0]):
-        if some[k] or is_in_filter(x, bits, filled, k, size):
+    for k in range(low, high):
+        if some[k] or is_in_filter(x, bits, words, k, size):
             found[n] = k
             n += 1
     return found[:n].copy()
