@@ -70,8 +70,8 @@ class Origin:
         Triangle that each earlier triangle is now, or -1.
     halves : ndarray of int64
         Half-edges whose edges have changed, rising.
-    ring, link : ndarray of int64, shape (3 * n_triangle,)
-        As `Pieces` has them, of these half-edges.
+    ring, link : ndarray of int64
+        As `Pieces` has them, of these half-edges by their rows: a ring leads to a row, too.
     patch : ndarray of int64
         Patch that each earlier patch is now, or -1 if it lost or gained something.
     """

@@ -20,7 +20,6 @@ from geosurf.kernels.lattices.strips import RIM, lowest_keys
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.parts import (
     count_turns,
-    count_turns_among,
     first_elements,
     parts_of,
 )
@@ -29,6 +28,7 @@ from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
 _SEAMS = 20_000  # edges of a thread, at least
+NO_HALVES = np.empty(0, dtype=np.int64)  # all half-edges
 _HALVES = 100_000  # half-edges, from which threads look whether surfaces turn over there
 
 
@@ -97,16 +97,16 @@ def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
         came = kept.came
         ends = np.searchsorted(came.halves, 3 * cut)
         rows = [
-            (pieces.triangles, pieces.surface, came.ring, came.halves[ends[i] : ends[i + 1]])
+            (pieces.triangles, pieces.surface, came.ring, came.halves, ends[i], ends[i + 1])
             for i in lists
         ]
-        worth = sum(len(some) for *_, some in rows) > _HALVES
-        kept.one_way = not any(map_threads(count_turns_among, rows, worth))
+        worth = sum(end - low for *_, low, end in rows) > _HALVES
+        kept.one_way = not any(map_threads(count_turns, rows, worth))
         return kept.one_way
-    of = pieces.triangles, pieces.surface, pieces.ring
+    of = pieces.triangles, pieces.surface, pieces.ring, NO_HALVES
     if len(pieces.coinciding[0]):
         return False
-    kept.one_way = not any(count_turns(*of, cut[i], cut[i + 1]) for i in lists)
+    kept.one_way = not any(count_turns(*of, 3 * cut[i], 3 * cut[i + 1]) for i in lists)
     return kept.one_way
 
 
@@ -178,10 +178,10 @@ def joined_sides(
     before = None if came is None else came.before.seams
     changed = None if before is None else came
     ring, link = (pieces.ring, pieces.link) if changed is None else (changed.ring, changed.link)
-    halves = None if changed is None else changed.halves
+    halves = NO_HALVES if changed is None else changed.halves
     open_at = edges_at(pieces.triangles, ring, link, parts.of_element, halves)
     first = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
-    sort = partial(sorted_seams, patches, pieces, ring, parts.of_element, first, open_at)
+    sort = partial(sorted_seams, patches, pieces, ring, halves, parts.of_element, first, open_at)
     if came is None or before is None:
         start, seams, parents = sort()
     else:

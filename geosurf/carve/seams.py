@@ -13,7 +13,7 @@ from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.parts import mark_around, number_parents, open_edges, open_edges_among
+from geosurf.kernels.meshes.parts import mark_around, number_parents, open_edges
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
 from geosurf.model import Patches, TriSurface
 from geosurf.model.chunked import ChunkedLattice
@@ -49,36 +49,34 @@ def edges_at(
     ring: np.ndarray,
     link: np.ndarray,
     part: np.ndarray,
-    halves: np.ndarray | None,
+    halves: np.ndarray,
 ) -> np.ndarray:
     """Find all edges that are not inside a part, or those of some half-edges.
 
     Parameters
     ----------
     triangles, ring, link : ndarray of int64
-        As `Pieces` has them; of other half-edges nothing is read.
+        As `Pieces` has them; ring and link of `halves`, by their rows, if these are given.
     part : ndarray of int64, shape (n_element,)
         Part of each triangle and run, or -1.
-    halves : ndarray of int64, or None
-        With those of an edge all of its half-edges are here.
+    halves : ndarray of int64
+        With one of an edge all of its half-edges are here. Empty: all half-edges.
 
     Returns
     -------
     ndarray of int64, shape (n_edge,)
-        First half-edge of each.
+        First half-edge of each, a row of `ring`.
     """
-    of = triangles, ring, link, part
-    if halves is None:
-        rows = in_ranges(len(triangles), _TRIANGLES)
-        return np.concatenate(map_threads(open_edges, [(*of, *row) for row in rows]))
-    rows = in_ranges(len(halves), 3 * _TRIANGLES)
-    return np.concatenate(map_threads(open_edges_among, [(*of, halves[i:j]) for i, j in rows]))
+    of = triangles, ring, link, part, halves
+    rows = in_ranges(len(ring), 3 * _TRIANGLES)
+    return np.concatenate(map_threads(open_edges, [(*of, *row) for row in rows]))
 
 
 def sorted_seams(
     patches: Patches,
     pieces: Pieces,
     ring: np.ndarray,
+    halves: np.ndarray,
     part: np.ndarray,
     also: np.ndarray,
     open_at: np.ndarray,
@@ -90,12 +88,12 @@ def sorted_seams(
     ----------
     patches : Patches
     pieces : Pieces
-    ring, part
+    ring, halves, part
         As for `edges_at`.
     also : ndarray of int64
         More triangles of which the input triangles are wanted.
     open_at : ndarray of int64, shape (n_edge,)
-        A half-edge of each edge.
+        A half-edge of each edge, a row of `ring`.
 
     Returns
     -------
@@ -113,7 +111,7 @@ def sorted_seams(
     edges = [open_at[i:j] for i, j in in_ranges(len(open_at), _EDGES)]
     wanted = np.zeros(len(pieces.triangles), dtype=bool)
     wanted[also] = True
-    counts = map_threads(mark_around, [(ring, some, wanted) for some in edges])
+    counts = map_threads(mark_around, [(ring, halves, some, wanted) for some in edges])
     parents = parents_of(pieces, wanted)
     px = parents.corners.reshape(-1, 3)
     pt = np.arange(len(px)).reshape(-1, 3)
@@ -125,7 +123,7 @@ def sorted_seams(
         m = w = np.empty(0, dtype=np.int64)
         while True:
             found = sort_seams(
-                pieces.x, pieces.triangles, ring, some, part,
+                pieces.x, pieces.triangles, ring, halves, some, part,
                 parents.of_triangle, px, pt, m, w, start, seams,
             )  # fmt: skip
             if found != NEEDS_EXACT:

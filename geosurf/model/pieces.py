@@ -64,8 +64,8 @@ class Strips(Noun):
 class Unwritten(Protocol):
     """What writes the half-edges that have not been written yet."""
 
-    def write(self, ring: np.ndarray, link: np.ndarray) -> None:
-        """Write their rings and links."""
+    def write(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return rings and links of all half-edges."""
         ...
 
 
@@ -75,21 +75,22 @@ class HalfEdges(Noun):
 
     Attributes
     ----------
-    ring, link : ndarray of int64, shape (3 * n_triangle,)
+    ring, link : ndarray of int64, shape (3 * n_triangle,), or None
     unwritten : Unwritten, or None
-        Writes those that are not known yet, such as those that an earlier scene has, too.
+        Writes them when somebody asks, if an earlier scene has most of them.
     """
 
-    ring: np.ndarray
-    link: np.ndarray
+    ring: np.ndarray | None = None
+    link: np.ndarray | None = None
     unwritten: Unwritten | None = None
 
     def complete(self) -> tuple[np.ndarray, np.ndarray]:
         """Return all rings and links."""
         unwritten = self.unwritten
         if unwritten is not None:  # two threads write the same
-            unwritten.write(self.ring, self.link)
+            self.ring, self.link = unwritten.write()
             self.unwritten = None
+        assert self.ring is not None and self.link is not None
         return self.ring, self.link
 
 

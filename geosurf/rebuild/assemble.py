@@ -63,12 +63,12 @@ def assemble(contacts: Contacts, children: Children) -> Kept:
     linked = _add_links(ring, link, halves, contacts, *labels, strips, first_run, number)
 
     # Patches end at rings of more than two half-edges: that is where curves are.
-    half_edges = HalfEdges(ring, link)
     if came is not None:
         twin, half_edges = _NO_KEYS, came.half_edges()
         linked = np.concatenate([came.linked, linked])
         patch, rim, origin = carry_patches(came, surface, key, strips, first_run)
     else:
+        half_edges = HalfEdges(ring, link)
         twin, owners = _twins(contacts, t, surface, face)
         part, rim = find_patches(surface, owners, ring, twin)
         patch = _numbered_patches(surface, key, part, linked, strips, first_run)
@@ -199,7 +199,7 @@ def _add_links(
     first_run: np.ndarray,
     number: np.ndarray,
 ) -> np.ndarray:
-    """Write the run behind each half-edge, or each of `halves`, that is alone in its ring.
+    """Write the run behind each half-edge, or row of `halves`, that is alone in its ring.
 
     Returns those that have one, and which: int64 (n, 2).
     """

@@ -94,6 +94,8 @@ class Edges(NamedTuple):
 
     Attributes
     ----------
+    n : int
+        How many half-edges there are.
     before, after, halves, ring, link
         As `Origin` has them.
     blocks : ndarray of int64, shape (n, 3)
@@ -107,6 +109,7 @@ class Edges(NamedTuple):
     parts : list of Part
     """
 
+    n: int
     before: Kept
     after: np.ndarray
     halves: np.ndarray
@@ -125,24 +128,31 @@ class Edges(NamedTuple):
         one, so that no chain of scenes is held.
         """
         ring0, _ = self.before.pieces.half_edges.complete()
-        unwritten = EarlierHalfEdges(self.blocks, self.after, ring0, self.halves, self.linked)
-        return HalfEdges(self.ring, self.link, unwritten)
+        known = self.halves, self.ring, self.link
+        return HalfEdges(unwritten=EarlierHalfEdges(
+            self.n, self.blocks, self.after, ring0, *known, self.linked
+        ))  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class EarlierHalfEdges:
-    """Half-edges that earlier pieces have, too; names as in `Edges`, and `ring0` of these."""
+    """All half-edges of which earlier pieces have some; as in `Edges`, and `ring0` of these."""
 
+    n: int
     blocks: np.ndarray
     after: np.ndarray
     ring0: np.ndarray
     halves: np.ndarray
+    ring: np.ndarray
+    link: np.ndarray
     linked: np.ndarray
 
-    def write(self, ring: np.ndarray, link: np.ndarray) -> None:
-        """Write their rings and links."""
-        given = self.after, self.ring0, self.halves, self.linked
-        kernels.write_rings(self.blocks, *given, ring, link)
+    def write(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return their rings and links."""
+        ring, link = (np.empty(self.n, dtype=np.int64) for _ in range(2))
+        known = self.halves, self.ring, self.link
+        kernels.write_rings(self.blocks, self.after, self.ring0, *known, self.linked, ring, link)
+        return ring, link
 
 
 def carry_edges(
@@ -195,20 +205,18 @@ def carry_edges(
     marked = words[0].view(bool)
     marked[bare] = True
 
-    # large arrays are made here: numpy asks for large pages, which kernels do not
     n_marked = len(bare) + sum(counts)
-    ring, link = np.empty(3 * len(t), dtype=np.int64), np.empty(3 * len(t), dtype=np.int64)
     rooms = [np.empty(one.n_most + n_marked, dtype=np.int64) for one in parts]
     write: list[Callable[[], Any]] = [
-        partial(kernels.list_halves, one.blocks, *one.place[2:4], marked, words[0], own, ring, link)
+        partial(kernels.list_halves, one.blocks, *one.place[2:4], marked, words[0], own)
         for one, own in zip(parts, rooms, strict=True)
     ]
     write.append(partial(kernels.carry_rim, kept.rim, after, marked))
     *ns, rim = map_threads(_call, [(task,) for task in write])
     halves = np.concatenate([own[:n] for own, n in zip(rooms, ns, strict=True)])
-    match_again(t, n_point, halves, ring, link)
+    ring, link = match_again(t, n_point, halves)
     runs = run_before, run_after
-    return Edges(kept, after, halves, ring, link, blocks, runs, linked, rim, parts)
+    return Edges(3 * len(t), kept, after, halves, ring, link, blocks, runs, linked, rim, parts)
 
 
 def _call(task: Callable[[], Any]) -> Any:
@@ -259,10 +267,11 @@ def carry_patches(
     patch = np.empty(len(surface) + int(first_run[-1]), dtype=np.int64)
     rows = []
     for place, blocks, _ in came.parts:
-        halves, rim = (_of_triangles(some, place[2:4]) for some in (came.halves, came.rim))
+        halves = np.searchsorted(came.halves, 3 * place[2:4])
+        rim = came.rim[slice(*np.searchsorted(came.rim, 3 * place[2:4]))]
         rows.append((
-            place, blocks, came.after, old.ring, came.linked, *came.runs, n_patch0, old.patch,
-            surface, key, came.ring, came.link, halves, rim, *runs, patch,
+            np.append(place, halves), blocks, came.after, old.ring, came.linked, *came.runs,
+            n_patch0, old.patch, surface, key, came.ring, came.link, came.halves, rim, *runs, patch,
         ))  # fmt: skip
     found = map_threads(kernels.carry_patches, rows)
 
@@ -274,14 +283,9 @@ def carry_patches(
     ends = [(place[2:4], len(surface) + place[4:6]) for place, _, _ in came.parts]
     later = [(patch, *some, by) for by, both in zip(first, ends, strict=False) for some in both]
     map_threads(kernels.shift_patches, later[2:])
-    before, after, halves, ring, link = came[:5]
+    _, before, after, halves, ring, link = came[:6]
     rim = np.concatenate([own for _, own, _ in found])
     return patch, rim, Origin(before, after, halves, ring, link, patch_after)
-
-
-def _of_triangles(halves: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Those of some half-edges, which rise, of triangles from one to another."""
-    return halves[slice(*np.searchsorted(halves, 3 * ends))]
 
 
 def runs_of_all(

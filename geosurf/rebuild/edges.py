@@ -52,10 +52,13 @@ def find_edges(t: np.ndarray, n_point: int) -> tuple[np.ndarray, np.ndarray]:
     return ring, link
 
 
-def match_again(
-    t: np.ndarray, n_point: int, halves: np.ndarray, ring: np.ndarray, link: np.ndarray
-) -> None:
-    """Match some half-edges, which rise and are alone yet, with each other."""
+def match_again(t: np.ndarray, n_point: int, halves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Match some half-edges, which rise, with each other.
+
+    Returns ring and link of each, by their rows: int64 (n,).
+    """
+    ring, link = np.arange(len(halves)), np.empty(len(halves), dtype=np.int64)
+    bucket = link  # which is written when nobody needs the buckets any more
     rows = in_ranges(len(halves), 3 * _TRIANGLES)
     parts = [halves[i:j] for i, j in rows]
     count = np.zeros((len(rows), n_point), dtype=np.int64)
@@ -63,13 +66,13 @@ def match_again(
         kernels.count_lower_of, [(t, part, own) for part, own in zip(parts, count, strict=True)]
     )
     start = kernels.begin_buckets(count)
-    bucket = np.empty_like(halves)
     map_threads(
         kernels.fill_buckets_of,
-        [(t, part, own, bucket) for part, own in zip(parts, count, strict=True)],
+        [(t, halves[i:j], i, own, bucket) for (i, j), own in zip(rows, count, strict=True)],
     )
     _match(start, bucket, len(rows), ring)
-    map_threads(kernels.mark_paired, [(part, ring, PAIRED, link) for part in parts])
+    map_threads(kernels.mark_alone, [(ring, i, j, FREE, PAIRED, link) for i, j in rows])
+    return ring, link
 
 
 def _match(start: np.ndarray, bucket: np.ndarray, n_range: int, ring: np.ndarray) -> None:

@@ -30,7 +30,7 @@ def link_runs(
 ):  # fmt: skip
     """Write the run behind each half-edge that is alone, of `low` to `high` - 1.
 
-    These are all half-edges, or rows of `halves` if there are some.
+    These are half-edges, or rows of `halves` if there are some: then so are `ring` and `link`.
 
     `face` is the row of `corners` that each triangle is a part of, and `number` the point of each
     corner. Returns a triangle that has no neighbour although its edge is inside the lattice, or -1;
@@ -38,9 +38,9 @@ def link_runs(
     """
     linked, n = np.empty((1024, 2), dtype=np.int64), 0
     for row in range(low, high):
-        h = halves[row] if halves.shape[0] else row
-        if ring[h] != h:
+        if ring[row] != row:
             continue
+        h = halves[row] if halves.shape[0] else row
         i, c = h // 3, h % 3
         # at the rim of a torn sheet, past a fault: keys of its copies follow the lattice's
         if key[i] >= 2 * (a[N_ROW] - 1) * (a[N_COL] - 1):
@@ -68,7 +68,7 @@ def link_runs(
                 more = np.empty((2 * n, 2), dtype=np.int64)
                 more[:n] = linked
                 linked = more
-            link[h] = first_run + run
-            linked[n, 0], linked[n, 1] = h, link[h]
+            link[row] = first_run + run
+            linked[n, 0], linked[n, 1] = h, link[row]
             n += 1
     return NONE, linked[:n].copy()

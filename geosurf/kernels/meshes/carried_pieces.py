@@ -67,9 +67,9 @@ def mark_halves(blocks, low0, high0, after, ring0, marked):
     return n
 
 
-@entry("l2 l l b1 l1 l1 l1 l1 -> l")
-def list_halves(blocks, low, high, marked, words, halves, ring, link):
-    """Half-edges that are marked, and all of triangles that are new, rising; alone for now.
+@entry("l2 l l b1 l1 l1 -> l")
+def list_halves(blocks, low, high, marked, words, halves):
+    """Half-edges that are marked, and all of triangles that are new, rising.
 
     Of triangles `low` to `high` - 1, in which the blocks lie. `words` are the marks, eight in one
     number. Returns how many there are.
@@ -78,7 +78,6 @@ def list_halves(blocks, low, high, marked, words, halves, ring, link):
     for b in range(blocks.shape[0] + 1):
         begin = blocks[b, FIRST_NOW] if b < blocks.shape[0] else high
         for h in range(3 * end, 3 * begin):
-            ring[h], link[h] = h, _FREE
             halves[count] = h
             count += 1
         if b == blocks.shape[0]:
@@ -90,7 +89,6 @@ def list_halves(blocks, low, high, marked, words, halves, ring, link):
                 h += 8
                 continue
             if marked[h]:
-                ring[h], link[h] = h, _FREE
                 halves[count] = h
                 count += 1
             h += 1
@@ -129,12 +127,14 @@ def carry_links(linked0, after, run_after):
     return linked[:n].copy(), bare[:n_bare].copy()
 
 
-@entry("l2 l1 l1 l1 l2 l1 l1 -> .")
-def write_rings(blocks, after, ring0, halves, linked, ring, link):
-    """Write the rings and links of all half-edges but `halves`, which are known already.
+@entry("l2 l1 l1 l1 l1 l1 l2 l1 l1 -> .")
+def write_rings(blocks, after, ring0, halves, ring_of, link_of, linked, ring, link):
+    """Write the rings and links of all half-edges, of which `halves` have those of their rows.
 
-    `linked` are those that are alone, and the runs behind them.
+    `linked` are others that are alone, and the runs behind them.
     """
+    for k in range(halves.shape[0]):
+        ring[halves[k]], link[halves[k]] = halves[ring_of[k]], link_of[k]
     at = 0
     for b in range(blocks.shape[0]):
         shift = 3 * (blocks[b, FIRST_NOW] - blocks[b, FIRST0])
@@ -203,16 +203,16 @@ def _nodes(blocks, run_before, low, high, low_run, n, n0, patch0, touched, node)
 
 
 @scalar
-def _join_across(surface, ring, link, node, parent, h):
+def _join_across(surface, ring, link, halves, node, parent, k):
     """Join what lies on both sides of an edge, by its last half-edge; True if it is a curve."""
-    i, j = h // 3, ring[h]
-    if j == h:
-        if link[h] >= 0:
-            join(parent, node[i], node[surface.shape[0] + link[h]])
+    i, j = halves[k] // 3, ring[k]
+    if j == k:
+        if link[k] >= 0:
+            join(parent, node[i], node[surface.shape[0] + link[k]])
         return False
-    if ring[j] != h or surface[i] != surface[j // 3]:
+    if ring[j] != k or surface[i] != surface[halves[j] // 3]:
         return True
-    one, other = node[i], node[j // 3]
+    one, other = node[i], node[halves[j] // 3]
     if parent[one] != parent[other]:  # a third of them are
         join(parent, one, other)
     return False
@@ -265,14 +265,14 @@ def carry_patches(
 
     Patches end where surfaces do, so each thread has surfaces of its own. No two triangles
     coincide. Elements of a patch that has lost nothing are not joined again: what is new beside
-    them has its edges among `halves`: `ring` and `link` of others are not read. `rim0` and `linked`
-    are half-edges that are taken over.
+    them has its edges among `halves`, of which `ring` and `link` have one row each. `rim0` and
+    `linked` are half-edges that are taken over.
 
     Parameters
     ----------
-    place : int64 (10,)
-        First and last + 1 of the surfaces, triangles, runs, earlier triangles and earlier runs:
-        `blocks`, `halves` and `rim0` are those of the triangles, other arrays have all of them.
+    place : int64 (12,)
+        First and last + 1 of the surfaces, triangles, runs, earlier triangles, earlier runs and
+        `halves`; `blocks` and `rim0` are those of the triangles, other arrays have all of them.
     node : int64 (n_element,)
         Written: the patches.
 
@@ -282,7 +282,7 @@ def carry_patches(
     each earlier one is, or -1 if it lost or gained something, or is of other surfaces.
     """
     low_surface, high_surface, low, high, low_run, high_run = place[:6]
-    low0, high0, low_run0, high_run0 = place[6:]
+    low0, high0, low_run0, high_run0, low_half, high_half = place[6:]
     n, n0 = surface.shape[0], after.shape[0]
     lost = run_after[low_run0:high_run0]
     touched = _left(blocks, lost, low0, high0, low_run0, n0, patch0, n_patch0)
@@ -292,18 +292,19 @@ def carry_patches(
     )
 
     # triangles that stay of a patch that has lost something: edges inside, and runs beside them
-    _join_inside(blocks, after, ring0, surface, halves, n_patch0, node, parent)
+    mine = halves[low_half:high_half]
+    _join_inside(blocks, after, ring0, surface, mine, n_patch0, node, parent)
     for k in range(linked.shape[0]):
         i = linked[k, 0] // 3
         if low <= i < high and node[i] >= n_patch0:
             join(parent, node[i], node[n + linked[k, 1]])
 
     # then what is new; rings rise: the last half-edge of an edge leads back to the first one
-    rim = np.empty(rim0.shape[0] + halves.shape[0], dtype=np.int64)
+    rim = np.empty(rim0.shape[0] + mine.shape[0], dtype=np.int64)
     n_rim = at = 0
-    for k in range(halves.shape[0]):
+    for k in range(low_half, high_half):
         h = halves[k]
-        if ring[h] <= h and _join_across(surface, ring, link, node, parent, h):
+        if ring[k] <= k and _join_across(surface, ring, link, halves, node, parent, k):
             while at < rim0.shape[0] and rim0[at] < h:
                 rim[n_rim] = rim0[at]
                 n_rim, at = n_rim + 1, at + 1

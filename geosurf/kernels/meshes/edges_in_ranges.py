@@ -65,24 +65,16 @@ def count_lower_of(t, halves, count):
         count[min(t[i, c], t[i, 0 if c == 2 else c + 1])] += 1
 
 
-@entry("l2 l1 l1 l1 -> .")
-def fill_buckets_of(t, halves, place, bucket):
-    """Put some half-edges into buckets from the places of this range on."""
+@entry("l2 l1 l l1 l1 -> .")
+def fill_buckets_of(t, halves, first, place, bucket):
+    """Put some half-edges into buckets, by their rows from `first` on."""
     for k in range(halves.shape[0]):
         i = halves[k] // 3
         c = halves[k] - 3 * i
         a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
         v = min(a, b)
-        bucket[place[v]] = with_upper(halves[k], max(a, b))
+        bucket[place[v]] = with_upper(first + k, max(a, b))
         place[v] += 1
-
-
-@entry("l1 l1 l l1 -> .")
-def mark_paired(halves, ring, paired, link):
-    """Write to `link` which of some half-edges are not alone."""
-    for k in range(halves.shape[0]):
-        if ring[halves[k]] != halves[k]:
-            link[halves[k]] = paired
 
 
 @entry("l1 l l l l l1 -> .")

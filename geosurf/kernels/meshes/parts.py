@@ -6,6 +6,7 @@ Notation
     ring      next half-edge around the same edge
     link      for a half-edge that is alone: the run behind it (counted after the triangles), or < 0
     part      of each element, -1 for one that is left out
+    halves    half-edges that `ring` and `link` are of, by rows of these; empty: of all half-edges
 
 Nearly all edges are inside parts. The others, a few curves, are seams (`seams`): a model of a
 million triangles has some dozens of parts.
@@ -82,31 +83,38 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 
 
 @scalar
-def _is_inner_edge(t, ring, link, part, last):
+def half_at(halves, k):
+    """The half-edge of a row."""
+    return halves[k] if halves.shape[0] else k
+
+
+@scalar
+def _is_inner_edge(t, ring, link, part, halves, last):
     """Whether an edge, by its last half-edge, lies inside a part: its triangles have been joined.
 
     So do edges of triangles that are left out.
     """
-    i, j = last // 3, ring[last]
+    j = ring[last]
+    one, other = half_at(halves, last), half_at(halves, j)
     if j == last:
-        return part[i] < 0 or (link[last] >= 0 and part[t.shape[0] + link[last]] >= 0)
+        return part[one // 3] < 0 or (link[last] >= 0 and part[t.shape[0] + link[last]] >= 0)
     # More than two triangles, or two parts: sides have to be found by their order.
-    if ring[j] != last or part[i] != part[j // 3]:
+    if ring[j] != last or part[one // 3] != part[other // 3]:
         return False
-    return part[i] < 0 or t[i, last % 3] != t[j // 3, j % 3]
+    return part[one // 3] < 0 or t[one // 3, one % 3] != t[other // 3, other % 3]
 
 
-@entry("l2 l1 l1 l1 l l -> l1")
-def open_edges(t, ring, link, part, low, high):
-    """First half-edges of all edges that are not inside a part, and that triangles `low` to
-    `high` - 1 are the last ones of.
+@entry("l2 l1 l1 l1 l1 l l -> l1")
+def open_edges(t, ring, link, part, halves, low, high):
+    """First half-edges of all edges that are not inside a part, and of which the last half-edge is
+    one of `low` to `high` - 1.
     """
     first = np.empty(1024, dtype=np.int64)
     n = 0
-    for last in range(3 * low, 3 * high):
+    for last in range(low, high):
         # Rings rise: the last half-edge of an edge leads back to the first one.
         start = ring[last]
-        if start > last or _is_inner_edge(t, ring, link, part, last):
+        if start > last or _is_inner_edge(t, ring, link, part, halves, last):
             continue
         if n == first.shape[0]:
             longer = np.empty(2 * n, dtype=np.int64)
@@ -117,27 +125,14 @@ def open_edges(t, ring, link, part, low, high):
     return first[:n].copy()
 
 
-@entry("l2 l1 l1 l1 l1 -> l1")
-def open_edges_among(t, ring, link, part, halves):
-    """The same of the edges of some half-edges, which have all those of their edges."""
-    first = np.empty_like(halves)
-    n = 0
-    for k in range(halves.shape[0]):
-        last = halves[k]
-        if ring[last] <= last and not _is_inner_edge(t, ring, link, part, last):
-            first[n] = ring[last]
-            n += 1
-    return first[:n].copy()
-
-
-@entry("l1 l1 b1 -> l")
-def mark_around(ring, first, marked):
+@entry("l1 l1 l1 b1 -> l")
+def mark_around(ring, halves, first, marked):
     """Mark the triangles around some edges, by a half-edge of each; returns how many marks."""
     n = 0
     for k in range(first.shape[0]):
         j = first[k]
         while True:
-            marked[j // 3] = True
+            marked[half_at(halves, j) // 3] = True
             n += 1
             j = ring[j]
             if j == first[k]:
@@ -174,28 +169,15 @@ def first_elements(patch, n_patch):
     return first
 
 
-@scalar
-def _turns(t, surface, ring, h):
-    """Whether a half-edge is the last of an edge inside a surface that both run along alike."""
-    j = ring[h]
-    if j >= h or ring[j] != h or surface[j // 3] != surface[h // 3]:
-        return False
-    return t[h // 3, h % 3] == t[j // 3, j % 3]
-
-
-@entry("l2 l1 l1 l l -> l")
-def count_turns(t, surface, ring, low, high):
-    """Edges inside a surface, of triangles `low` to `high` - 1, that both run along alike."""
+@entry("l2 l1 l1 l1 l l -> l")
+def count_turns(t, surface, ring, halves, low, high):
+    """Edges inside a surface, of half-edges `low` to `high` - 1, that both run along alike."""
     n = 0
-    for h in range(3 * low, 3 * high):
-        n += 1 if _turns(t, surface, ring, h) else 0
-    return n
-
-
-@entry("l2 l1 l1 l1 -> l")
-def count_turns_among(t, surface, ring, halves):
-    """The same of the edges of some half-edges."""
-    n = 0
-    for k in range(halves.shape[0]):
-        n += 1 if _turns(t, surface, ring, halves[k]) else 0
+    for last in range(low, high):
+        j = ring[last]
+        if j >= last or ring[j] != last:
+            continue  # alone, or not the last of two
+        one, other = half_at(halves, last), half_at(halves, j)
+        if surface[one // 3] == surface[other // 3]:
+            n += 1 if t[one // 3, one % 3] == t[other // 3, other % 3] else 0
     return n
