@@ -188,8 +188,9 @@ def _numbered(
         partial(may_coincide_with, x, is_new, filled, size, *row)
         for row in in_ranges(len(x), _POINTS)
     ]
-    *rows_of, (near, m, w) = map_threads(lambda task: task(), [(t,) for t in [*tasks, frame]], worth)
-    some = x.take(np.concatenate(rows_of), axis=0)
+    asked = [(task,) for task in (*tasks, frame)]
+    *of_points, (near, m, w) = map_threads(lambda task: task(), asked, worth)
+    some = x.take(np.concatenate(of_points), axis=0)
     if weld(some)[1] < len(some):
         return None
     if m[SCALE] > MAX_SCALE:

@@ -90,7 +90,8 @@ class HalfEdges(Noun):
         if unwritten is not None:  # two threads write the same
             self.ring, self.link = unwritten.write()
             self.unwritten = None
-        assert self.ring is not None and self.link is not None
+        assert self.ring is not None
+        assert self.link is not None
         return self.ring, self.link
 
 

@@ -287,9 +287,7 @@ def carry_patches(
     lost = run_after[low_run0:high_run0]
     touched = _left(blocks, lost, low0, high0, low_run0, n0, patch0, n_patch0)
     known = run_before[low_run:high_run]
-    parent = np.arange(
-        _nodes(blocks, known, low, high, low_run, n, n0, patch0, touched, node)
-    )
+    parent = np.arange(_nodes(blocks, known, low, high, low_run, n, n0, patch0, touched, node))
 
     # triangles that stay of a patch that has lost something: edges inside, and runs beside them
     mine = halves[low_half:high_half]
