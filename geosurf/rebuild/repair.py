@@ -26,7 +26,7 @@ from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.arrangement.threads import spare_threads
 from geosurf.conventions import place
-from geosurf.errors import RoundingError, SurfaceError
+from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles
@@ -136,7 +136,7 @@ def _checked(
         made = Future[Result]()
         try:
             made.set_result(then(contacts, children))
-        except Exception as error:  # it counts only if the faces are sound
+        except GeosurfError as error:  # it counts only if the faces are sound
             made.set_exception(error)
         return check.result(), made.result
 
