@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.listed import list_faces
@@ -19,11 +20,13 @@ from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER, UPP
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
 from geosurf.conventions import place
-from geosurf.errors import GeometryError, RoundingError
+from geosurf.errors import GeometryError, InputError, RoundingError
 from geosurf.model import Patches, Unit, frozen
 from geosurf.model.excerpt import outward_shell
 from geosurf.model.map_area import rows_of_contacts
 from geosurf.model.pieces import Pieces, by_unit, same_turn
+
+LISTED = 110  # bytes of memory for each triangle of a unit that is listed, measured
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,22 @@ class Shells:
 
     @cached_property
     def _listed(self) -> _ListedShells:
-        """All triangles of all units."""
+        """All triangles of all units.
+
+        Raises
+        ------
+        InputError
+            If they need more memory than is free.
+        """
+        n = sum(map(self.n_triangle, range(len(self.volumes))))
+        free = lack_of_room(n * LISTED)
+        if free is not None:
+            raise InputError(
+                f"lists of the {n / 1e6:.3g} million triangles of the units need "
+                f"{gigabytes(n * LISTED)} of memory, and {gigabytes(free)} are free. Volumes and "
+                "the certificate need no lists. Keep fewer nodes: Scene(tolerance=1.0), in a "
+                "scenario tolerance_m = 1.0; or use a larger machine."
+            )
         return _ListedShells.of(self.cells.in_full, self.unit_of_cell, len(self.volumes))
 
     def triangles(self, u: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -58,8 +58,9 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
     )
     edges = patches.curve_edges[np.intersect1d(mine, others, assume_unique=True)]
     segments = np.unique(np.sort(edges, axis=1), axis=0)
+    # ends of these edges are points of the pieces: no node of a lattice is listed
     points, segments, pairs = canonical(
-        patches.local, segments, np.tile([0, 1], (len(segments), 1))
+        patches.pieces.x, segments, np.tile([0, 1], (len(segments), 1))
     )
     curves, surfaces_of_curve, closed = link(segments, pairs, len(points))
     return Curves(

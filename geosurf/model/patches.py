@@ -120,20 +120,22 @@ class Patches(Shown):
     @cached_property
     def curve_edges_by_surface(self) -> tuple[np.ndarray, ...]:
         """Rows of `curve_edges` that edges of triangles of each surface are, rising."""
-        n, t = len(self.local), self.triangles
+        pieces = self.pieces
+        n = len(pieces.x)
         keys = self.curve_edges.min(axis=1) * n + self.curve_edges.max(axis=1)
         order = np.argsort(keys)
         keys = keys[order]
 
-        # of nearly all triangles, no two corners are on curves
+        # triangles that touch another surface are in no run; of most no two corners are on curves
         on_curve = np.zeros(n, dtype=bool)
         on_curve[self.curve_edges] = True
-        near = np.flatnonzero(np.count_nonzero(on_curve[t], axis=1) >= 2)
-        ends = np.stack([t[near], np.roll(t[near], -1, axis=1)], axis=2)
+        near = np.flatnonzero(np.count_nonzero(on_curve[pieces.triangles], axis=1) >= 2)
+        t, of = pieces.triangles[near], pieces.surface[near]
+        ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
         wanted = ends.min(axis=2) * n + ends.max(axis=2)
         at = np.minimum(np.searchsorted(keys, wanted), max(len(keys) - 1, 0))
         known = keys[at] == wanted if len(keys) else np.zeros(wanted.shape, dtype=bool)
-        surface = np.broadcast_to(self.surface_of_triangle[near][:, None], at.shape)[known]
+        surface = np.broadcast_to(of[:, None], at.shape)[known]
         rows = order[at[known]]
         owned = (np.unique(rows[surface == i]) for i in range(len(self.sources)))
         return tuple(frozen(of, np.int64) for of in owned)

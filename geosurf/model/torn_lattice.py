@@ -75,6 +75,11 @@ class TornLattice(Lattice):
         return 0.0
 
     @property
+    def node_height(self) -> float:
+        """A lower bound of the heights in the map of triangles without ghosts [m]; 0: may fold."""
+        return self._height_in_map()
+
+    @property
     def has_rising_axes(self) -> bool:
         """False: ghosts are in no column."""
         return False
@@ -101,7 +106,7 @@ class TornLattice(Lattice):
     @property
     def nodes_lie_apart(self) -> bool:
         """Whether nodes of the lattice differ in the map, so that none of its triangles is flat."""
-        return self._height_in_map() > 0.0
+        return self.node_height > 0.0
 
     @cached_property
     def node_of_ghost(self) -> np.ndarray | None:
@@ -134,6 +139,11 @@ class TornLattice(Lattice):
         corners = np.concatenate([self.survey.box.reshape(2, 3)[:, :2], self.ghosts[:, :2]])
         return frozen([corners.min(axis=0), corners.max(axis=0)], np.float64)
 
+    @property
+    def keys_of_copies(self) -> np.ndarray:
+        """Keys of the copies, rising, int64 (n_copy,)."""
+        return self.n_key + np.arange(len(self.copies))
+
     @cached_property
     def keys(self) -> np.ndarray:
         """Keys of all triangles, rising, int64 (n_triangle,)."""
@@ -142,8 +152,7 @@ class TornLattice(Lattice):
             corners = super().corners_of_keys(np.arange(self.n_key))
             there = self.present.ravel()[corners].all(axis=1)
         there[self.gone] = False
-        copies = self.n_key + np.arange(len(self.copies))
-        return frozen(np.concatenate([np.flatnonzero(there), copies]), np.int64)
+        return frozen(np.concatenate([np.flatnonzero(there), self.keys_of_copies]), np.int64)
 
     @property
     def n_whole(self) -> int:

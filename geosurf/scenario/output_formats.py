@@ -6,6 +6,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
+from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
 from geosurf.errors import DependencyError, GeosurfWarning, ScenarioError
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.scenario.keys import FORMATS, Scenario
@@ -21,14 +22,11 @@ NO_NETCDF = GeosurfWarning(
     "has the same table.",
     'Install it with: pip install "geosurf[io]"; or leave "nc" out of formats in [output].',
 )
-NO_TRIANGLES = GeosurfWarning(
-    "format",
-    "units.vtm",
-    "File 'units.vtm' was not written: it lists all triangles of units, and horizons stay in their "
-    "store.",
-    'Leave "vtm" out of formats in [output], or keep fewer nodes in memory: tolerance_m = 1.0.',
-)
 LISTS = ("vtm", "ml", "epc")  # files that list all triangles
+WRITTEN = (
+    480  # bytes of memory for each triangle of a horizon, of which units on both sides have one
+)
+FEWER = "Keep fewer nodes in memory: tolerance_m = 1.0"
 
 
 def writable_formats(scenario: Scenario) -> Scenario:
@@ -48,24 +46,28 @@ def writable_formats(scenario: Scenario) -> Scenario:
 
 
 def refuse_lists(scenario: Scenario, scene: Scene) -> None:
-    """Refuse files that list all triangles of horizons in their store, where they are requested."""
+    """Refuse files that list more triangles than memory holds, where they are requested.
+
+    Scenarios that request none get what can be written, and a warning.
+    """
     asked = [word for word in scenario.output.formats if word in LISTS]
-    if set(asked) <= set(OutputSettings().formats) or not (stored := _stored(scene)):
+    if set(asked) <= set(OutputSettings().formats) or not (why := why_no_lists(scene)):
         return
     raise ScenarioError(
         f"{scenario.path}: output.formats has {', '.join(map(repr, asked))}, which list all "
-        f"triangles, and horizon {stored[0]!r} stays in its store. Leave them out, or keep "
-        "fewer nodes in memory: tolerance_m = 1.0."
+        f"triangles, and {why}. {FEWER}; or leave these formats out."
     )
 
 
 def without_lists(scenario: Scenario, scene: Scene) -> Scenario:
-    """The scenario without files that list all triangles, if horizons stay in their store."""
+    """The scenario without files that list all triangles, if memory does not hold these."""
     rest = tuple(word for word in scenario.output.formats if word not in LISTS)
-    if rest == scenario.output.formats or not _stored(scene):
+    if rest == scenario.output.formats or not (why := why_no_lists(scene)):
         return scenario
+    effect = f"File 'units.vtm' was not written: it lists all triangles of units, and {why}."
     with scene._graph.memory.collecting():
-        warn(NO_TRIANGLES)
+        warn(GeosurfWarning("format", "units.vtm", effect, f'{FEWER}; or leave "vtm" out of '
+                            "formats in [output]."))  # fmt: skip
     return replace(scenario, output=replace(scenario.output, formats=rest))
 
 
@@ -78,10 +80,17 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
         write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
 
 
-def _stored(scene: Scene) -> list[str]:
-    """Horizons that stay in their store."""
-    names = scene.horizon_names
-    return [one for one in names if isinstance(scene.surface(one).lattice, ChunkedLattice)]
+def why_no_lists(scene: Scene) -> str:
+    """Why the triangles of a scene cannot be listed and written; empty if they can be."""
+    horizons = [scene.surface(one) for one in scene.horizon_names]
+    for one in horizons:
+        if isinstance(one.lattice, ChunkedLattice):
+            return f"horizon {one.name!r} stays in its store"
+    needed = WRITTEN * sum(one.n_triangle for one in horizons)
+    free = lack_of_room(needed)
+    if free is None:
+        return ""
+    return f"these need {gigabytes(needed)} of memory, while {gigabytes(free)} are free"
 
 
 __all__ = ["NO_NETCDF", "refuse_lists", "without_lists", "writable_formats", "write_files"]

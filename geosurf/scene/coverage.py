@@ -72,12 +72,8 @@ def _triangles(surface: TriSurface) -> np.ndarray:
     """Corners (n, 3, 3) of all triangles, or of some spread evenly where there are many."""
     # at even distances, so that all of a large grid is seen
     rows = np.linspace(0, surface.n_triangle - 1, min(surface.n_triangle, SAMPLE)).astype(np.int64)
-    lattice = surface.lattice
-    if lattice is not None:
-        nodes = lattice.corners_of_keys(lattice.keys_of_rows(rows))
-        return lattice.places_of_nodes(nodes.ravel()).reshape(-1, 3, 3)
-    corners: np.ndarray = surface.vertices[surface.triangles[rows]]
-    return corners
+    keys = rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
+    return surface.places_of_nodes(surface.corners_of_keys(keys).ravel()).reshape(-1, 3, 3)
 
 
 def _in_ring(places: np.ndarray, outline: np.ndarray) -> np.ndarray:

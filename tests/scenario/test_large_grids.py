@@ -6,10 +6,12 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import GeosurfWarning, ScenarioError
+from geosurf.carve import shells
+from geosurf.errors import GeosurfWarning, InputError, ScenarioError
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.read import _in_parts, zarr_store
 from geosurf.render import thin_units
+from geosurf.scenario import output_formats
 from geosurf.triangulate import chunked
 
 pytest.importorskip("zarr")
@@ -99,3 +101,30 @@ def test_two_horizons_of_one_store_have_a_variable_each(path, tmp_path):
     volumes = gs.run_scenario(path, tmp_path / "out", pictures=False).volumes
     path.write_text(BODY)
     assert volumes.identical(gs.run_scenario(path, tmp_path / "out", pictures=False).volumes)
+
+
+def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monkeypatch):
+    world = gs.synthetic.tilted_planes(n=9)
+    for name, one in {**world.horizons, **world.faults}.items():
+        gs.write(one, tmp_path / f"{name}.nc")
+    path = tmp_path / "scenario.toml"
+    body = BODY.replace('file = "field.zarr"\nvariable = "Top"', 'file = "Top.nc"')
+    body = body.replace("base.nc", "Base.nc")
+    monkeypatch.setattr(output_formats, "lack_of_room", lambda needed: 9_000_000)
+
+    # formats that nobody asked for are left out, those that somebody asked for are refused
+    path.write_text(body)
+    with pytest.warns(GeosurfWarning, match=r"'units.vtm' was not written.* while 0.0 GB are free"):
+        gs.run_scenario(path, tmp_path / "out", pictures=False)
+    assert (tmp_path / "out" / "volumes.csv").is_file()
+    assert not (tmp_path / "out" / "units.vtm").exists()
+    path.write_text(body + 'formats = ["vtm", "ml"]\n')
+    with pytest.raises(ScenarioError, match=r"'vtm', 'ml', which list all.*tolerance_m = 1\.0"):
+        gs.run_scenario(path, tmp_path / "out", pictures=False)
+
+    # the same in Python: volumes need no lists
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    monkeypatch.setattr(shells, "lack_of_room", lambda needed: 9_000_000)
+    assert float(scene.volumes.sum()) > 0
+    with pytest.raises(InputError, match=r"triangles of the units need .* are free\. Volumes"):
+        _ = next(iter(scene.units.values())).triangles

@@ -159,8 +159,11 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
     t = np.arange(len(x), len(x) + 3 * len(more)).reshape(-1, 3)
     x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([elements.triangles, t])
     surface = np.concatenate([elements.surface_of_triangle[elements.element], surface])
-    graph = np.where(is_graph(patches)[surface], surface, -1)
-    graph[np.concatenate(rows)] = -1
+    flat = is_graph(patches)
+    for one in facts.lattices:
+        flat[one.surface] = one.graph  # of a torn one all but the copies
+    graph = np.where(flat[surface], surface, -1)
+    graph[np.concatenate([*rows, *map(facts.copies_of, facts.lattices)])] = -1
     n_bad = len(crossing_pairs(x, t, graph=graph))
     crosses = crosses_not(int(elements.n_triangle.sum()))
     if n_bad:

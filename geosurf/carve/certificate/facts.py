@@ -17,7 +17,7 @@ import numpy as np
 
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve.certificate.elements import Elements, keys_of_runs, sums_of_listed
-from geosurf.carve.certificate.lattice_runs import LatticeRuns, read_runs
+from geosurf.carve.certificate.lattice_runs import LatticeRuns, height_in_map, read_runs
 from geosurf.carve.certificate.partition import Matched, rows_on
 from geosurf.carve.certificate.ray_runs import NearRuns
 from geosurf.carve.outside import box_of
@@ -211,6 +211,15 @@ class Facts:
         corners: np.ndarray = source.places_of_nodes(nodes) - pieces.origin
         return corners.reshape(-1, 3, 3)
 
+    def copies_of(self, one: LatticeRuns) -> np.ndarray:
+        """Rows of listed triangles that are parts of copies at tears: these may lie over others."""
+        if not isinstance(one.lattice, TornLattice):
+            return np.empty(0, dtype=np.int64)
+        first = self.cut[one.surface]
+        keys = self.patches.pieces.key[first : self.cut[one.surface + 1]]
+        rows: np.ndarray = first + np.flatnonzero(keys >= one.lattice.n_key)
+        return rows
+
     def areas(self) -> list[tuple[float, float, float]]:
         """Area of each surface, that of its input, and the sum of all sides of its triangles."""
         of_lattice = {one.surface: one for one in self.lattices}
@@ -226,12 +235,18 @@ class Facts:
             else:
                 runs = 0.5 * math.fsum(one.sums[:, 2:4].ravel().tolist())
                 area, before = area + runs, one.missing[0] + runs
-                if isinstance(one.lattice, TornLattice):  # what is missing has copies in its place
-                    x = source.vertices - self.patches.origin
-                    before = sums_of_triangles(x, source.triangles)[1]
+                if isinstance(one.lattice, TornLattice):  # copies are in the place of what is gone
+                    before += self._area_of(one, one.lattice.keys_of_copies)
+                    before -= self._area_of(one, one.lattice.gone)
                 rim += float(one.sums[:, 5].sum())
             found.append((area, before, rim))
         return found
+
+    def _area_of(self, one: LatticeRuns, keys: np.ndarray) -> float:
+        """Area of some triangles of a lattice [m2]."""
+        x = one.corners(keys, self.patches.origin).reshape(-1, 3)
+        area: float = sums_of_triangles(x, np.arange(len(x)).reshape(-1, 3))[1]
+        return area
 
 
 def is_stored(patches: Patches) -> bool:
@@ -309,5 +324,5 @@ def _listed(
     if (np.bincount(number, minlength=n_number)[number[n:]] > 1).any():
         return None
     keys = number[:n].copy(), rising[:n].copy(), 1 + int(number[:n].max())
-    heights = min((one.lattice.map_height for one in lattices if one.graph), default=math.inf)
+    heights = min((height_in_map(one.lattice) for one in lattices if one.graph), default=math.inf)
     return Facts(patches, elements, cut, keys, lattices, sums, n_shared, heights)

@@ -27,6 +27,7 @@ from geosurf.kernels.search.tree import N_COL, N_ROW
 from geosurf.model import Lattice
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips
+from geosurf.model.torn_lattice import TornLattice
 
 EPS = 2.0**-53
 _AT_ONCE = 1 << 18  # cells of which labels are in memory
@@ -165,9 +166,10 @@ def read_runs(
     if not np.array_equal(lattice.places_of_nodes(nodes) - pieces.origin, pieces.x[points]):
         return None
 
-    # where the map may fold, all triangles are listed and compared with each other
+    # where the map may fold, all triangles are listed and compared with each other; copies at tears
+    # are in no run
     size = max(np.abs(lattice.extent).max(), np.abs(pieces.origin).max())
-    graph = bool(lattice.map_height > 16 * EPS * size)
+    graph = bool(height_in_map(lattice) > 16 * EPS * size)
     shared = distinct(nodes, lattice.corners_of_keys(distinct(keys))) if graph else None
     sums, rest, listed = np.zeros((len(strips.runs), N_SUM)), np.zeros((1, 3)), []
     sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
@@ -195,6 +197,13 @@ def read_runs(
     missing = 0.5 * float(rest[0, 0] + rest[0, 1]), float(rest[0, 2])
     element = len(pieces.triangles) + int(pieces.first_run[i])
     return LatticeRuns(i, element, lattice, strips, shared, found, graph, sums, missing)
+
+
+def height_in_map(lattice: Lattice) -> float:
+    """A lower bound of the heights in the map of triangles whose corners are nodes [m]; 0: they
+    may fold. Copies at tears have other corners.
+    """
+    return lattice.node_height if isinstance(lattice, TornLattice) else lattice.map_height
 
 
 def _bands(lattice: Lattice) -> Iterator[tuple[int, Lattice]]:
@@ -252,4 +261,4 @@ def _in_order(rows: np.ndarray, n: int) -> bool:
     return not len(rows) or bool((np.diff(rows) > 0).all() and rows[0] >= 0 and rows[-1] < n)
 
 
-__all__ = ["LatticeRuns", "read_runs"]
+__all__ = ["LatticeRuns", "height_in_map", "read_runs"]

@@ -21,7 +21,7 @@ _NONE = np.empty(0, dtype=bool)
 
 def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     """Corners (n, 3, 3) and surfaces of the triangles in runs that are not listed, and whose
-    boxes meet those of triangles of other surfaces.
+    boxes meet those of triangles of other surfaces, or of copies at tears of their own.
     """
     lattices, origin = facts.lattices, facts.patches.origin
     of = [facts.patches.sources[one.surface] for one in lattices]
@@ -74,7 +74,13 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
         for i, _ in _near([*trees, tree], [*of_lattices, surface], pairs):
             beside(i, tree, _NONE, _NONE)
 
+    def around_copies(i: int, copies: np.ndarray) -> None:
+        """Mark the triangles of a torn lattice that are near its own copies: over or below them."""
+        beside(i, tree_of_list(listed.local, listed.triangles[copies]), _NONE, _NONE)
+
     map_threads(around, [(surface,) for surface in surfaces])
+    copies = [(i, facts.copies_of(lattices[i])) for i in here]
+    map_threads(around_copies, [(i, rows) for i, rows in copies if len(rows)])
     corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
     if stored:
         rows: list[LatticeRuns | TriSurface] = [*lattices]
