@@ -8,6 +8,7 @@ elsewhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,12 @@ def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
     >>> parse_sides("F9+", ["F1"]) is None
     True
     """
+    return _parse_sides(block, tuple(faults))
+
+
+@lru_cache(maxsize=4096)
+def _parse_sides(block: str, faults: tuple[str, ...]) -> frozenset[str] | None:
+    """The same; a moved contact asks for all blocks again."""
     sides = [name + sign for name in faults for sign in "+-"]
     found = set()
     rest = block.strip()

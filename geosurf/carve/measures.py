@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -110,14 +110,28 @@ def beside_level(
     found = np.zeros((len(asked), 4))
     wanted = np.unique(surface[asked])
     ends = np.searchsorted(pieces.surface, [wanted, wanted + 1]).T.tolist()
-    rows = [(pieces.x, pieces.triangles[i:j], face[i:j], asked, level, found) for i, j in ends]
-    worth = sum(j - i for i, j in ends) > _TRIANGLES
-    map_threads(level_volumes.volume_beside_triangles, rows, worth)
-    for lattice, runs, of in _runs(pieces, face, asked):
-        height = level + pieces.origin[2]
-        level_volumes.volume_beside_runs(
-            *lattice.coordinates, lattice.places, runs, of, height, found
+    stored = _stays_in_store(pieces)
+
+    def add(i: int, j: int, runs: Iterable[tuple[Lattice, np.ndarray, np.ndarray]]) -> None:
+        """Add triangles i to j - 1, then runs."""
+        level_volumes.volume_beside_triangles(
+            pieces.x, pieces.triangles[i:j], face[i:j], asked, level, found
         )
+        height = level + pieces.origin[2]
+        for lattice, some, of in runs:
+            level_volumes.volume_beside_runs(
+                *lattice.coordinates, lattice.places, some, of, height, found
+            )
+
+    # surfaces have no face in common, so that each is a task
+    of_surface: dict[int, list[tuple[Lattice, np.ndarray, np.ndarray]]] = {}
+    if not stored:
+        for lattice, some, of in _runs(pieces, face, asked):
+            of_surface.setdefault(int(surface[of[0]]), []).append((lattice, some, of))
+    rows = [(*row, of_surface.get(one, ())) for one, row in zip(wanted.tolist(), ends, strict=True)]
+    map_threads(add, rows, worth=sum(j - i for i, j in ends) > _TRIANGLES)
+    if stored:  # one band in memory at a time
+        add(0, 0, _runs(pieces, face, asked))
     return found
 
 
@@ -131,6 +145,10 @@ def heights(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     for _, of, ends in _sums(pieces, face, asked, first=first):
         level_volumes.widen_by_runs(ends, of, float(pieces.origin[2]), found)
     return found
+
+
+def _stays_in_store(pieces: Pieces) -> bool:
+    return any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources)
 
 
 def _triangles(pieces: Pieces, face: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -158,7 +176,7 @@ def _sums(
 
     The tasks `first` are done before, or in other threads.
     """
-    if any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources):
+    if _stays_in_store(pieces):
         for task in first:
             task()
         for lattice, runs, of in _runs(pieces, face, asked):  # one band in memory at a time

@@ -426,7 +426,12 @@ class Units(Shown, Mapping[str, Unit]):
         import xarray as xr
 
         _, values, attrs = volumes_of(self)
-        return xr.DataArray(values, labels_of(self), "unit", "volume", attrs)
+        # labels are plain strings and numbers: xarray need not look for dates among them
+        labels = {
+            name: xr.Variable(dims, column, fastpath=True)
+            for name, (dims, column) in labels_of(self).items()
+        }
+        return xr.DataArray(values, labels, "unit", "volume", attrs)
 
     @cached_property
     def table(self) -> xarray.Dataset:

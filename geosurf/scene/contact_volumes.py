@@ -53,6 +53,8 @@ def parts(graph: Graph) -> Units | None:
     without.__dict__["contacts"] = {}
     base = Graph(without, graph.memory, graph.prepared_by)
     base.read = graph.read
+    for place in ("box", "aoi", "given_area", "default_area"):  # no contact changes these
+        base.__dict__[place] = getattr(graph, place)
     units, patches = base.units, base.patches
     if units.report["thin"]:
         return None

@@ -67,6 +67,7 @@ class InputSurfaces:
         self._fingerprints: dict[str, str] = {}
         self._opened: dict[str, TriSurface] = {}
         self._made: dict[str, Made] = {}  # by threads, until they are asked for
+        self._known: dict[str, TriSurface] = {}  # those that have been asked for
         self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
 
     def horizon(self, name: str, others: Lookup) -> TriSurface:
@@ -146,7 +147,13 @@ class InputSurfaces:
         self._maps = [ref for ref in before._maps if ref() is not None]
 
     def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
-        """Read and triangulate one input, or take it from memory."""
+        """Read and triangulate one input, or take it from memory: stages ask dozens of times."""
+        if name not in self._known:
+            self._known[name] = self._read_once(name, role, value, others)
+        return self._known[name]
+
+    def _read_once(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
+        """The same when it is asked for first."""
         # a grid that exceeds the memory is opened first; its store is its content
         if role == "horizon" and stays_in_store(value):
             if name not in self._opened:
