@@ -76,7 +76,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     sizes = np.bincount(records[:, 0], minlength=n_face) if len(records) else np.zeros(n_face, int)
 
     # k segments of one face cross in k * k / 4 points at most if they are of two sheets
-    extra = 64 + min(int((sizes * sizes // 4).sum()), _MOST_CROSSINGS + len(records) // 4)
+    extra = 64 + min(int((sizes * sizes >> 2).sum()), _MOST_CROSSINGS + len(records) // 4)
     least = _RECORDS_OF_A_THREAD + len(contacts.x) // 16
     ends = list(pairwise(_divided(sizes, min(n_threads(), max(len(records) // least, 1)))))
     growth = 1

@@ -266,8 +266,11 @@ def common_rows(before: Earlier, keys: Sequence[Hashable], origin: np.ndarray) -
     return place if len(both) and (np.diff(both) > 0).all() else None
 
 
-def cut_changed(contacts: Contacts, carried: Carried) -> Children:
-    """Return the children of faces that have changed; `cut` are all faces that are cut.
+def cut_changed(
+    contacts: Contacts, carried: Carried, records: np.ndarray | None = None
+) -> Children:
+    """Return the children of faces that have changed, which `records` cut; `cut` are all faces that
+    are cut.
 
     Raises
     ------
@@ -275,7 +278,9 @@ def cut_changed(contacts: Contacts, carried: Carried) -> Children:
         As `cut_contacts`.
     """
     same = carried.same
-    new = cut_contacts(contacts, contacts.records_of(same.changed))
+    if records is None:
+        records = contacts.records_of(same.changed)
+    new = cut_contacts(contacts, records)
     is_cut = np.zeros(len(contacts.t) + 1, dtype=bool)  # the last one for face -1
     is_cut[same.face[carried.earlier.cut]] = True
     is_cut[:-1] &= ~same.changed

@@ -22,7 +22,7 @@ from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
 from geosurf.model import TriSurface
 
-_PAIRS_IN_THREADS = 50_000  # candidates of a scene: 5 ms of work
+_PAIRS_IN_THREADS = 15_000  # candidates of a scene: 2 ms of work
 
 # where the rows of a pair of surfaces begin in the table of all, a column of theirs, and they
 _Column = tuple[int, int, np.ndarray]

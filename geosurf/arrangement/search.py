@@ -51,7 +51,7 @@ METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
 _MANY = 1 << 20  # pairs; many more than the usual scene has
 _AT_ONCE = 1 << 15  # pairs: room for their contacts, 3 MB, is used again and again
-_PAIRS_OF_A_THREAD = 20_000  # 4 ms of work; a thread costs a tenth of one
+_PAIRS_OF_A_THREAD = 7_000  # 0.7 ms of work; a thread costs a tenth of one
 _CONTACTS_OF_A_THREAD = 25_000  # 2 ms of work
 
 

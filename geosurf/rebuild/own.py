@@ -9,28 +9,19 @@ surface, meet each other elsewhere than in common corners and edges.
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.search import Contacts, find_contacts
-from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.contacts.packed_contact import mark_met
-
-_MANY = 50_000  # contacts, from which two threads look at them
 
 
 def with_own_contacts(contacts: Contacts) -> Contacts:
     """The contacts, with those of surfaces with themselves that sharing vertices asks for."""
     # Faces that meet another surface.
     of, n_face = contacts.surface_of_face, len(contacts.t)
-    met, before = map_threads(
-        lambda mark: mark(),
-        [(partial(mark_met, contacts.rows, of, np.arange(n_face), n_face),),
-         (partial(_met_before, contacts),)],
-        worth=contacts.carried is not None and len(contacts.rows) > _MANY,
-    )  # fmt: skip
+    met = mark_met(contacts.rows, of, np.arange(n_face), n_face)
+    before = _met_before(contacts)
     searched = {tuple(pair) for pair in contacts.options["pairs"]}
     more = []
     for i, surface in enumerate(contacts.surfaces):

@@ -24,7 +24,7 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
-from geosurf.arrangement.threads import spare_threads
+from geosurf.arrangement.threads import map_threads, spare_threads
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
@@ -90,8 +90,8 @@ def cut_soundly(
     RoundingError
         If neither the coarsest step nor a shift helps: names the surface and the place.
     """
-    contacts = with_own_contacts(contacts)
-    children = _cut(contacts, known)
+    contacts, records = _with_records(contacts)
+    children = _cut(contacts, known, records)
     bad, made = _checked(contacts, children, then)
     if len(bad) == 0:
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}, made()
@@ -141,8 +141,24 @@ def _checked(
         return check.result(), made.result
 
 
-def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
-    """All children, or those of faces that no earlier arrangement cut alike."""
+def _with_records(contacts: Contacts) -> tuple[Contacts, np.ndarray | None]:
+    """Contacts with those of surfaces with themselves; and what cuts the faces of a change."""
+    carried: Carried | None = contacts.carried
+    if carried is None:
+        return with_own_contacts(contacts), None
+    records, found = map_threads(
+        lambda task: task(),
+        [(partial(contacts.records_of, carried.same.changed),),
+         (partial(with_own_contacts, contacts),)],
+        worth=len(contacts.rows) > _MANY,
+    )  # fmt: skip
+    return found, records if found is contacts else None  # nearly always
+
+
+def _cut(
+    contacts: Contacts, known: KnownPairs | None, records: np.ndarray | None = None
+) -> Children:
+    """All children, or those of faces that no earlier arrangement cut alike, with these records."""
     if contacts.carried is None:
         earlier: Earlier | None = None if known is None else known.arrangement()[0]
         same = None
@@ -152,7 +168,7 @@ def _cut(contacts: Contacts, known: KnownPairs | None) -> Children:
             return cut_contacts(contacts)
         most_stay = 2 * int(np.count_nonzero(same.changed)) <= len(same.changed)
         contacts.carried = Carried(earlier, same, edges=most_stay)
-    return cut_changed(contacts, contacts.carried)
+    return cut_changed(contacts, contacts.carried, records)
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
