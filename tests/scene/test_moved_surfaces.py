@@ -74,7 +74,9 @@ def test_a_scene_with_a_moved_surface_is_the_scene_made_afresh(seed, step, monke
     cut = repair.cut_changed
     monkeypatch.setattr(
         repair, "cut_changed",
-        lambda contacts, carried: found.append(carried.same) or cut(contacts, carried),
+        lambda contacts, carried, *given: (
+            found.append(carried.same) or cut(contacts, carried, *given)
+        ),
     )  # fmt: skip
     inputs = {
         "horizons": {
