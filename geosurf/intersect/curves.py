@@ -68,9 +68,9 @@ def intersect_surfaces(
         0: the curves of the triangles, which are the definition. Above 0 [m]: where surfaces
         have a lattice of at least 8 x 8 nodes, the curves of smooth surfaces through its nodes,
         with as few points as the tolerance allows; ``Curves.error_bound`` and ``Curves.places``
-        list what was found. On dense lattices whose triangles are near enough, and on rough ones,
-        the curves of the triangles are returned, since they cost less. Surfaces without a
-        lattice are taken as their triangles.
+        list what was found. Where the curves of the triangles are near enough, on rough lattices,
+        and near absent nodes, they are returned, since they cost less. Surfaces without a lattice
+        are taken as their triangles.
 
     Returns
     -------

@@ -12,11 +12,11 @@ from geosurf.arrangement.checked import check_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
-from geosurf.intersect.exact_route import exact_curves
+from geosurf.intersect.exact_route import exact_curves, judge
 from geosurf.intersect.layers import are_apart
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
-from geosurf.intersect.loops import find_lost, pair_keys
+from geosurf.intersect.loops import Found, find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, sides_of
 from geosurf.intersect.strand import Line, strand_of
 from geosurf.intersect.walk import walk_curves
@@ -126,20 +126,36 @@ def _pair(
         bound = np.inf if coarse else 0.0
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
 
-    # Rough and dense lattices: the exact curve costs less, and is as near.
+    # Rough and dense lattices: the exact curve costs less, and is as near. What triangles miss is
+    # looked for in cells that the bounds of the cubics leave over; where there are none, all is
+    # done.
+    judged = None if coarse else judge(one, two, tolerance)
+    at_once = judged is not None and judged.first and judged.shown
     given = one, two, origin, tolerance, linker, options, names
-    if not coarse and (exact := exact_curves(*given)) is not None:
-        return exact, [], [exact]
+    if judged is not None and at_once:
+        found = exact_curves(*given, judged)
+        if found is not None:
+            exact, followed = found
+            return exact if followed is None else followed.lines, [], [exact]
 
-    # Only cells that the bounds of the cubics leave over are looked at from here on.
     sides = sides_of(one, two, origin)
     near = find_candidates(*sides, 0.0 if coarse else tolerance)
+    if not len(near.pairs):
+        return [], coarse, []
     walked = walk_curves(sides, near, tolerance)
     # Both lattices are smooth wherever they may meet: done without triangles.
     if walked is not None:
         return walked, [], []
-    if not coarse and (exact := exact_curves(*given, walked=True)) is not None:
-        return exact, [], [exact]
+    if judged is not None and not at_once and (judged.first or judged.last):
+        found = exact_curves(*given, judged)
+        if found is not None:
+            exact, followed = found
+            if followed is None:
+                return exact, [], [exact]
+            beside: tuple[list[Line], list[Found]] = [], []
+            if not judged.shown:
+                beside = find_lost(sides, near, followed.lines, followed.keys, tolerance)
+            return followed.lines + beside[0], beside[1], [exact]
 
     # Otherwise the exact curve of the remaining triangles is moved onto the cubics.
     first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
@@ -147,7 +163,7 @@ def _pair(
     plain_curves = []
     keys = np.empty(0, dtype=np.int64)
 
-    if len(near.pairs) and first is not None and second is not None:
+    if first is not None and second is not None:
         pieces = first, second
         contacts = find_contacts((first.surface, second.surface), origin=origin, **options)
         plain = linker(contacts)
@@ -163,7 +179,7 @@ def _pair(
             ])  # fmt: skip
 
     # Loops smaller than a cell that no triangle shows.
-    lost, places = find_lost(sides, near, lines, keys, tolerance) if len(near.pairs) else ([], [])
+    lost, places = find_lost(sides, near, lines, keys, tolerance)
     for line in lines:
         line.bound = np.inf if coarse else line.bound
     return lines + lost, coarse + places, plain_curves

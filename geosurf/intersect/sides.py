@@ -18,7 +18,7 @@ from geosurf.kernels.smooth.coverage import cones_of
 from geosurf.kernels.smooth.curve_walk import find_and_walk
 from geosurf.kernels.smooth.near_blocks import boxes_of_cubics, near_blocks, shift_near
 from geosurf.kernels.smooth.patch_pyramid import BLOCK, lattice_pyramid
-from geosurf.model import TriSurface
+from geosurf.model import Lattice, TriSurface
 
 _MANY = 1000  # blocks, from which it pays to look for those that are near
 # By what part of the range of its nodes a cubic may leave it: half of what the absolute values of
@@ -139,6 +139,24 @@ class Candidates:
 def has_cubics(surface: TriSurface) -> bool:
     """Whether a surface has a lattice that is large enough for cubics and their check."""
     return surface.lattice is not None and min(surface.lattice.shape) >= LEAST
+
+
+def lattice_of(surface: TriSurface) -> Lattice | None:
+    """Return the lattice of a surface that has cubics, or None."""
+    return surface.lattice if has_cubics(surface) else None
+
+
+def nodes_of(lattice: Lattice | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coordinates of nodes (world) as tables, straight axes as one row and one column.
+
+    Of none: single zeros.
+    """
+    if lattice is None:
+        return _NONE, _NONE, _NONE
+    x, y = lattice.easting, lattice.northing
+    if x.ndim == 1:
+        x, y = x[None, :], y[:, None]
+    return x, y, lattice.elevation
 
 
 def sides_of(one: TriSurface, two: TriSurface, origin: np.ndarray) -> tuple[Side, Side]:

@@ -138,7 +138,7 @@ def test_a_rotated_grid_is_as_good():
     flat = TriSurface("Flat", "fault", flat.vertices - [2000, 2000, 0], flat.triangles)
     curves = intersect_surfaces([top, flat], tolerance=0.01)
     assert curves.closed.tolist() == [True]
-    assert np.abs(np.hypot(*curves.points[:, :2].T) - 1000).max() < 1e-9
+    assert np.abs(np.hypot(*curves.points[:, :2].T) - 1000).max() <= 0.2 * curves.error_bound[0]
 
 
 # ---- what triangles do not show ----------------------------------------------------------

@@ -5,6 +5,8 @@ Letters as in `cubic_patch`; nets (n, 4, 4, 3) Bernstein coefficients.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
@@ -88,5 +90,23 @@ def separated(one, two):
         low, high = _shadow(one, p, q, r)
         floor, ceiling = _shadow(two, p, q, r)
         if low > ceiling + SLACK or floor > high + SLACK:
+            return True
+    return False
+
+
+@scalar
+def lies_beside(net, t):
+    """Whether a plane through an edge of a triangle, across it, separates a net from it."""
+    for k in range(3):
+        a, b, c = t[k], t[(k + 1) % 3], t[(k + 2) % 3]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+
+        # The part of v across the edge points to the third corner.
+        along = (ux * vx + uy * vy + uz * vz) / (ux * ux + uy * uy + uz * uz)
+        p, q, r = vx - along * ux, vy - along * uy, vz - along * uz
+        size = math.sqrt(p * p + q * q + r * r)
+        _, high = _shadow(net, p / size, q / size, r / size)
+        if high < (p * a[0] + q * a[1] + r * a[2]) / size - SLACK:
             return True
     return False

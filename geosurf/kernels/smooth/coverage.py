@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.smooth.control_nets import net_normal, separated
+from geosurf.kernels.smooth.control_nets import lies_beside, net_normal, separated
 from geosurf.kernels.smooth.lift import (
     ASTRAY,
     F_POINT,
@@ -122,11 +122,19 @@ def _length(net, along_u):
 
 
 @scalar
-def _split(g, h, r, n):
-    """Split the longest side of part n into parts n and n + 1; False if all are smallest."""
+def _size(net):
+    """Square of the longest side of a net [m2]."""
+    return max(_length(net, True), _length(net, False))
+
+
+@scalar
+def _split(g, h, r, n, n_side):
+    """Split the longest of the first sides of part n into parts n and n + 1; False if all are
+    smallest.
+    """
     # Choose the parameter with the longest side in space.
     best, longest = -1, 0.0
-    for k in range(4):
+    for k in range(n_side):
         # Parameters whose range is smallest already are not split again.
         if r[n, 2 * k + 1] - r[n, 2 * k] > _SMALLEST:
             size = _length(g[n] if k < 2 else h[n], k % 2 == 0)
@@ -258,18 +266,24 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
         # A transverse pair with a known curve holds no other one.
         if seen and transverse(ca[0], ca[1], ca[2], ca[3], cb[0], cb[1], cb[2], cb[3]):
             continue
+        # Triangles of one plane are near the same cells; their edges tell them apart.
+        if mesh and not seen and lies_beside(nets_a[a], c[cell_b[b]]):
+            continue
         g[0], h[0] = nets_a[a], nets_b[b]
         _set_ranges(za, zb, cell_a[a], cell_b[b], r)
 
-        # Parts of this pair on a stack.
-        top, looked = 1, 0
+        # Parts of this pair on a stack. A triangle larger than the cell stays whole: its edges
+        # exclude more than its parts do.
+        top, looked, n_side = 1, 0, 4
         tri = cell_b[b] if mesh else 0
+        if mesh and _size(h[0]) > _size(g[0]):
+            n_side = 2
         while top > 0:
             # The part on top of the stack.
             n = top - 1
             looked += 1
             looked_in_all += 1
-            if separated(g[n], h[n]):
+            if separated(g[n], h[n]) or (n_side == 2 and lies_beside(g[n], c[tri])):
                 top -= 1
                 continue
             ap, aq, ar, aw = cone(g[n])
@@ -294,7 +308,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
 
             # Split undecided parts until they are smallest or too many.
             enough = looked >= _MOST or looked_in_all >= _IN_ALL
-            if kind < 0 and not enough and _split(g, h, r, n):
+            if kind < 0 and not enough and _split(g, h, r, n, n_side):
                 top += 1
                 continue
 

@@ -83,7 +83,7 @@ _CAREFUL, _GROWTH = 0.85, 1.4
 
 
 @scalar
-def _allowed(knot, tolerance):
+def allowed_distance(knot, tolerance):
     """Allowed distance of the next arc from the curve [m]."""
     # Errors of both cubics, as they move the curve: over the sine between the surfaces.
     error = (knot[K_ERROR] + knot[K_ERROR + 3]) / knot[K_SINE]
@@ -162,7 +162,7 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
         # Try to close: the start is ahead and within reach of a step.
         start, here, goal = knots[first], knots[n - 1], knots[n]
         # A step crosses two cells at most, by the parameter that changes fastest.
-        step, target = min(step, _FARTHEST / steepest), _allowed(here, tolerance)
+        step, target = min(step, _FARTHEST / steepest), allowed_distance(here, tolerance)
         ax, ay, az = start[0] - here[0], start[1] - here[1], start[2] - here[2]
         left = math.sqrt(ax * ax + ay * ay + az * az)
         ahead = ax * here[K_SLOPE] + ay * here[K_SLOPE + 1] + az * here[K_SLOPE + 2]

@@ -51,24 +51,34 @@ def _bends(q, i, j, sums):
 
 @scalar
 def _judge(x, y, z, most, f):
-    """Second differences of a lattice, and its noise: root mean squares over samples [m]."""
+    """Second differences of a lattice, and its noise: root mean squares over samples [m].
+
+    Samples next to absent nodes do not count; where none is left, nothing is foreseen: inf.
+    """
     n_row, n_col = z.shape
-    sums = np.zeros((3, 2))
-    fine, finer, noise, n = 0.0, 0.0, 0.0, most * most
+    sums, here = np.zeros((3, 2)), np.zeros((3, 2))
+    fine, finer, noise, n = 0.0, 0.0, 0.0, 0
     for k in range(most):
         i = _sampled(n_row, k, most)
         for m in range(most):
             j = _sampled(n_col, m, most)
+            here[:] = 0.0
             if x.shape[0] > 1:  # axes are even, or nearly so
-                _bends(x, i, j, sums[0])
-                _bends(y, i, j, sums[1])
-            _bends(z, i, j, sums[2])
+                _bends(x, i, j, here[0])
+                _bends(y, i, j, here[1])
+            _bends(z, i, j, here[2])
             evaluate(x, y, z, j + 0.5, i + 0.5, f, 0)
             p, q, r = normal(f, 0)
             d, e, g = interpolant_differences(x, y, z, j + 0.5, i + 0.5, p, q, r)
+            if not math.isfinite(here.sum() + d + e + g):
+                continue
+            sums += here
             fine += d * d
             finer += e * e
             noise += g * g
+            n += 1
+    if n == 0:
+        return np.inf, 0.0
     bends = 0.0
     for k in range(3):
         bends += math.sqrt(sums[k, 0] / n) + math.sqrt(sums[k, 1] / n)
@@ -80,7 +90,7 @@ def _judge(x, y, z, most, f):
 
 @entry("d2 d2 d2 d2 d2 d2 l -> d d")
 def judge_lattices(xa, ya, za, xb, yb, zb, most):
-    """Sums of second differences and of noise of whole lattices, from `most`² nodes of each [m].
+    """Sums of second differences and of noise of lattices, from `most`² nodes of each [m].
 
     Triangles leave a surface by an eighth of its second differences. A second lattice of one row is
     none.
@@ -112,7 +122,7 @@ def _corners_of(x, y, z, key, rising, c):
 
 
 @scalar
-def _parameters(c, x):
+def parameters_in(c, x):
     """Barycentric coordinates of a point in the plane of a triangle: those of corners 1 and 2."""
     return solve_tangents(
         c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2],
@@ -122,16 +132,16 @@ def _parameters(c, x):
 
 
 @scalar
-def _on_lattice(x, y, z, key, rising, place, c, w, first):
+def on_lattice(x, y, z, key, rising, place, c, w, first):
     """Column and row of a point in a triangle of a lattice, into w[first : first + 2]."""
     _corners_of(x, y, z, key, rising, c)
-    s, t = _parameters(c, place)
+    s, t = parameters_in(c, place)
     w[first] = c[0, 4] + s * (c[1, 4] - c[0, 4]) + t * (c[2, 4] - c[0, 4])
     w[first + 1] = c[0, 3] + s * (c[1, 3] - c[0, 3]) + t * (c[2, 3] - c[0, 3])
 
 
 @scalar
-def _corners_of_face(x, t, face, origin, c):
+def corners_of_face(x, t, face, origin, c):
     """World coordinates of the corners of a face into c (3, 3)."""
     for k in range(3):
         for axis in range(3):
@@ -147,7 +157,7 @@ def _in_lines(rows):
     return n
 
 
-@entry("d2 d2 d2 d2 d2 d2 l l l2 l2 d2 l2 l1 l1 d1 l -> d d l l")
+@entry("d2 d2 d2 d2 d2 d2 l l l2 l2 d2 l2 l1 l1 d1 l -> d d d l l")
 def error_of_exact(
     xa, ya, za, xb, yb, zb, rising_a, rising_b, rows, ids, x, t, surface_of_face, key_of_face,
     origin, most,
@@ -157,7 +167,7 @@ def error_of_exact(
 
     At most `most` segments are looked at; they are contacts as in `geosurf.arrangement.search`.
     The numbers are of segments that were measured, and of those astray. None was measured where
-    less than half can be, or where one meets a hole.
+    less than half can be; segments next to holes do not count.
     """
     n_line = _in_lines(rows)
     step = max(1, (n_line + most - 1) // most)
@@ -166,7 +176,7 @@ def error_of_exact(
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     f, w, corners = np.empty(N_WORK), np.empty(4), np.empty((3, 5))
     measured, moved, middle = np.empty((n, 7)), 0.0, np.empty(3)
-    line, tri, good, astray = -1, -1, 0, 0
+    line, tri, good, astray, unknown = -1, -1, 0, 0, 0
     for k in range(rows.shape[0]):
         if n_corner_of(rows[k, HOW]) != 2:
             continue
@@ -179,12 +189,12 @@ def error_of_exact(
             one, two = two, one
         for axis in range(3):
             middle[axis] = 0.5 * (x[ids[k, 0], axis] + x[ids[k, 1], axis]) + origin[axis]
-        _on_lattice(xa, ya, za, key_of_face[one], rising_a, middle, corners, w, 0)
+        on_lattice(xa, ya, za, key_of_face[one], rising_a, middle, corners, w, 0)
         if zb.shape[0] > 1:
-            _on_lattice(xb, yb, zb, key_of_face[two], rising_b, middle, corners, w, 2)
+            on_lattice(xb, yb, zb, key_of_face[two], rising_b, middle, corners, w, 2)
         else:
-            _corners_of_face(x, t, two, origin, c[tri])
-            w[2], w[3] = _parameters(c[tri], middle)
+            corners_of_face(x, t, two, origin, c[tri])
+            w[2], w[3] = parameters_in(c[tri], middle)
         px, py, pz = middle[0], middle[1], middle[2]
         found = newton_in_plane(surfaces, tri, w, px, py, pz, 0.0, 0.0, 0.0, f)
         if found == LIFTED:
@@ -193,19 +203,20 @@ def error_of_exact(
             if math.isnan(measured[good, 0] + measured[good, 3]):
                 found = HOLE
         if found == HOLE:
-            return 0.0, 0.0, 0, 0
+            unknown += 1
         if found == LIFTED:
             dx, dy, dz = f[F_POINT] - px, f[F_POINT + 1] - py, f[F_POINT + 2] - pz
             moved = max(moved, math.sqrt(dx * dx + dy * dy + dz * dz))
             good += 1
         elif found == ASTRAY:
             astray += 1
-    if good == 0 or 2 * good < n:
-        return 0.0, 0.0, 0, 0
+    if good == 0 or 2 * good < n - unknown:
+        return 0.0, 0.0, 0.0, 0, astray
     worst, noise = 0.0, np.empty(good)
     for k in range(good):
         total, noise[k] = error_at(measured, 0, k, 0, good)
         worst = max(worst, total)
 
     # halfway along a segment is not always where it is farthest, and others are not looked at
-    return 2.0 * moved + worst, np.sort(noise)[good // 2], good, astray
+    noise = np.sort(noise)
+    return 2.0 * moved + worst, noise[good // 2], noise[good - 1], good, astray

@@ -123,6 +123,8 @@ def cut_chords(knots, a, b, tolerance, rows, n):
     for k in range(a, b):
         if k == a:
             count = 1
+        elif knots[k, K_LENGTH] < 0.0:
+            count = 0  # the same point on the next triangle: nothing joins both
         else:
             # Between the places where it was measured an arc may be farther away.
             arc_error = ARC_SAFETY * knots[k, K_DISTANCE]
