@@ -8,6 +8,9 @@ triangle, nothing over it meets, neither inside nor on its rim.
 The places of nodes are checked, not believed. In columns and rows of a fitted lattice, each lies
 within `OFF` of its own node. So the map of triangles from the lattice to the places is the identity
 and a part whose gradient is below 1, and different triangles do not overlap.
+
+A sheet that is a `TornLattice` has its nodes by number, and nothing has to be fitted or listed:
+its lattice does not fold, and its ghosts lie over nodes to the last digit.
 """
 
 from __future__ import annotations
@@ -17,13 +20,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.arrangement import tree
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import TriSurface
 from geosurf.model.base import all_of, any_of
+from geosurf.model.torn_lattice import TornLattice
 
 GHOST, NODE = "ghost", "node"
 OFF = 0.1  # columns and rows: 0.35 would do, see above
 FITTED = 4000  # vertices that the lattice is fitted to
 _KEPT = "_lattice_map"
+_HEIGHTS = "_heights_over_nodes"
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +143,9 @@ def pairs_over_lattice(
     """
     if not all(NODE in surface.vertex_data for surface in surfaces):
         return None
+    torn = _pairs_over_nodes(surfaces, origin)
+    if torn is not None:
+        return torn
     one, two = (lattice_map(surface) for surface in surfaces)
     if one is None or two is None or (one.n_col, one.rising) != (two.n_col, two.rising):
         return None
@@ -171,3 +180,88 @@ def _may_meet(surface: TriSurface, above: np.ndarray, below: np.ndarray) -> np.n
     # over a node of one sheet only nothing meets
     higher, lower = (np.where(known, side[at], True) for side in (above, below))
     return np.flatnonzero(~all_of(higher[corners]) & ~all_of(lower[corners]))
+
+
+# ---- torn lattices -------------------------------------------------------------------------
+
+
+def _pairs_over_nodes(
+    surfaces: tuple[TriSurface, TriSurface], origin: np.ndarray
+) -> tuple[np.ndarray, dict[str, int]] | None:
+    """`pairs_over_lattice` of two torn lattices with the same nodes in the map; None of others."""
+    one, two = (surface.torn for surface in surfaces)
+    if one is None or two is None or not _are_alike(one, two):
+        return None
+    heights = [_heights_over_nodes(surface) for surface in surfaces]
+    low, high = ([of[k] - origin[2] for of in heights] for k in (0, 1))
+    # bit 0: the first sheet is above the second one over a node; bit 1: it is below
+    sides = (low[0] > high[1]).astype(np.uint8) | ((high[0] < low[1]).astype(np.uint8) << 1)
+    # around nodes at two places triangles overlap as they like, but all of these have such a node
+    sides[_at_two_places(one, two)] = 0
+    parts = [_rows_that_may_meet(of, sides) for of in (one, two)]
+    if not all(len(rows) for rows, _, _ in parts):
+        return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
+    pairs, cost = tree.candidate_pairs(*(tree.tree_of_list(x, t) for _, x, t in parts))
+    return np.stack([parts[k][0][pairs[:, k]] for k in (0, 1)], axis=1), cost
+
+
+def _are_alike(one: TornLattice, two: TornLattice) -> bool:
+    """Whether two torn lattices have the same cells in maps that do not fold, and ghosts on nodes."""
+    if (one.shape, one.rising) != (two.shape, two.rising):
+        return False
+    return all(of.node_of_ghost is not None and of.nodes_lie_apart for of in (one, two))
+
+
+def _at_two_places(one: TornLattice, two: TornLattice) -> np.ndarray:
+    """Nodes (n,), bool, that two lattices have at different places in the map."""
+    if one.easting is two.easting and one.northing is two.northing:
+        return np.zeros(one.n_node, dtype=bool)
+    (x, y), (u, v) = one.horizontal(), two.horizontal()
+    found: np.ndarray = ((x != u) | (y != v)).ravel()
+    return found
+
+
+def _heights_over_nodes(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest elevation of a torn lattice over each node (n,), remembered on it.
+
+    Over absent nodes inf and -inf.
+    """
+    if _HEIGHTS not in surface.__dict__:
+        torn = surface.torn
+        assert torn is not None  # the caller has asked
+        z = torn.elevation.ravel()
+        low, high = np.where(np.isnan(z), np.inf, z), np.where(np.isnan(z), -np.inf, z)
+        np.minimum.at(low, torn.node_of_ghost, torn.ghosts[:, 2])
+        np.maximum.at(high, torn.node_of_ghost, torn.ghosts[:, 2])
+        surface.__dict__[_HEIGHTS] = low, high
+    found: tuple[np.ndarray, np.ndarray] = surface.__dict__[_HEIGHTS]
+    return found
+
+
+def _rows_that_may_meet(
+    torn: TornLattice, sides: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows of triangles over whose nodes not always the same sheet is the higher one, by `sides`.
+
+    With their places (n, 3), and their corners among these.
+    """
+    grid = sides.reshape(torn.shape)
+    south, north = (grid[:-1, :-1], grid[:-1, 1:]), (grid[1:, :-1], grid[1:, 1:])
+    across = south[0] & north[1] if torn.rising else south[1] & north[0]
+    both = (south[1], north[0]) if torn.rising else (south[0], north[1])
+    halves = np.stack([across & corner for corner in both], axis=2)
+    keys = np.flatnonzero(halves.ravel() == 0)
+    keys = keys[~is_among(keys, torn.gone)]
+    corners = torn.corners_of_keys(keys)
+    if not torn.nodes_are_all_there:
+        there = all_of(torn.present.ravel()[corners])
+        keys, corners = keys[there], corners[there]
+
+    # over the nodes of the lattice, then of ghosts
+    every = np.concatenate([sides, sides[torn.node_of_ghost]])
+    a, b, c = every[torn.copies].T
+    copies = np.flatnonzero((a & b & c) == 0)
+    corners = np.concatenate([corners, torn.copies[copies]])
+    nodes = distinct(corners)
+    rows = np.concatenate([torn.rows_of_keys(keys), torn.n_whole + copies])
+    return rows, torn.places_of_nodes(nodes), np.searchsorted(nodes, corners)
