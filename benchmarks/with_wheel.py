@@ -7,6 +7,7 @@ takes minutes. Further words go to the benchmark: ``with_wheel ensembles throw -
 
 from __future__ import annotations
 
+import compileall
 import os
 import subprocess
 import sys
@@ -27,8 +28,11 @@ def main() -> int:
         return 1
     beside = Path(found.site) / "benchmarks"
     beside.symlink_to(PACKAGE.parent / "benchmarks", target_is_directory=True)
-    # the folder comes first for processes that a benchmark starts, too
+    # the folder comes first for processes that a benchmark starts, too; bytecode is there, as after
+    # an installation or a first run
+    compileall.compile_dir(Path(found.site) / "geosurf", quiet=2)
     environment = dict(os.environ, PYTHONPATH=found.site)
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [sys.executable, "-m", f"benchmarks.{sys.argv[1]}", *sys.argv[2:]]
     return subprocess.run(command, cwd=found.site, env=environment, check=False).returncode
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.kernels.meshes.kept import kept_triangles
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, frozen
 from geosurf.model.pieces import HalfEdges, Pieces, Strips
 from geosurf.rebuild.listed import Listed
@@ -143,9 +144,6 @@ def _numbered(strips: Strips, number: np.ndarray) -> Strips:
 
 def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A label of each patch, the same where they become one; and the edges that stay curves."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     # What is left at each curve edge, the surfaces in order.
     edge, triangle, _ = mesh.at_curves
     edge, triangle = edge[keep[triangle]], triangle[keep[triangle]]
@@ -159,9 +157,8 @@ def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     # patches on both sides of an edge that has ceased to be a curve become one
     inner = plain & (times == 2)
 
-    a, b = (mesh.patch_of_triangle[triangle[at[inner]]] for at in (first, last))
-    links = coo_array((np.ones(len(a)), (a, b)), shape=(mesh.n_patch, mesh.n_patch))
-    return connected_components(links, directed=False)[1], mesh.curve_edges[numbers[~plain]]
+    links = mesh.patch_of_triangle[np.column_stack([triangle[at[inner]] for at in (first, last)])]
+    return join_pairs(links, mesh.n_patch), mesh.curve_edges[numbers[~plain]]
 
 
 def _with_area(report: Mapping[str, Any], areas: Mapping[int, np.ndarray]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ file                 content
 `plain_runner`       kernels as plain Python
 `numba_runner`       kernels compiled by numba, and cached
 `frozen_runner`      kernels from a precompiled library, without numba
+`own_library`        a precompiled library of these sources, in the cache
 `helpers`            helpers of kernels under numba; the options of numba
 `written_arguments`  which arguments a kernel writes
 `warmup`             ``geosurf warmup``: compile all kernels ahead of time

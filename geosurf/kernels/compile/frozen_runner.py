@@ -1,4 +1,4 @@
-"""Kernels frozen into a library when the wheel was built: loaded by ctypes, without numba.
+"""Kernels frozen into a library, mostly when a wheel was built: loaded by ctypes, without numba.
 
 The library speaks numba's calling convention, which is plain C::
 
@@ -19,7 +19,7 @@ import hashlib
 import json
 import pickle
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -117,8 +117,14 @@ class Library:
         self.inside.restype = ctypes.c_void_p
         # The library asks the CPU itself, since Python has no portable way to.
         self.level = self._best_level()
-        self._release = self._library.geosurf_release
-        self._release.argtypes, self._release.restype = [ctypes.c_void_p], None
+        # Memory of results is given back by the library alone: no code of Python runs for that.
+        use = self._library.geosurf_use
+        use.argtypes, use.restype = [ctypes.c_void_p], None
+        use(ctypes.cast(self.inside, ctypes.c_void_p))
+        self._release = ctypes.cast(self._library.geosurf_release, ctypes.c_void_p)
+        self._capsule = ctypes.pythonapi.PyCapsule_New
+        self._capsule.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
+        self._capsule.restype = ctypes.py_object
 
     def _best_level(self) -> str:
         here = self._library.geosurf_level()
@@ -152,18 +158,25 @@ class Library:
                 "GEOSURF_JIT=1 runs without the library."
             ) from None
 
-    def adopt(self, fields: Mapping[str, Any]) -> Any:
-        """Return what makes numpy own an array that a kernel has allocated."""
-        return _Owner(fields, self._release)
+    def owner(self, block: int) -> Any:
+        """Return what keeps memory that a kernel has allocated, and gives it back at its end."""
+        return self._capsule(block, None, self._release)
 
 
 class FrozenRunner:
-    """Runs the machine code that came with the wheel."""
+    """Runs the machine code of a library.
+
+    Parameters
+    ----------
+    library : Library
+    origin : str
+        Where it is from, for people.
+    """
 
     compiles = False
 
-    def __init__(self, library: Library) -> None:
-        self._library = library
+    def __init__(self, library: Library, origin: str = "came with this installation") -> None:
+        self._library, self._origin = library, origin
 
     def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return the helper as it is; frozen kernels have their own copy."""
@@ -184,8 +197,8 @@ class FrozenRunner:
         """Return one sentence for people."""
         made = self._library.manifest["made_with"]
         return (
-            f"kernels are frozen: machine code for {self._library.level} that came with "
-            f"this installation, made with numba {made['numba']}."
+            f"kernels are frozen: machine code for {self._library.level} that {self._origin}, "
+            f"with numba {made['numba']}."
         )
 
     def obstacle(self) -> str:
@@ -257,15 +270,13 @@ class FrozenKernel:
         dtype = DTYPES[letters[0]]
         # An owner: the kernel has allocated this memory, and numpy has to give it back.
         if words[0]:
-            fields = {
+            return np.asarray(_Memory(self._library.owner(words[0]), {
                 "version": 3,
                 "data": (address, False),
                 "typestr": dtype.str,
                 "shape": shape,
                 "strides": strides,
-                "owner": words[0],
-            }
-            return np.asarray(self._library.adopt(fields))
+            }))  # fmt: skip
         # No owner: the result is a part of an argument, found by its address.
         for array in arguments:
             if isinstance(array, np.ndarray):
@@ -275,17 +286,14 @@ class FrozenKernel:
         raise InvariantError(f"kernel {self._name} returned foreign memory; please report it.")
 
 
-class _Owner:
-    """Memory that a kernel has allocated, given back when the last array on it is gone."""
+class _Memory:
+    """Memory that a kernel has allocated; it goes with the last array on it."""
 
-    def __init__(self, fields: Mapping[str, Any], release: Callable[[int], None]) -> None:
+    __slots__ = ("__array_interface__", "owner")
+
+    def __init__(self, owner: Any, interface: dict[str, Any]) -> None:
         # numpy reads the interface and keeps this object alive with the array.
-        self.__array_interface__ = dict(fields)
-        self._block = self.__array_interface__.pop("owner")
-        self._release = release
-
-    def __del__(self) -> None:
-        self._release(self._block)
+        self.owner, self.__array_interface__ = owner, interface
 
 
 class _Exception(ctypes.Structure):

@@ -15,7 +15,7 @@ when the first kernel is imported, and holds for all of them:
 runner           what runs                                           when
 ===============  ==================================================  =============================
 `plain_runner`   Python itself, every index checked                  NUMBA_DISABLE_JIT=1
-`frozen_runner`  machine code of the wheel, without numba            a library of the same sources
+`frozen_runner`  machine code of a library, without numba            the wheel or the cache has one
 `numba_runner`   machine code compiled here by numba, and cached     otherwise, or GEOSURF_JIT=1
 ===============  ==================================================  =============================
 
@@ -84,10 +84,10 @@ def choose() -> Runner:
     if not _asked("GEOSURF_JIT"):
         from geosurf.kernels.compile.frozen_runner import FrozenRunner, Library, Unfit, stamp_of
 
-        folder = os.environ.get("GEOSURF_FROZEN")
+        folder, stamp = os.environ.get("GEOSURF_FROZEN"), stamp_of(ROOT)
         try:
             # A library that fits is taken even where numba is installed: it starts at once.
-            return FrozenRunner(Library(Path(folder or ROOT / "frozen"), stamp_of(ROOT)))
+            return FrozenRunner(Library(Path(folder or ROOT / "frozen"), stamp))
         except Unfit as unfit:
             reason = str(unfit)
             # A library that was asked for by name must not be replaced silently.
@@ -96,6 +96,12 @@ def choose() -> Runner:
                     f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze "
                     "the kernels again."
                 ) from unfit
+        from geosurf.kernels.compile.own_library import own_library
+
+        try:
+            return FrozenRunner(own_library(stamp), "`geosurf warmup --library` made")
+        except Unfit as unfit:
+            reason += f", and {unfit}"
     # No library fits: compile here.
     from geosurf.kernels.compile.numba_runner import JitRunner
 

@@ -86,9 +86,16 @@ void *NRT_Allocate(size_t size) { return malloc(size > 0 ? size : 1); }
 
 void NRT_Free(void *room) { free(room); }
 
+/* A result is owned by a capsule of Python, whose pointer Python's own function finds: the loader
+ * hands it over, since this library is linked with no Python. */
+static block *(*inside)(void *capsule, const char *name);
+
+PUBLIC void geosurf_use(void *function) { inside = function; }
+
 /* One owner less; called by Python when a result is garbage. */
-PUBLIC void geosurf_release(block *b)
+PUBLIC void geosurf_release(void *capsule)
 {
+    block *b = inside(capsule, NULL);
     if (__atomic_sub_fetch(&b->count, 1, __ATOMIC_ACQ_REL) == 0)
         NRT_MemInfo_call_dtor(b);
 }

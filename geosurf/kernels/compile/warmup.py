@@ -63,6 +63,29 @@ def warm(progress: Progress | None = None) -> str:
     return f"{done}, {n_loaded} were compiled before; cached in {kernel_folder()}."
 
 
+def warm_library() -> str:
+    """
+    Compile all kernels into one library in the cache, as a wheel has it.
+
+    Returns
+    -------
+    str
+        One sentence: what was done, or why there is nothing to do.
+
+    Raises
+    ------
+    DependencyError
+        If there is no C compiler.
+    OutputError
+        If the library cannot be saved.
+    """
+    if not jit.RUNNER.compiles:
+        return f"Nothing to compile: {jit.RUNNER.describe()}"
+    from geosurf.kernels.compile.own_library import freeze_into_cache
+
+    return freeze_into_cache()
+
+
 def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
     """Whether each kernel was there already; files are shared out among processes."""
     found: dict[str, bool] = {}

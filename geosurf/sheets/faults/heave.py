@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.sheets.faults.cut_edges import RISING, Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
@@ -105,10 +106,9 @@ def _median(values: np.ndarray, width: int) -> np.ndarray:
     n = len(values)
     if n == 0:
         return values
-    from scipy.ndimage import median_filter
-
     half = min(width // 2, (n - 1) // 2)
-    found: np.ndarray = median_filter(values, 2 * half + 1, mode="nearest")
+    windows = sliding_window_view(np.pad(values, half, mode="edge"), 2 * half + 1)
+    found: np.ndarray = np.partition(windows, half, axis=1)[:, half]
     return found
 
 
