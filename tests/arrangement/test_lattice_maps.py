@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -72,3 +73,31 @@ def test_a_sheet_names_the_nodes_of_its_lattice_and_its_ghosts():
     wrong = TriSurface("Top", "horizon", surface.vertices, surface.triangles, vertex_data=turned)
     assert lattice_map(wrong) is None
     assert not without_ghosts(wrong).any()
+
+
+def test_torn_lattices_have_the_candidates_of_their_lists():
+    """Without a list of triangles, and with nodes that both sheets have at different places."""
+    world = gs.synthetic.torn("normal", n=31)
+    top = gs.tear_horizon(world.horizons["Top"], world.faults, trim=2.0)
+    holed = world.horizons["Top"] - 20.0
+    holed[3:5, 20:24] = np.nan
+    low = gs.tear_horizon(holed, world.faults, trim=2.0, name="Low")
+    east = np.broadcast_to(top.lattice.easting, top.lattice.shape).copy()
+    north = np.broadcast_to(top.lattice.northing[:, None], top.lattice.shape).copy()
+    east[12, 7] += 2.0**-6
+    moved = replace(top, name="Moved", lattice=gs.model.Lattice(east, north,
+                    top.lattice.elevation - 3.0, top.lattice.rising))  # fmt: skip
+    for pair in ((top, low), (top, moved), (moved, low)):
+        sheets = tuple(sheet.surface for sheet in pair)
+        assert all(surface.torn is not None for surface in sheets)
+        found, _ = pairs_over_lattice(sheets, ORIGIN)
+        listed, _ = pairs_over_lattice(tuple(map(as_list, sheets)), ORIGIN)
+        assert len(listed) > 0
+        assert set(map(tuple, found.tolist())) == set(map(tuple, listed.tolist()))
+
+
+def as_list(surface: TriSurface) -> TriSurface:
+    """The same without its lattice."""
+    marks = dict(surface.vertex_data)
+    return TriSurface(surface.name, "horizon", surface.vertices, surface.triangles,
+                      vertex_data=marks)  # fmt: skip

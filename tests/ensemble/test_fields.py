@@ -151,3 +151,18 @@ def test_impossible_fields_are_refused():
     twice = grid.weights_at(grid.corner + np.array([[500.0, 400.0], [500.0, 400.0]]))
     with pytest.raises(InputError, match=r"cannot be met together with the others.*Leave one"):
         GaussianField(grid, Covariance(9.0, 500.0), twice, np.array([0.0, 5.0]))
+
+
+@pytest.mark.parametrize("shape", [(41, 60), (1, 30), (75, 64)])
+def test_transforms_have_the_bits_of_scipy(shape):
+    """Fields were made by `scipy.fft`, which takes a quarter of a second to load."""
+    from scipy.fft import irfft2, next_fast_len, rfft2
+
+    places = np.array([[0.0, 0.0], [50.0 * shape[1], 50.0 * shape[0]]])
+    grid = FieldGrid.around(places, 50.0)
+    field = GaussianField(grid, Covariance(sd=4.0, range=400.0))
+    assert all(n == next_fast_len(n, real=True) for n in field.torus)
+    noise = np.random.default_rng(5).standard_normal(field.torus)
+    roots = np.sqrt(np.maximum(rfft2(field.row).real, 0.0))
+    wanted = irfft2(roots * rfft2(noise), s=field.torus)[: grid.shape[0], : grid.shape[1]]
+    assert np.array_equal(field.simulate(np.random.default_rng(5)), wanted)
