@@ -60,8 +60,8 @@ def main() -> None:
     parser.add_argument("--processes", action=argparse.BooleanOptionalAction)
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
-    # Workers find bytecode, as users' do: without it each of them compiles 450 files, half a second.
-    # The first run of changed sources writes it.
+    # Workers find bytecode, as users' do: without it each compiles 450 files, half a second. The
+    # first run of changed sources writes it.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     scene, uncertain = CASES[asked.case]()
     start = time.perf_counter()

@@ -206,7 +206,7 @@ def _pairs_over_nodes(
 
 
 def _are_alike(one: TornLattice, two: TornLattice) -> bool:
-    """Whether two torn lattices have the same cells in maps that do not fold, and ghosts on nodes."""
+    """Whether two torn lattices have equal cells, maps that do not fold, and ghosts on nodes."""
     if (one.shape, one.rising) != (two.shape, two.rising):
         return False
     return all(of.node_of_ghost is not None and of.nodes_lie_apart for of in (one, two))
