@@ -13,7 +13,7 @@ after the other. The largest move is reported, and if that does not help, the ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
 from typing import TypeVar
@@ -22,7 +22,7 @@ import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
-from geosurf.arrangement.known_pairs import KnownPairs
+from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.arrangement.threads import map_threads, spare_threads
 from geosurf.conventions import place
@@ -98,7 +98,7 @@ def cut_soundly(
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
     # moved.
-    given = contacts.surfaces
+    given, searched = contacts.surfaces, contacts.searched
     moved = [np.empty(0, dtype=np.int64) for _ in given]
     first, held = (contacts, bad), _held(given)
 
@@ -110,8 +110,10 @@ def cut_soundly(
             _mark(contacts, bad, moved)
             both = zip(given, moved, strict=True)
             surfaces = [moved_surface(s, m, move, step, held) for s, m in both]
+            unmoved = _of_unmoved(searched, moved)
             try:
-                contacts = with_own_contacts(find_contacts(surfaces, **contacts.options))
+                found = find_contacts(surfaces, **contacts.options, known=unmoved)
+                contacts = with_own_contacts(found)
             except SurfaceError:
                 break  # a face lost its area at this step
 
@@ -121,6 +123,20 @@ def cut_soundly(
                 report = _moves(given, surfaces, moved)
                 return contacts, children, report, then(contacts, children)
     raise _refusal(*first)
+
+
+def _of_unmoved(
+    searched: Mapping[tuple[int, int], Known], moved: Sequence[np.ndarray]
+) -> KnownPairs:
+    """What a search found of the pairs of surfaces of which no vertex moves: it is not repeated."""
+
+    def get(key: Hashable) -> Known | None:
+        """The pair of two surfaces, by their numbers."""
+        assert isinstance(key, tuple)
+        _, i, j, *_ = key
+        return None if len(moved[i]) or len(moved[j]) else searched.get((i, j))
+
+    return KnownPairs(get, lambda key, one: None, list(range(len(moved))))
 
 
 def _checked(
