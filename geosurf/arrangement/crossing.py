@@ -125,7 +125,8 @@ def _near_pairs(
         return np.column_stack([first, second])[first < n_first]
 
     boxes = triangle_boxes(x, triangles)
-    grid = fit_voxels(boxes[:n_first], boxes, coarser=_COARSER)
+    first_boxes = boxes if n_first == len(boxes) else boxes[:n_first]
+    grid = fit_voxels(first_boxes, boxes, coarser=_COARSER)
     if grid is None:
         return np.empty((0, 2), dtype=np.int64)
 

@@ -52,11 +52,17 @@ def test_a_long_bucket_is_sorted_too():
 
 @given(triangles())
 def test_triangles_have_one_number_for_each_set_of_corners(t):
-    number, rising, n = number_triangles(t)
+    number, rising, n, n_all = number_triangles(t, len(t))
     known: dict[frozenset, int] = {}
     wanted = [known.setdefault(frozenset(row), len(known)) for row in t.tolist()]
     assert number.tolist() == wanted
-    assert n == len(known)
+    assert n == n_all == len(known)
+
+    # of the first ones alone, and how many more sets the others have
+    half = len(t) // 2
+    some = number_triangles(t, half)
+    assert [one.tolist() for one in some[:2]] == [wanted[:half], rising.tolist()[:half]]
+    assert some[2:] == (len(set(wanted[:half])), len(known))
     for row, up in zip(t.tolist(), rising.tolist(), strict=True):
         low = row.index(min(row))
         assert up == (row[(low + 1) % 3] < row[(low + 2) % 3])

@@ -156,9 +156,11 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
 
     # all that is listed, and of runs what is near other surfaces
     more, surface = candidates(facts)
-    t = np.arange(len(x), len(x) + 3 * len(more)).reshape(-1, 3)
-    x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([elements.triangles, t])
-    surface = np.concatenate([elements.surface_of_triangle[elements.element], surface])
+    t, of_listed = elements.triangles, elements.surface_of_triangle[elements.element]
+    if len(more):
+        own = np.arange(len(x), len(x) + 3 * len(more)).reshape(-1, 3)
+        x, t = np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([t, own])
+    surface = np.concatenate([of_listed, surface]) if len(more) else of_listed
     flat = is_graph(patches)
     for one in facts.lattices:
         flat[one.surface] = one.graph  # of a torn one all but the copies

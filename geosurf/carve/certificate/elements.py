@@ -14,11 +14,10 @@ import numpy as np
 
 from geosurf.carve.outside import box_of
 from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.triangle_facts import facts_of_triangles
 from geosurf.kernels.search.voxels import faces_in_box, triangle_boxes
 from geosurf.model import Patches, TriSurface
 
-N_SUM, _N_FACT = 14, 8  # columns of `sums_of_runs`; those before the boxes of runs
+N_SUM = 14  # columns of `sums_of_runs`
 _FEW = 256  # rays, up to which the boxes of listed triangles are compared with each of them
 _SLIP = 1e-3  # [m] around a ray's first triangle; far more than rounding moves its aim by
 
@@ -33,10 +32,11 @@ class Elements:
     origin : ndarray, shape (3,)
     surface_of_triangle : ndarray of int64, shape (n,)
         Surface of each element.
-    n_triangle : ndarray of int64, shape (n,)
+    n_triangle : ndarray of int32, shape (n,)
         Number of triangles of each element.
-    rise : ndarray of float64, shape (n,)
-        Twice the area of each element in the map, below 0 where normals look down [m2].
+    rise : ndarray of float64, shape (n_surface,)
+        Twice the area of each surface in the map, of what is within the bounds of the walls; below
+        0 where normals look down [m2].
     within : ndarray of bool, shape (n,)
         Whether all corners are within the bounds of the walls.
     local : ndarray of float64, shape (n_vertex, 3)
@@ -75,9 +75,11 @@ class Elements:
         n = len(t)
         lower, upper = box_of(patches)
         inside = ((x >= lower) & (x <= upper)).all(axis=1)[t].all(axis=1)
+        of = patches.surface_of_triangle
+        rise = np.bincount(of[inside], rise_of(x, t[inside]), minlength=len(patches.sources))
         return cls(
-            patches.sources, patches.origin, patches.surface_of_triangle,
-            np.ones(n, dtype=np.int64), rise_of(x, t), inside, x, t, np.arange(n),
+            patches.sources, patches.origin, of,
+            np.ones(n, dtype=np.int32), rise, inside, x, t, np.arange(n),
             np.empty((0, 2), dtype=np.int64),
         )  # fmt: skip
 
@@ -163,15 +165,3 @@ def keys_of_runs(a: np.ndarray, runs: np.ndarray) -> np.ndarray:
     rising, n_col = a[11] == 1, a[10]
     half = 1 - place % 2 if rising else place % 2
     return 2 * (np.repeat(runs[:, 0], n) * (n_col - 1) + place // 2) + half
-
-
-def sums_of_listed(
-    x: np.ndarray, t: np.ndarray, level: float, bounds: np.ndarray, n_run: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The first eight columns of `sums_of_runs` for triangles, and whether each lies in a box;
-    with rows of zeros for runs behind them.
-    """
-    out = np.zeros((len(t) + n_run, _N_FACT))
-    within = np.zeros(len(out), dtype=bool)
-    facts_of_triangles(x, t, level, *bounds, out[: len(t)], within[: len(t)])
-    return out, within

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.carve.certificate.elements import Elements, keys_of_runs, sums_of_listed
+from geosurf.carve.certificate.elements import Elements, keys_of_runs
 from geosurf.carve.certificate.lattice_runs import LatticeRuns, height_in_map, read_runs
 from geosurf.carve.certificate.partition import Matched, rows_on
 from geosurf.carve.certificate.ray_runs import NearRuns
@@ -27,6 +27,11 @@ from geosurf.kernels.lattices.strips import FIRST, LAST
 from geosurf.kernels.meshes.parent_checks import copies_of_parents
 from geosurf.kernels.meshes.shell_edges import count_shared
 from geosurf.kernels.meshes.shells import number_triangles, sums_of_triangles
+from geosurf.kernels.meshes.triangle_facts import (
+    add_triangles_to_units,
+    rises_of_triangles,
+    sizes_of_triangles,
+)
 from geosurf.model import Patches, Units
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
@@ -69,8 +74,8 @@ class Facts:
     keys : (ndarray, ndarray, int)
         As `number_triangles` returns them for the triangles of the pieces.
     lattices : list of LatticeRuns
-    sums : ndarray of float64, shape (n_element, 8)
-        The first columns of `sums_of_runs`.
+    level : float
+        Local elevation that volumes are measured from [m].
     n_shared : int
         Vertices of `elements.local` up to this one belong to triangles that are all listed.
     heights : float
@@ -82,7 +87,7 @@ class Facts:
     cut: np.ndarray
     keys: tuple[np.ndarray, np.ndarray, int]
     lattices: list[LatticeRuns]
-    sums: np.ndarray
+    level: float
     n_shared: int
     heights: float
 
@@ -132,8 +137,12 @@ class Facts:
 
     def sizes(self, sides: np.ndarray, n_unit: int) -> np.ndarray:
         """Sums over the shells of units, see `add_to_units`."""
+        pieces: Pieces = self.patches.pieces
         out = np.zeros((n_unit, 6))
-        add_to_units(sides, self.sums, out)
+        n = len(pieces.triangles)
+        add_triangles_to_units(pieces.x, pieces.triangles, self.level, sides[:n], out)
+        for one in self.lattices:
+            add_to_units(sides[one.runs], one.sums, out)
         return out
 
     def matched(self, sides: np.ndarray, named: np.ndarray) -> Matched:
@@ -226,8 +235,9 @@ class Facts:
         pieces: Pieces = self.patches.pieces
         found = []
         for i, source in enumerate(pieces.sources):
-            mine = slice(self.cut[i], self.cut[i + 1])
-            area, rim = 0.5 * math.fsum(self.sums[mine, 2]), float(self.sums[mine, 5].sum())
+            mine = pieces.triangles[self.cut[i] : self.cut[i + 1]]
+            areas, around = sizes_of_triangles(pieces.x, mine)
+            area, rim = 0.5 * math.fsum(areas.tolist()), float(around.sum())
             one = of_lattice.get(i)
             if one is None:
                 x = source.vertices - self.patches.origin
@@ -302,27 +312,31 @@ def _listed(
     # elements: triangles first, then runs
     n_run = int(pieces.first_run[-1])
     bounds = _bounds(patches)
-    sums, within = sums_of_listed(pieces.x, pieces.triangles, level, bounds, n_run)
-    boxes = np.zeros((n_run, 6))
+    rise, within = np.zeros(len(pieces.sources)), np.zeros(n + n_run, dtype=bool)
+    rises_of_triangles(pieces.x, pieces.triangles, pieces.surface, *bounds, rise, within[:n])
+    boxes, n_triangle = np.zeros((n_run, 6)), np.ones(n + n_run, dtype=np.int32)
     surface = np.concatenate([pieces.surface, np.zeros(n_run, dtype=np.int64)])
     joined = [np.empty((0, 2), dtype=np.int64)]
     no_units = np.empty((0, 3), dtype=np.int64)
     for one in lattices:
-        sums[one.runs], surface[one.runs] = one.sums[:, :8], one.surface
-        boxes[one.runs.start - n : one.runs.stop - n] = one.sums[:, 8:]
+        surface[one.runs], n_triangle[one.runs] = one.surface, one.sums[:, 7]
+        own = one.sums[:, 8:]
+        boxes[one.runs.start - n : one.runs.stop - n] = own
+        inside = (own[:, :3] >= bounds[0]) & (own[:, 3:] <= bounds[1])
+        within[one.runs] = inside.all(axis=1)
+        rise[one.surface] += one.sums[within[one.runs], 6].sum()
         none = np.full((len(one.strips.runs), 2), -1)
         joined.append(one.first + one.count(none, no_units)[1])
-    within[n:] = ((boxes[:, :3] >= bounds[0]) & (boxes[:, 3:] <= bounds[1])).all(axis=1)
     near = NearRuns(n, lattices, boxes, pieces.origin)
     elements = Elements(
-        pieces.sources, pieces.origin, surface, sums[:, 7].astype(np.int64), sums[:, 6], within,
+        pieces.sources, pieces.origin, surface, n_triangle, rise, within,
         local, np.concatenate([pieces.triangles, *corners]), np.concatenate(element),
         np.concatenate(joined), near,
     )  # fmt: skip
     # a triangle of a run with the corners of another triangle: both have to be compared
-    number, rising, n_number = number_triangles(elements.triangles)
-    if (np.bincount(number, minlength=n_number)[number[n:]] > 1).any():
+    number, rising, n_number, n_all = number_triangles(elements.triangles, n)
+    if n_all - n_number < len(elements.triangles) - n:
         return None
-    keys = number[:n].copy(), rising[:n].copy(), 1 + int(number[:n].max())
+    keys = number, rising, n_number
     heights = min((height_in_map(one.lattice) for one in lattices if one.graph), default=math.inf)
-    return Facts(patches, elements, cut, keys, lattices, sums, n_shared, heights)
+    return Facts(patches, elements, cut, keys, lattices, level, n_shared, heights)

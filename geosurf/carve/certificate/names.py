@@ -171,8 +171,7 @@ def _faults(patches: Elements) -> dict[str, list[int]]:
 def _upward(patches: Elements) -> np.ndarray:
     """Whether the front of each surface faces up, within the bounds of the walls."""
     # signed map area of each surface inside the box: up or down as a whole
-    of, inside, n = patches.surface_of_triangle, patches.within, len(patches.sources)
-    upward: np.ndarray = np.bincount(of[inside], patches.rise[inside], minlength=n) >= 0.0
+    upward: np.ndarray = patches.rise >= 0.0
     return upward
 
 

@@ -72,7 +72,7 @@ def matched(patches: Patches, units: Units, number: np.ndarray) -> Matched:
     first = len(patches.local) + np.cumsum([0, *(len(part.local) for part in parts)])
     shells = [part.triangles + start for part, start in zip(parts, first.tolist(), strict=False)]
     t = number[np.concatenate([patches.triangles, *shells])]
-    key, turn, n_key = number_triangles(t)
+    key, turn, n_key, _ = number_triangles(t, len(t))
     unit = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
     surface = np.concatenate([np.empty(0, np.int64), *map(_surfaces, parts)])
     n = patches.n_triangle

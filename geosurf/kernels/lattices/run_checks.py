@@ -124,7 +124,7 @@ def keys_at_shared(a, label, shared):
 
 
 @scalar
-def _two_sum(out, i, k, term):
+def two_sum(out, i, k, term):
     """Add a term to the pair of numbers at out[i, k]; the second collects rounding errors."""
     total = out[i, k] + term
     back = total - out[i, k]
@@ -157,8 +157,8 @@ def _add_sums(c, level, sign, i, out):
     if i < 0 or not area == area:
         return area, around
     height = (c[0, 2] - level) + (c[1, 2] - level) + (c[2, 2] - level)
-    _two_sum(out, i, 0, sign * nz * height)
-    _two_sum(out, i, 2, area)
+    two_sum(out, i, 0, sign * nz * height)
+    two_sum(out, i, 2, area)
     out[i, 4] += u * v
     out[i, 5] += around
     out[i, 6] += sign * nz
@@ -198,7 +198,7 @@ def sums_of_runs(p, q, r, a, label, origin, level, out, rest):
                     c[0, k], c[1, k], c[2, k] = cell[first, k], cell[1 + half, k], cell[third, k]
                 area, around = _add_sums(c, level, sign, i, out)
                 if i < 0 and area == area:
-                    _two_sum(rest, 0, 0, area)
+                    two_sum(rest, 0, 0, area)
                     rest[0, 2] += around
 
 
@@ -416,7 +416,7 @@ def add_to_units(sides, sums, out):
                 continue
             sign = 1.0 if s == 1 else -1.0
             for part in range(2):
-                _two_sum(out, unit, 0, sign * sums[i, part])
-                _two_sum(out, unit, 2, sums[i, 2 + part])
+                two_sum(out, unit, 0, sign * sums[i, part])
+                two_sum(out, unit, 2, sums[i, 2 + part])
             out[unit, 4] += sums[i, 4]
             out[unit, 5] += sums[i, 7]

@@ -65,7 +65,10 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
     """
     start, bucket = half_edges_by_vertex(t, n_vertex)
     first_of = np.full(n_vertex, -1, dtype=np.int64)
-    after = np.empty(bucket.shape[0], dtype=np.int64)
+    most = 0
+    for v in range(min(n_shared, n_vertex)):
+        most = max(most, start[v + 1] - start[v])
+    after = np.empty(most, dtype=np.int64)  # by place in the bucket
     chain = np.empty((16, 2), dtype=np.int64)
     touched = np.empty(32, dtype=np.int64)
     ways = np.zeros(counts.shape[0], dtype=np.int64)
@@ -76,7 +79,7 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
         # Half-edges of one edge form a chain, found by their upper vertex.
         for p in range(high - 1, low - 1, -1):
             u = upper_of(bucket[p])
-            after[p] = first_of[u] if low <= first_of[u] < high else -1
+            after[p - low] = first_of[u] if low <= first_of[u] < high else -1
             first_of[u] = p
         for p in range(low, high):
             if first_of[upper_of(bucket[p])] != p:
@@ -93,7 +96,7 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
                 chain[n, 0] = half // 3
                 chain[n, 1] = 1 if t[half // 3, half % 3] == v else -1
                 n += 1
-                at = after[at]
+                at = after[at - low]
             _add_edge(sides, chain, n, ways, touched, counts)
             if n > 2 and _has_run_between(row, first_run, chain, n):
                 n_conflict += 1
@@ -103,13 +106,13 @@ def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
 @scalar
 def _count_vertices(t, sides, n_vertex, n_shared, counts):
     """Count vertices for the units that have them; the number of vertices of shells."""
-    start = np.zeros(n_vertex + 2, dtype=np.int64)
+    start = np.zeros(n_vertex + 2, dtype=np.int64)  # 32 bits for what is as long as triangles
     for i in range(t.shape[0]):
         for c in range(3):
             start[t[i, c] + 2] += 1
     for v in range(2, n_vertex + 2):
         start[v] += start[v - 1]
-    at = np.empty(3 * t.shape[0], dtype=np.int64)
+    at = np.empty(3 * t.shape[0], dtype=np.int32)
     for i in range(t.shape[0]):
         for c in range(3):
             at[start[t[i, c] + 1]] = i
