@@ -8,6 +8,7 @@ from geosurf.kernels.location.lattice_units import OFF, find_keys
 from geosurf.kernels.location.pushed import digits_of, frame_with
 from geosurf.model import Lattice
 from geosurf.model.pieces import Strips
+from geosurf.model.torn_lattice import TornLattice
 
 MOST_DEVIATION = 0.25  # of a cell, of nodes from a grid of equal cells: a guess is one cell off
 ROW, FIRST, LAST = 0, 1, 2  # columns of runs
@@ -17,7 +18,7 @@ def keys_at(
     lattice: Lattice, origin: np.ndarray, feet: np.ndarray, middle: np.ndarray
 ) -> np.ndarray | None:
     """
-    Return the key of the triangle of a grid that each vertical line passes.
+    Return the key of the triangle of a grid that each vertical line passes; of those with nodes.
 
     Parameters
     ----------
@@ -32,7 +33,8 @@ def keys_at(
     -------
     ndarray of int64, shape (n,), or None
         -1 outside of the grid. None for a grid that may fold on the map, or whose cells are far
-        from equal.
+        from equal. Triangles of a torn grid that are gone have their keys, too; its copies do not
+        count.
 
     Examples
     --------
@@ -40,7 +42,8 @@ def keys_at(
     >>> keys_at(lattice, np.zeros(3), np.array([[9.0, 1.0], [11.0, 1.0]]), np.ones(2)).tolist()
     [2, -1]
     """
-    guess = cell_guess(lattice, origin)
+    torn = isinstance(lattice, TornLattice) and lattice.nodes_lie_apart
+    guess = _guess(lattice, origin) if torn else cell_guess(lattice, origin)
     if guess is None:
         return None
     x, y = lattice.easting.ravel() - origin[0], lattice.northing.ravel() - origin[1]
@@ -72,8 +75,11 @@ def cell_guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
 
     None if the grid may fold on the map, or its cells are too far from equal for a guess.
     """
-    if not lattice.is_graph:
-        return None
+    return _guess(lattice, origin) if lattice.is_graph else None
+
+
+def _guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
+    """`cell_guess` of nodes that do not fold."""
     if lattice.easting.ndim == 1:
         return np.empty(0)
     x, y = lattice.easting - origin[0], lattice.northing - origin[1]

@@ -226,7 +226,8 @@ class TriSurface(Shown):
             raise SurfaceError(f"surface {self.name!r} has no triangles and therefore no bounds.")
 
         # all nodes in use: the box that the survey has, no pass over the vertices
-        used = None if self.lattice is None else self.lattice.corners_in_use()
+        listed = self.lattice is None and "triangles" in self.__dict__
+        used = None if listed else self._by_rule.corners_in_use()
         if used is None:
             from geosurf.kernels.meshes.used import bounds_of_triangles
 

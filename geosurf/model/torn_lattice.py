@@ -94,9 +94,18 @@ class TornLattice(Lattice):
         """Number of nodes that exist, and of ghosts."""
         return int(self.present.sum()) + len(self.ghosts)
 
-    def corners_in_use(self) -> None:
-        """None: ghosts may reach beyond the nodes."""
-        return
+    def corners_in_use(self) -> np.ndarray | None:
+        """Corners around the nodes and ghosts in use, float64 (n, 3); None if not known.
+
+        Nodes of triangles that are gone mostly belong to copies; all others have triangles.
+        """
+        if not self.nodes_are_all_there or min(self.shape) < 2:
+            return None
+        of_copies = np.zeros(self.n_node + len(self.ghosts), dtype=bool)
+        of_copies[self.copies] = True
+        if not of_copies[super().corners_of_keys(self.gone)].all():
+            return None
+        return np.concatenate([self.corners_of_box(), self.ghosts[of_copies[self.n_node :]]])
 
     @property
     def nodes_are_all_there(self) -> bool:

@@ -13,18 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.conventions.outlines import straight_runs
-from geosurf.model import TriSurface
-from geosurf.model.protocols import DrawnModel
 from geosurf.render.outline_cells import INSIDE, OUTSIDE, OutlineCells
 
 MANY = 32  # corners of an outline from which straight runs of sides are joined
 AT_ONCE = 32  # half-spaces that one number has bits for
 STRAIGHT = 1e-7  # of its size: far below a pixel
-
-
-def as_modelled(scene: DrawnModel, surface: TriSurface) -> TriSurface:
-    """Return the modelled part of a surface: a torn horizon ends on its faults, not beyond them."""
-    return scene.patches.surface(surface.name) if "ghost" in surface.vertex_data else surface
 
 
 class Prism:

@@ -13,14 +13,15 @@ from geosurf.model import Curves, TriSurface, Units
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel
 from geosurf.render.backend import begin_to_find
-from geosurf.render.clip import Prism, as_modelled
+from geosurf.render.clip import Prism
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import check_look, draw_picture
 from geosurf.render.layers import Content, show_outline
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
-from geosurf.render.surface_layers import show_curves, show_patches, show_surfaces
+from geosurf.render.surface_layers import most_of_each, show_curves, show_patches, show_surfaces
+from geosurf.render.thin_units import as_modelled
 from geosurf.render.unit_layers import show_units
 from geosurf.render.views import SIZE, View
 
@@ -140,7 +141,8 @@ def render_scene(
     within = Prism(box, outline) if clip else None
     if roles:
         # torn horizons end on their faults: what lies beyond is not part of the model
-        shown = (as_modelled(scene, s) for s in scene.surfaces if s.role in roles)
+        some = [s for s in scene.surfaces if s.role in roles]
+        shown = (as_modelled(scene, s, most_of_each(len(some))) for s in some)
         by_elevation = isinstance(by, str) and by == "z"
         content += show_surfaces(
             shown, within, only=selection, by_elevation=by_elevation, style=style

@@ -65,6 +65,11 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
     return TriSurface(surface.name, surface.role, lattice=coarse)
 
 
+def most_of_each(n: int) -> int:
+    """How many triangles each of n surfaces of a picture may have, about."""
+    return min(MOST, max(LEAST, MAX_TRIANGLE // max(n, 1)))
+
+
 def _strided(n: int, stride: int) -> np.ndarray:
     """Every `stride`-th row and the last one, so that the border stays in place."""
     rows = np.arange(0, n, stride)
@@ -90,7 +95,7 @@ def show_surfaces(
     n_horizon = n_fault = 0
     how = "pass scene.surfaces"
     every = listed(surfaces, "surfaces must be a list of TriSurface", how)
-    most = min(MOST, max(LEAST, MAX_TRIANGLE // max(len(every), 1)))
+    most = most_of_each(len(every))
     for surface in every:
         expect(surface, TriSurface, "surfaces must be a list of TriSurface", how)
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from geosurf.kernels.lattices.run_blocks import find_blocks
 from geosurf.kernels.meshes.numbering import number_keys, renumbered
-from geosurf.model import Lattice, Units
+from geosurf.model import Lattice, TriSurface, Units
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips, by_unit
+from geosurf.model.protocols import DrawnModel
 
 MAX_UNIT_TRIANGLE = 400_000  # of all shells: one for each four pixels of a picture
 FIRST, LAST = 1, 2  # columns of runs
@@ -198,6 +199,40 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
         surface.append(np.full(len(nodes), i))
     x, t, sides, of = (np.concatenate(part) for part in (points, triangles, beside, surface))
     return UnitMesh(x, t, sides, of, n_unit)
+
+
+def as_modelled(scene: DrawnModel, surface: TriSurface, max_triangle: int) -> TriSurface:
+    """
+    Return the modelled part of a surface: a torn horizon ends on its faults, not beyond them.
+
+    Parameters
+    ----------
+    scene : Scene
+    surface : TriSurface
+    max_triangle : int
+        Of a torn horizon, about; others are returned as they are.
+
+    Returns
+    -------
+    TriSurface
+        Of a large torn horizon blocks of cells, and all of its triangles along faults: listing all
+        of 25 million cells took 4 minutes and 10 GB for a map.
+    """
+    if "ghost" not in surface.vertex_data:
+        return surface
+    patches = scene.patches
+    pieces, row = patches.pieces, patches.names.index(surface.name)
+
+    # its triangles as the sides of one unit, which is behind them
+    sides = np.full((int(pieces.first_run[-1]) + len(pieces.triangles), 2), -1)
+    runs = len(pieces.triangles) + pieces.first_run
+    sides[runs[row] : runs[row + 1], 1] = 0
+    sides[: len(pieces.triangles), 1][pieces.surface == row] = 0
+    stride = _stride(pieces, sides, 2 * max_triangle)
+    if stride == 1:
+        return patches.surface(row)
+    (shell,) = thinned_mesh(pieces, sides, 1, stride).shells
+    return TriSurface(surface.name, surface.role, shell.points, shell.triangles)
 
 
 def _between(sides: np.ndarray) -> np.ndarray:

@@ -12,8 +12,9 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model import Curves, SheetReport, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.model.protocols import MeasuredModel
-from geosurf.render.clip import as_modelled
+from geosurf.render.map import MAX_MAP_TRIANGLE
 from geosurf.render.picture_style import PictureStyle
+from geosurf.render.thin_units import as_modelled
 from geosurf.scene.virtual_walls import lines_on
 from geosurf.warning import warn
 
@@ -41,7 +42,7 @@ def map_of(
         "remedies": _remedies(scene, name),
         "virtual_walls": lines_on(scene.patches, name) if scene.virtual_walls else {},
     }
-    return as_modelled(scene, surface), scene.curves, options
+    return as_modelled(scene, surface, MAX_MAP_TRIANGLE), scene.curves, options
 
 
 def _remedies(scene: MeasuredModel, name: str) -> tuple[GeosurfWarning, ...]:

@@ -60,3 +60,13 @@ def test_curves_of_a_torn_scene_list_no_triangles():
         assert source.role != "horizon" or not {"vertices", "triangles"} & set(source.__dict__)
     found = scene.patches.curve_edges_by_surface
     assert [rows.tolist() for rows in found] == by_triangles(scene.patches)
+
+
+@pytest.mark.parametrize("kind", ["normal", "reverse", "acute Y"])
+def test_bounds_of_a_torn_horizon_list_no_triangles(kind):
+    world = gs.synthetic.torn(kind, n=41)
+    scene = gs.Scene(world.horizons, world.faults, world.box, tear=True)
+    found = scene.whole_surface(scene.horizon_names[0])
+    bounds = found.bounds
+    assert not {"vertices", "triangles"} & set(found.__dict__)
+    assert bounds == TriSurface("Top", "horizon", found.vertices, found.triangles).bounds

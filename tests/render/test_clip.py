@@ -8,8 +8,9 @@ import pytest
 from geosurf import Scene, synthetic, tear_horizon
 from geosurf.model import TriSurface
 from geosurf.render import surface_layers
-from geosurf.render.clip import Prism, as_modelled, convex_parts
+from geosurf.render.clip import Prism, convex_parts
 from geosurf.render.outline_cells import INSIDE, NEAR, OUTSIDE, OutlineCells
+from geosurf.render.thin_units import as_modelled
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 STAR = np.array([[0, 0], [4, 1], [8, 0], [7, 4], [8, 8], [4, 7], [0, 8], [1, 4]], dtype=float)
@@ -101,13 +102,13 @@ def test_torn_horizons_are_drawn_as_far_as_their_faults():
     sheet = tear_horizon(world.horizons["Top"], world.faults, name="Top")
     faults = {fault.name: fault for fault in sheet.faults}
     scene = Scene({"Top": sheet}, faults, (100, 900, 100, 900, -2050, -1550))
-    shown = as_modelled(scene, scene.surface("Top"))
+    shown = as_modelled(scene, scene.surface("Top"), 10**6)
     assert shown.name == "Top"
     ghost = sheet.surface.vertices[sheet.ghost]
     outer = ghost[sheet.outer]
     assert not (shown.vertices[:, None] == outer[None]).all(axis=2).any()
     fault = scene.surface("F1")
-    assert as_modelled(scene, fault) is fault
+    assert as_modelled(scene, fault, 10) is fault
 
 
 def test_short_sides_on_one_line_cut_like_one_side():

@@ -146,3 +146,32 @@ def test_surfaces_of_a_shell_are_shaded_by_themselves() -> None:
         np.testing.assert_array_equal(layer.points[layer.triangles], shell.points[shell.triangles])
         pairs = np.stack([layer.triangles.ravel(), np.repeat(shell.surface, 3)], axis=1)
         assert len(np.unique(pairs, axis=0)) == len(layer.points) > len(shell.points)
+
+
+@pytest.mark.parametrize("kind", ["reverse", "acute Y"])
+def test_a_torn_horizon_in_blocks_covers_the_same_map_and_keeps_its_cut_offs(kind: str) -> None:
+    world = gs.synthetic.torn(kind, n=61)
+    scene = gs.Scene(world.horizons, world.faults, world.box, tear=True)
+    name = scene.horizon_names[0]
+    whole = scene.patches.surface(name)
+    light = thin_units.as_modelled(scene, scene.surface(name), 500)
+    assert "triangles" not in scene.patches.__dict__
+    assert light.n_triangle < whole.n_triangle / 2
+
+    # seen from above, parts of an overlap count for both walls, as in the horizon itself
+    def over_map(surface: gs.TriSurface) -> float:
+        x, y = (surface.vertices[:, :2] - whole.bounds[:4:2]).T
+        a, b, c = surface.triangles.T
+        return float(0.5 * ((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])).sum())
+
+    assert over_map(light) == pytest.approx(over_map(whole), rel=1e-9)
+    assert over_map(whole) > 0
+    lines = [scene.curves_between(name, fault) for fault in scene.fault_names]
+    ends = np.concatenate([line.points for line in lines if line is not None])
+    known = {tuple(point) for point in np.round(light.vertices, 6).tolist()}
+    assert all(tuple(point) in known for point in np.round(ends, 6).tolist())
+
+    # few triangles are drawn as they are, and so is what is not torn
+    assert thin_units.as_modelled(scene, scene.surface(name), 10**6).n_triangle == whole.n_triangle
+    fault = scene.surface(scene.fault_names[0])
+    assert thin_units.as_modelled(scene, fault, 10) is fault
