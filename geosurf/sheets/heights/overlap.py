@@ -67,13 +67,13 @@ def _highest_and_lowest(picks: Picks) -> tuple[np.ndarray, np.ndarray]:
     if picks.one_each:
         return none, none
 
-    # by node, then by height: the first is the lowest, the last the highest
-    order = np.lexsort((picks.z, picks.node))
+    # picks of such nodes by node, then by height: the first is the lowest, the last the highest
+    several = np.flatnonzero(np.bincount(picks.node)[picks.node] > 1)
+    order = several[np.lexsort((picks.z[several], picks.node[several]))]
     node = picks.node[order]
-    first = np.flatnonzero(np.append(True, node[1:] != node[:-1]))
-    last = np.append(first[1:], len(node)) - 1
-    several = last > first
-    return order[last[several]], order[first[several]]
+    is_last = np.ones(len(node), dtype=bool)
+    is_last[:-1] = node[1:] != node[:-1]
+    return order[is_last], order[np.roll(is_last, 1)]
 
 
 def _points(picks: Picks, rows: np.ndarray) -> np.ndarray:
@@ -96,6 +96,11 @@ def _overlap_at_dip(picks: Picks, mesh: FaultMesh, high: np.ndarray, low: np.nda
     point = np.repeat(rows, count)
     k = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
     t = blocks.items[np.repeat(blocks.starts[block], count) + k]
+
+    # most triangles are above both picks, or below both
+    foot, top = corners[..., 2].min(axis=1), corners[..., 2].max(axis=1)
+    between = np.flatnonzero((foot[t] <= upper[point, 2]) & (top[t] >= lower[point, 2]))
+    point, t = point[between], t[between]
     a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
 
     # height z of the fault under the upper pick, by barycentric weights v and w

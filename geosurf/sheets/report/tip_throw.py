@@ -110,19 +110,19 @@ def _at_tip(
     at = int(np.ceil(ahead.first))
     window = slice(at - 1, at - 1 + STATIONS)
 
-    # four estimates have to agree: from near and farther off the line, at the tip and beyond it
-    closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
-    farther = slice(window.stop, window.stop + STATIONS)
-    throws = [
-        float(np.median(some[part]))
-        for some in (jumps, read(closest, 2))
-        for part in (window, farther)
-    ]
-
     # throw at a tip has the sign that it has on the fault itself
     near = walls.throw[np.argsort(np.abs(walls.place - place_of))[:SAMPLES]]
     sign = float(np.sign(np.median(near)))
     least = SHARE * float(np.abs(walls.throw).max())
+
+    # four estimates have to agree: from near and farther off the line, at the tip and beyond it;
+    # at most tips those from afar show that there is nothing
+    closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
+    farther = slice(window.stop, window.stop + STATIONS)
+    throws = [float(np.median(jumps[part])) for part in (window, farther)]
+    if all(sign * throw > least for throw in throws):
+        nearer = read(closest, 2)
+        throws += [float(np.median(nearer[part])) for part in (window, farther)]
     if not all(sign * throw > least for throw in throws):
         return None
 
