@@ -21,7 +21,7 @@ from geosurf.triangulate.sticks import triangulate_sticks
 
 _HOW = (
     "Give an xarray.Dataset with easting, northing and elevation (or depth) over "
-    f"{FAULT_DIMS}, fault sticks, a TriSurface, or (vertices, triangles)."
+    f"{FAULT_DIMS}, geosurf.FaultSticks(name, sticks), a TriSurface, or (vertices, triangles)."
 )
 
 

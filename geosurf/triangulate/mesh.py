@@ -67,6 +67,7 @@ def triangulate_mesh(
         raise SurfaceError(
             f"{role} {name!r}: cannot use {type(obj).__name__} of {len(obj)} as a mesh. Give "
             "(vertices, triangles): arrays (n_vertex, 3) and (n_triangle, 3)."
+            + (f" Fault sticks: geosurf.FaultSticks({name!r}, sticks)." if role == "fault" else "")
         )
     surface = TriSurface(name, role, obj[0], obj[1])
     if scale != 1.0:
