@@ -11,6 +11,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.arrangement import arrange, gather, named, room, search
+from geosurf.arrangement import carried as merged
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve import half_faces, measures, seams
 from geosurf.errors import GeosurfError
@@ -31,12 +32,16 @@ LEAST = [
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
     (carried, "_MANY"),
+    (carried, "_TRIANGLES"),
+    (merged, "_MANY"),
+    (merged, "_POINTS"),
     (edges, "_TRIANGLES"),
     (repair, "_MANY"),
     (seams, "_TRIANGLES"),
     (seams, "_EDGES"),
     (seams, "_PARENTS"),
     (half_faces, "_SEAMS"),
+    (half_faces, "_HALVES"),
     (measures, "_TRIANGLES"),
     (measures, "_MANY_RUNS"),
 ]
