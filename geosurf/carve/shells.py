@@ -115,8 +115,8 @@ class Shells:
             raise InputError(
                 f"lists of the {n / 1e6:.3g} million triangles of the units need "
                 f"{gigabytes(n * LISTED)} of memory, and {gigabytes(free)} are free. Volumes and "
-                "the certificate need no lists. Keep fewer nodes: Scene(tolerance=1.0), in a "
-                "scenario tolerance_m = 1.0; or use a larger machine."
+                "the certificate need no lists. Keep fewer nodes: give coarser grids, or "
+                "Scene(tolerance=1.0) where no horizon is torn; or use a larger machine."
             )
         return _ListedShells.of(self.cells.in_full, self.unit_of_cell, len(self.volumes))
 

@@ -26,7 +26,6 @@ LISTS = ("vtm", "ml", "epc")  # files that list all triangles
 WRITTEN = (
     480  # bytes of memory for each triangle of a horizon, of which units on both sides have one
 )
-FEWER = "Keep fewer nodes in memory: tolerance_m = 1.0"
 
 
 def writable_formats(scenario: Scenario) -> Scenario:
@@ -55,7 +54,7 @@ def refuse_lists(scenario: Scenario, scene: Scene) -> None:
         return
     raise ScenarioError(
         f"{scenario.path}: output.formats has {', '.join(map(repr, asked))}, which list all "
-        f"triangles, and {why}. {FEWER}; or leave these formats out."
+        f"triangles, and {why}. {_fewer(scenario)}; or leave these formats out."
     )
 
 
@@ -65,9 +64,9 @@ def without_lists(scenario: Scenario, scene: Scene) -> Scenario:
     if rest == scenario.output.formats or not (why := why_no_lists(scene)):
         return scenario
     effect = f"File 'units.vtm' was not written: it lists all triangles of units, and {why}."
+    remedy = f'{_fewer(scenario)}; or leave "vtm" out of formats in [output].'
     with scene._graph.memory.collecting():
-        warn(GeosurfWarning("format", "units.vtm", effect, f'{FEWER}; or leave "vtm" out of '
-                            "formats in [output]."))  # fmt: skip
+        warn(GeosurfWarning("format", "units.vtm", effect, remedy))
     return replace(scenario, output=replace(scenario.output, formats=rest))
 
 
@@ -78,6 +77,13 @@ def write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
         file, _ = FORMATS[word]
         kind = file.partition(".")[0]
         write({"curves": scene.curves, "surfaces": scene}.get(kind, scene.units), folder / file)
+
+
+def _fewer(scenario: Scenario) -> str:
+    """How a scenario has fewer triangles."""
+    if scenario.tear is None:
+        return "Keep fewer nodes in memory: tolerance_m = 1.0"
+    return "Give grids with fewer nodes"  # a tolerance is not for horizons that are torn
 
 
 def why_no_lists(scene: Scene) -> str:

@@ -122,6 +122,11 @@ def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monke
     with pytest.raises(ScenarioError, match=r"'vtm', 'ml', which list all.*tolerance_m = 1\.0"):
         gs.run_scenario(path, tmp_path / "out", pictures=False)
 
+    # a tolerance would be refused where horizons are torn
+    path.write_text(body.replace("sections_m", "exploded = false\nsections_m") + "[tear]\n")
+    with pytest.warns(GeosurfWarning, match=r"free. Give grids with fewer nodes; or leave"):
+        gs.run_scenario(path, tmp_path / "out", pictures=False)
+
     # the same in Python: volumes need no lists
     scene = gs.Scene(world.horizons, world.faults, world.box)
     monkeypatch.setattr(shells, "lack_of_room", lambda needed: 9_000_000)
