@@ -22,12 +22,13 @@ from geosurf.scenario import read_scenario
 from geosurf.scenario.build import untorn_scene
 from geosurf.scenario.ensemble_keys import UncertainInput, distribution_of
 from geosurf.scenario.keys import Scenario, ThrowInput
-from geosurf.scenario.torn import Make, keeps_area, torn_horizons
+from geosurf.scenario.torn import keeps_area, torn_horizons
 from geosurf.scene import Scene
 from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.footprint import footprint
 from geosurf.scene.given import given_settings
 from geosurf.scene.result_cache import ResultCache
+from geosurf.scene.tear_rounds import Made
 
 
 class ScenarioModel(SceneModel):
@@ -60,7 +61,7 @@ class ScenarioModel(SceneModel):
         # Without tearing: that is repeated in each realisation.
         scene, self._values = untorn_scene(self.scenario)
         super().__init__(scene)
-        self._sheets: dict[str, tuple[tuple[str, ...], Sheet]] = {}
+        self._sheets: dict[str, tuple[tuple[str, ...], Made]] = {}
         self._cache = cache
         self.uncertain = tuple(uncertainty_of(entry) for entry in self.scenario.uncertain)
 
@@ -111,16 +112,16 @@ class ScenarioModel(SceneModel):
         scenario = replace(self.scenario, throws=throws)
 
         def remember(
-            name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Make
-        ) -> Sheet:
+            name: str, faults: dict[str, TriSurface], fill: bool | Sheet, make: Callable[[], Made]
+        ) -> Made:
             """The sheet of a horizon; that of the last realisation if nothing has changed."""
             if name in change.up:
-                return make(name, faults, fill)
+                return make()
             filled = str(fill) if isinstance(fill, bool) else fingerprint(fill)
             key = (*map(fingerprint, faults.values()), filled)
             known = self._sheets.get(name)
             if known is None or known[0] != key:
-                known = self._sheets[name] = key, make(name, faults, fill)
+                known = self._sheets[name] = key, make()
             return known[1]
 
         def remember_thrown(

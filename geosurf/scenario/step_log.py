@@ -8,7 +8,7 @@ from collections.abc import Callable
 from geosurf.errors import InputError
 from geosurf.scene import Scene
 
-OnStep = Callable[[str, str, str], object]
+OnStep = Callable[..., object]  # stage, subject, outcome, and seconds where they are known
 Progress = Callable[[str], object]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from geosurf.arrangement.threads import run_in_threads
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.model import Sheet, TriSurface
@@ -18,16 +19,16 @@ from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
 from geosurf.scenario.truncations import faults_reaching, horizon_rules_of
 from geosurf.scene import Scene
+from geosurf.scene.ahead import Ahead
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import torn_scene
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.tear_rounds import sheets_on
+from geosurf.scene.tear_rounds import Made, Tear, needs_as_key, outcome_of, sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.warning import warn
 
-Make = Callable[[str, dict[str, TriSurface], bool | Sheet], Sheet]
-Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Make], Sheet]
+Remember = Callable[[str, dict[str, TriSurface], bool | Sheet, Callable[[], Made]], Made]
 RememberThrown = Callable[[str, Sequence[ThrowInput], Callable[[], Sheet]], Sheet]
 
 
@@ -42,7 +43,7 @@ def torn_horizons(
     *,
     longer: LongerFaults = MappingProxyType({}),
     plans: Mapping[str, TearPlan] = MappingProxyType({}),
-    remember: Remember = lambda name, faults, fill, make: make(name, faults, fill),
+    remember: Remember = lambda name, faults, fill, make: make(),
     remember_thrown: RememberThrown = lambda name, throws, make: make(),
     uncut: Collection[str] = (),
 ) -> Scene:
@@ -56,7 +57,7 @@ def torn_horizons(
         With horizons that are not torn.
     horizons : mapping of str to xarray.DataArray
     on_step : callable
-        Is called after each sheet: stage, horizon, outcome.
+        Is called after each tear: stage, horizon, outcome, and its seconds.
     out : pathlib.Path, optional
         Where a picture goes of the place where a horizon cannot be torn.
     on_start : callable, optional
@@ -69,7 +70,7 @@ def torn_horizons(
         How horizons of another scene were torn: tears begin with these.
     remember : callable, optional
         Takes a horizon, its faults, what fills its empty blocks and a function that makes its
-        sheet of these; it may return the sheet that they gave before.
+        sheet of these; it may return what they gave before. Threads call it.
     remember_thrown : callable, optional
         Does the same for a horizon, its throws and a function that makes its sheet of these.
     uncut : collection of str, optional
@@ -95,26 +96,31 @@ def torn_horizons(
     picked = [name for name in horizons if is_torn_as_picked(scenario, name)]
     given = {name: scene.whole_surface(name) for name in scene.fault_names} if picked else {}
 
-    def as_picked(name: str, faults: dict[str, TriSurface], fill: bool | Sheet) -> Sheet:
-        """The sheet of one horizon at some faults; a picture where there is none."""
-        with pictured(scene, out, (name, *scene.fault_names)):
-            some = [*faults.values()]
-            plan = plans.get(name)
-            return _as_picked(scenario, scene, name, horizons[name], some, fill, plan, cache)
-
     # by its place among all horizons; those that [tear] leaves out are not there to end on
     filling = filling_of(scenario, picked)
 
     # tearing may extend faults: sheets and scene must have the same ones
-    def make(name: str, faults: dict[str, TriSurface], fill: bool | Sheet) -> Sheet:
-        """The sheet of one horizon at the faults that reach it."""
-        sheet = remember(name, {key: faults[key] for key in reaching[name]}, fill, as_picked)
-        done(name, sheet)  # now, so that the line has the time of this tear
-        return sheet
+    def one(tear: Tear) -> Made:
+        """One horizon at the faults that reach it."""
+        name, plan = tear.name, plans.get(tear.name)
+        some = {key: tear.faults[key] for key in reaching[name]}
+        made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
+        return remember(name, some, tear.fill, made)
 
-    def done(name: str, sheet: Sheet) -> None:
+    def make(tears: Sequence[Tear], begins: Callable[[int], object]) -> list[Made]:
+        """Several horizons in threads; a picture where there is no sheet."""
+        steps = [Ahead(partial(one, tear)) for tear in tears]
+        run_in_threads([step.work for step in steps], begins)
+        found = []
+        for tear, step in zip(tears, steps, strict=True):
+            with pictured(scene, out, (tear.name, *scene.fault_names)):
+                found.append(step())
+            done(tear.name, found[-1], step.seconds)
+        return found
+
+    def done(name: str, found: Made, seconds: float | None = None) -> None:
         """Report a tear; a second line where longer faults tear a horizon again."""
-        on_step("tear", name, f"at {', '.join(sheet.cuts)}")
+        on_step("tear", name, outcome_of(found), seconds)
 
     def starts(stage: str, name: str, number: int, count: int) -> None:
         """Report a tear that begins."""
@@ -171,45 +177,50 @@ def keeps_area(scenario: Scenario, horizons: Iterable[str]) -> bool:
 def _as_picked(
     scenario: Scenario,
     scene: Scene,
-    name: str,
+    tear: Tear,
     horizon: Any,
-    faults: list[TriSurface],
-    fill: bool | Sheet,
+    faults: dict[str, TriSurface],
     plan: TearPlan | None,
     cache: ResultCache | None,
-) -> Sheet:
-    """A sheet from data that smear the horizon over its faults."""
-    from geosurf.sheets.tear import tear_from  # loaded by those who tear
+) -> Made:
+    """A sheet from data that smear the horizon over its faults, or the faults that it needs."""
+    from geosurf.sheets.mesh.too_short import TooShort  # loaded by those who tear
+    from geosurf.sheets.tear import tear_from
     from geosurf.sheets.tie import tied_sheet
 
-    tear = scenario.tear
-    assert tear is not None
+    settings = scenario.tear
+    assert settings is not None
     # One set of settings for all horizons, as [tear] is one table.
     words: dict[str, Any] = {
-        "trim": tear.trim_cells,
-        "noise": tear.noise_m,
-        "fill_empty_blocks": fill,
+        "trim": settings.trim_cells,
+        "noise": settings.noise_m,
+        "fill_empty_blocks": tear.fill,
     }
+    name, surfaces = tear.name, [*faults.values()]
 
     def make(data: Any) -> Sheet:
         """Tear these data as the scenario has it."""
-        return tear_from(plan, data, faults, name=name, **words)
+        how = {**words, "asking": tear.asking, "needed": tear.needed}
+        return tear_from(plan, data, surfaces, name=name, **how)
 
-    entry = scenario.tops
-    settings = None if entry is None else entry.settings
+    tie = None if scenario.tops is None else scenario.tops.settings
 
-    def torn() -> Sheet:
+    def torn() -> Made:
         """The sheet, tied to its tops."""
-        return tied_sheet(name, horizon, make, faults, scene.tops, settings)
+        try:
+            return tied_sheet(name, horizon, make, surfaces, scene.tops, tie)
+        except TooShort as short:
+            return short.longer
 
     # A plan comes from another model, which the name of a stored result would have to state.
     if cache is None or plan is not None:
         return torn()
-    tops = None if settings is None else scene.tops
+    tops = None if tie is None else scene.tops
     inputs = (
-        name, *_data_of(name, horizon), *faults, repr(words["trim"]), words["noise"],
-        *_contents(fill),
-        *(() if tops is None else (repr(settings), tops.wells, tops.horizons, tops.points)),
+        name, *_data_of(name, horizon), *surfaces, repr(words["trim"]), words["noise"],
+        *_contents(tear.fill),
+        *(() if tops is None else (repr(tie), tops.wells, tops.horizons, tops.points)),
+        *(("asking",) if tear.asking else ()), *needs_as_key(tear.needed),
     )  # fmt: skip
     return cache.get_or_compute("sheet", inputs, torn)
 

@@ -15,6 +15,7 @@ from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import flag_of
+from geosurf.scene.ahead import Ahead
 from geosurf.scene.fingerprint import fingerprint
 from geosurf.scene.progress import OnStart, announced, silent
 from geosurf.scene.store import Store
@@ -256,7 +257,8 @@ class Memory:
                 result = run()
             warnings = tuple(dict.fromkeys(found))
             self._put(key, (result, warnings))
-            self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
+            seconds = run.seconds if isinstance(run, Ahead) else time.perf_counter() - start
+            self.note(stage, subject, "ran", describe(result), seconds)
 
         # a step that fails has warnings, too; they may explain why
         finally:

@@ -24,6 +24,7 @@ from geosurf.model import (
     TriSurface,
 )
 from geosurf.model.certificate import Check
+from geosurf.model.needed_faults import Extended, NeededFaults
 from geosurf.model.sectors import Sector
 from geosurf.model.sheet_report import LostThrow
 from geosurf.model.tear_plan import BaseHeights, DataUse, TearPlan
@@ -35,9 +36,11 @@ _CLASSES: dict[str, type] = {
         Certificate,
         Check,
         DataUse,
+        Extended,
         FaultCut,
         Lattice,
         LostThrow,
+        NeededFaults,
         Sector,
         Sheet,
         SheetReport,

@@ -1,12 +1,13 @@
-"""Horizons that are torn one after another until all of them end on the same faults.
+"""Horizons that are torn until all of them end on the same faults, in as few tears as possible.
 
-A tear may make a fault longer. The horizons after it are torn at the longer fault at once, and
-those before it again if the longer fault comes near them.
+A tear may need a longer fault. First the outermost horizons, one after the other, give up where a
+fault is too short for them, and the fault is made longer. Then all horizons are torn, side by side.
+Those that need still longer faults make them so, and others are torn again where these come near.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,13 +15,47 @@ import numpy as np
 from geosurf.errors import InvariantError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
+from geosurf.model.needed_faults import NeededFaults
 from geosurf.scene.progress import OnStart, silent
 from geosurf.warning import collected
 
 ROUNDS = 16  # each makes a fault longer, which a horizon does at most four times at each side
+OUTERMOST = 2  # horizons that say how long faults have to be: the highest and the lowest
 
 Faults = dict[str, TriSurface]
-Make = Callable[[str, Faults, bool | Sheet], Sheet]
+
+
+@dataclass(frozen=True, eq=False)
+class Tear:
+    """What one tear is made of.
+
+    Attributes
+    ----------
+    name : str
+        The horizon.
+    faults : dict of str to TriSurface
+    fill : bool or Sheet
+        What becomes of blocks without data; a sheet: the horizon is pinched out onto it.
+    asking : bool
+        Whether the tear ends where it needs longer faults.
+    needed : NeededFaults or None
+        What it needed when it asked; faults are as long now.
+
+    See Also
+    --------
+    geosurf.sheets.tear.tear_from : takes the last two.
+    """
+
+    name: str
+    faults: Faults
+    fill: bool | Sheet
+    asking: bool = False
+    needed: NeededFaults | None = None
+
+
+Made = Sheet | NeededFaults
+# tears, and what is called with the number of each that begins -> sheets, or what they need
+Make = Callable[[Sequence[Tear], Callable[[int], object]], Sequence[Made]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,26 +81,57 @@ def sheets_on(
     filling : mapping of str to bool or str
         Horizons, and what becomes of blocks without data: see `filling_by_horizon`.
     make : callable
-        (horizon, faults, bool or sheet that it is pinched out onto) -> its sheet; its warnings are
-        those of the sheet.
+        Makes several tears, and calls a function with the number of each that begins. Of those that
+        ask it returns the sheet, or the faults that it needs. Warnings of a sheet are its own.
     on_start : callable, optional
         Is called before each tear: see `OnStart`.
     """
     order = in_order(_outermost_first(filling))
     torn: dict[str, _Torn] = {}
+    needed: dict[str, NeededFaults] = {}
     n_torn = 0
-    for _ in range(ROUNDS):
+
+    def made(tears: Sequence[Tear], count: int) -> Sequence[Made]:
+        """Make some tears, of so many that are known to be left."""
+        nonlocal n_torn
+        before = n_torn
+        n_torn += len(tears)
+
+        def begins(number: int) -> None:
+            """Report one."""
+            on_start("tear", tears[number].name, before + number + 1, before + count)
+
+        with collected():
+            return make(tears, begins)
+
+    # faults as long as the outermost horizons need them, before any horizon is torn in vain
+    for name in order[:OUTERMOST] if len(order) > 1 else ():
+        if isinstance(fill := filling[name], bool):
+            tear = Tear(name, faults, fill, asking=True)
+            (found,) = made([tear], len(order))
+            if isinstance(found, Sheet):
+                torn[name] = _Torn(found, faults, fill)
+            else:
+                faults, needed[name] = {**faults, **found.faults}, found
+
+    for _ in range(ROUNDS + len(order)):
         again = [name for name in order if not _is_valid(torn, name, filling[name], faults)]
         if not again:
             return {name: _ending_on(torn[name], faults) for name in filling}, faults
-        for place, name in enumerate(again):
-            on_start("tear", name, n_torn + 1, n_torn + len(again) - place)
-            fill = _fill(torn, filling[name])
-            with collected():
-                sheet = make(name, faults, fill)
-            faults = _as_needed(faults, sheet)
-            torn[name] = _Torn(sheet, faults, fill)
-            n_torn += 1
+        # those that are pinched out onto a sheet wait for it
+        tears = [
+            Tear(name, faults, _fill(torn, filling[name]), needed=needed.get(name))
+            for name in again
+            if filling[name] not in again
+        ]
+        for tear, sheet in zip(tears, made(tears, len(again)), strict=True):
+            assert isinstance(sheet, Sheet)  # none of these asks
+            own = _as_needed(tear.faults, sheet)
+            torn[tear.name] = _Torn(sheet, own, tear.fill)
+            # of two that make a fault longer the first one does: the other is torn again at that
+            faults = {
+                name: own[name] if one is tear.faults[name] else one for name, one in faults.items()
+            }
     raise InvariantError(f"horizons {again} were torn {ROUNDS} times, each time at longer faults.")
 
 
@@ -111,6 +177,21 @@ def _ending_on(torn: _Torn, faults: Faults) -> Sheet:
     if all(known[fault.name] is faults[fault.name] for fault in sheet.faults):
         return sheet
     return replace(sheet, faults=tuple(faults[fault.name] for fault in sheet.faults))
+
+
+def outcome_of(found: Made) -> str:
+    """Return in words what came of a tear."""
+    if isinstance(found, Sheet):
+        return f"at {', '.join(found.cuts)}"
+    return f"needs longer {', '.join(found.faults)}"
+
+
+def needs_as_key(needed: NeededFaults | None) -> tuple[Hashable, ...]:
+    """Return what a tear takes from an earlier one of its horizon, as part of a key of results."""
+    if needed is None:
+        return ()
+    longer = [(one.fault, *sorted(one.lengths.items())) for one in needed.extensions]
+    return (repr((longer, [*needed.trims.items()])),)
 
 
 def same(one: TriSurface, other: TriSurface) -> bool:

@@ -6,20 +6,30 @@ horizons end on the longer one (`geosurf.scene.tear_rounds`).
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from geosurf.arrangement.threads import run_in_threads
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
 from geosurf.model import Sheet
+from geosurf.scene.ahead import Ahead
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
 from geosurf.scene.surfaces import undeclared
-from geosurf.scene.tear_rounds import Faults, same, sheets_on
+from geosurf.scene.tear_rounds import (
+    Faults,
+    Made,
+    Tear,
+    needs_as_key,
+    outcome_of,
+    same,
+    sheets_on,
+)
 from geosurf.warning import collected
 
 
@@ -58,10 +68,11 @@ def torn_graph(plain: Graph) -> Graph:
     # faults as extended and truncated: a sheet ends on the surface that the model has
     given = {name: plain.faults.surface(name) for name in inputs.faults}
 
-    def make(name: str, faults: Faults, fill: bool | Sheet) -> Sheet:
-        """One horizon, torn at the faults that reach it."""
-        some = {fault: faults[fault] for fault in inputs.faults_at(name)}
-        return _sheet(plain, name, some, fill)
+    def make(tears: Sequence[Tear], on_start: Callable[[int], object]) -> list[Made]:
+        """Several horizons, each torn at the faults that reach it, in threads."""
+        steps = [_step(plain, tear) for tear in tears]
+        run_in_threads([step.ahead for step in steps], on_start)
+        return [step.result() for step in steps]
 
     filling = inputs.filling
     start = as_long_as(plain.longer, given)
@@ -158,42 +169,60 @@ def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[Geos
     return warnings_of_passed_faults(rules, given, faults)
 
 
-def _sheet(plain: Graph, name: str, faults: Faults, fill: bool | Sheet) -> Sheet:
-    """One horizon, torn at some faults; a sheet as it is."""
-    inputs, memory = plain.inputs, plain.memory
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """One tear as a step of a scene: what a thread does of it before its turn, then its result."""
+
+    ahead: Callable[[], bool]
+    result: Callable[[], Made]
+
+
+def _step(plain: Graph, tear: Tear) -> _Step:
+    """What makes one sheet, if it is not in memory; one that was given stays as it is."""
+    inputs, memory, name = plain.inputs, plain.memory, tear.name
     value = inputs.horizons[name]
     if isinstance(value, Sheet):
-        return value
+        return _Step(lambda: True, lambda: value)
     tops = plain.tops if inputs.tie is not None else None
     tied = () if tops is None else (tops.wells, tops.points.tobytes(), inputs.tie)
+    faults = [tear.faults[fault] for fault in inputs.faults_at(name)]
 
     # the horizon's content, all faults, and all settings that the sheet depends on
     key: tuple[Hashable, ...] = (
-        "torn", name, memory.hold(value), *map(memory.key_of, faults.values()),
+        "torn", name, memory.hold(value), *map(memory.key_of, faults),
         _as_key(inputs.tear), *inputs.options.values(), tied, plain.plans.get(name),
-        fill if isinstance(fill, bool) else memory.key_of(fill.surface),
+        tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
+        tear.asking, *needs_as_key(tear.needed),
     )  # fmt: skip
 
-    def make() -> Sheet:
+    def make() -> Made:
         """Read the data and tear them."""
-        from geosurf.sheets.tear import tear_from  # loaded by those who tear
+        from geosurf.sheets.mesh.too_short import TooShort  # loaded by those who tear
+        from geosurf.sheets.tear import tear_from
         from geosurf.sheets.tie import tied_sheet
 
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
-        words["fill_empty_blocks"] = fill
+        words |= {"fill_empty_blocks": tear.fill, "asking": tear.asking, "needed": tear.needed}
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
-            return tear_from(plain.plans.get(name), some, list(faults.values()), **words)
+            return tear_from(plain.plans.get(name), some, faults, **words)
 
         with collected():  # those of the sheet are enough: this one may not be the last
-            return tied_sheet(name, data, torn, [*faults.values()], tops, inputs.tie)
+            try:
+                return tied_sheet(name, data, torn, faults, tops, inputs.tie)
+            except TooShort as short:
+                return short.longer
 
-    return memory.get_or_compute(
-        "tear", name, key, make, lambda sheet: f"at {', '.join(sheet.cuts)}",
-        again=False, reports=False,
-    )  # fmt: skip
+    run = Ahead(make)
+    ahead = (lambda: True) if memory.knows(key) else run.work
+    return _Step(
+        ahead,
+        lambda: memory.get_or_compute(
+            "tear", name, key, run, outcome_of, again=False, reports=False
+        ),
+    )
 
 
 def _as_key(tear: Any) -> Hashable:

@@ -107,6 +107,7 @@ def torn_sheet(
     trims: Trims,
     noise: float | None,
     filling: Filling,
+    asking: bool = False,
 ) -> Torn:
     """A closed mesh with cut-offs on all faults: with the trims as given, or those that lose least.
 
@@ -114,9 +115,11 @@ def torn_sheet(
     ------
     GeometryError
         If none of them does. The message has the faults, the place, and a remedy that works.
+    TooShort
+        If `asking`, where the first attempts need longer faults.
     """
     search = Search(partial(_torn, picks, noise=noise, filling=filling, given=trims))
-    first = _first(search, faults, trims)
+    first = _first(search, faults, trims, asking)
     best = search.forced(first)
     if best.loss == 0.0:
         return best
@@ -174,13 +177,13 @@ def torn_as_planned(
     return found
 
 
-def _first(search: Search, faults: Sequence[TriSurface], trims: Trims) -> Torn:
+def _first(search: Search, faults: Sequence[TriSurface], trims: Trims, asking: bool) -> Torn:
     """The sheet with the trims as given; it may stay open.
 
     Exact data go on with the change of their curvature (fourth differences). That is kept only if
     it closes, and if no tear has to end earlier than with third differences.
     """
-    found = search.torn(faults, trims, highest=4)
+    found = search.torn(faults, trims, highest=4, asking=asking)
     is_fourth = found.closed.rebuilt.solver.noise.order == 4
     if not is_fourth or (found.loss == 0.0 and found.most_early <= EARLY):
         return found
@@ -198,11 +201,13 @@ def _torn(
     filling: Filling,
     given: Trims,
     highest: int = 3,
+    asking: bool = False,
 ) -> Torn:
     """The sheet with some faults and trims, without any loss of throw; it may stay open."""
-    found = Torn.of(close(picks, faults, used, noise, filling, given, highest=highest))
+    words: dict[str, Any] = {"highest": highest, "asking": asking}
+    found = Torn.of(close(picks, faults, used, noise, filling, given, **words))
     if found.bad and not found.closed.built.is_open:  # a wall passes above or below its fault
-        again = close(picks, faults, used, noise, filling, given, found.bad, highest)
+        again = close(picks, faults, used, noise, filling, given, found.bad, **words)
         found = Torn.of(replace(again, n_cut=again.n_cut + found.closed.n_cut))
     return found
 

@@ -13,13 +13,14 @@ from geosurf.conventions.running import running
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
+from geosurf.model.needed_faults import NeededFaults
 from geosurf.model.tear_plan import TearPlan
 from geosurf.sheets.attempts import torn_as_planned, torn_sheet
 from geosurf.sheets.heights.stand_in import StandIn
 from geosurf.sheets.lattice.data import has_fewer_nodes, picks_or_points
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.close import Filling
+from geosurf.sheets.mesh.close import Filling, with_needed
 from geosurf.sheets.mesh.finish import crs_among, fault_surfaces, sheet_of
 from geosurf.sheets.mesh.pinch_out import pinched_out
 from geosurf.sheets.mesh.planned import fits, plan_of
@@ -139,6 +140,8 @@ def tear_from(
     fill_empty_blocks: bool | Sheet = False,
     positive: str | None = None,
     length_unit: str | None = None,
+    asking: bool = False,
+    needed: NeededFaults | None = None,
 ) -> Sheet:
     """
     Tear a horizon first with what closed a sheet of slightly other data.
@@ -152,6 +155,10 @@ def tear_from(
         `Sheet.plan` of a sheet on the same lattice, at faults of the same names.
     data, faults, name, trim, noise, spacing, fill_empty_blocks, positive, length_unit
         As for `tear_horizon`.
+    asking : bool, optional
+        Whether to stop where a fault would be extended.
+    needed : NeededFaults, optional
+        What this horizon needed when it asked. Faults are as long now; its trims stay.
 
     Returns
     -------
@@ -162,6 +169,8 @@ def tear_from(
     ------
     GeosurfError
         As `tear_horizon`.
+    TooShort
+        If `asking`, where a fault would be extended.
 
     Examples
     --------
@@ -189,12 +198,12 @@ def tear_from(
     torn = None if plan is None else torn_as_planned(picks, surfaces, plan, noise, filling)
     searched = torn is None
     if torn is None:
-        trims = trims_of(trim, picks, surfaces)
+        trims = trims_of(trim if needed is None else needed.trims, picks, surfaces)
         # data that were ignored are as little trusted now
         if plan is not None and fits(plan, picks, surfaces):
             trims = replace(trims, use=plan.use)
-        torn = torn_sheet(picks, surfaces, trims, noise, filling)
-    closed, cuts = torn.closed, torn.cuts
+        torn = torn_sheet(picks, surfaces, trims, noise, filling, asking)
+    closed, cuts = with_needed(torn.closed, needed), torn.cuts
     report = make_report(closed, cuts)
     sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
     sheet = replace(

@@ -13,6 +13,8 @@ from geosurf.faults import lengthen_fault
 from geosurf.scene.tear_rounds import same, sheets_on
 from geosurf.sheets.faults import longer_faults
 from geosurf.sheets.faults.longer_faults import is_unchanged
+from geosurf.sheets.mesh.too_short import TooShort
+from geosurf.sheets.tear import tear_from
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
 
@@ -62,13 +64,20 @@ def lowered(horizon, by):
 
 
 def make_sheets(horizons, log):
-    """A function that tears horizons, and lists them."""
+    """A function that tears horizons, and lists them; those that ask in brackets."""
 
-    def make(name, faults, fill):
-        log.append(name)
-        return gs.tear_horizon(
-            horizons[name], [*faults.values()], name=name, trim=2, fill_empty_blocks=fill
-        )
+    def make(tears, begins):
+        return [one(k, tear, begins) for k, tear in enumerate(tears)]
+
+    def one(k, tear, begins):
+        begins(k)
+        log.append(f"({tear.name})" if tear.asking else tear.name)
+        words = {"name": tear.name, "trim": 2, "fill_empty_blocks": tear.fill}
+        words |= {"asking": tear.asking, "needed": tear.needed}
+        try:
+            return tear_from(None, horizons[tear.name], [*tear.faults.values()], **words)
+        except TooShort as short:
+            return short.longer
 
     return make
 
@@ -115,7 +124,7 @@ def test_the_limit_of_twelve_cells_bites(world, whole, monkeypatch):
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
-    """Top and Base each need it longer at one side; both sides are joined, Middle needs neither."""
+    """Top and Base each ask for one side before anything is torn; Middle needs neither."""
     top = world.horizons["Top"]
     horizons = {"Top": lowered(top, -40.0), "Middle": top, "Base": lowered(top, 40.0)}
     log, starts = [], []
@@ -124,8 +133,11 @@ def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
         lambda *step: starts.append(step),
     )  # fmt: skip
     assert list(sheets) == list(horizons)
-    assert log == ["Top", "Base", "Middle"]
-    assert starts == [("tear", name, k, 3) for k, name in enumerate(log, 1)]
+    assert log == ["(Top)", "(Base)", "Top", "Base", "Middle"]
+    counts = [3, 4, 5, 5, 5]
+    names = ["Top", "Base", "Top", "Base", "Middle"]
+    rows = zip(names, range(1, 6), counts, strict=True)
+    assert starts == [("tear", *row) for row in rows]
 
     # longer at both sides, and the very surface that each sheet ends on
     assert faults["F1"].bounds[5] > fault.bounds[5]
@@ -133,22 +145,31 @@ def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
     assert gs.Scene(sheets, faults, BOX).check().ok
 
+    # those that asked say so, and are the sheets of the faults as they are now
+    for name, sheet in sheets.items():
+        kinds = [one.kind for one in sheet.report.remedies]
+        assert kinds == ([] if name == "Middle" else ["fault extended"])
+        alone = gs.tear_horizon(horizons[name], [*faults.values()], name=name, trim=2)
+        np.testing.assert_array_equal(sheet.surface.vertices, alone.surface.vertices)
+
 
 def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole, fault):
     top = world.horizons["Top"]
-    horizons, log = {"Top": top, "Base": top}, []
+    horizons, log = dict.fromkeys(("Top", "Middle", "Base"), top), []
     tear = make_sheets(horizons, log)
 
-    def make(name, faults, fill):
-        """Base asks for a longer fault near both horizons, once."""
-        sheet = tear(name, faults, fill)
-        if name == "Top" or faults["F1"].n_vertex > short.n_vertex:
+    def make(tears, begins):
+        """Middle makes the fault longer near all horizons, once."""
+        return [longer(one, sheet) for one, sheet in zip(tears, tear(tears, begins), strict=True)]
+
+    def longer(one, sheet):
+        if one.name != "Middle" or one.faults["F1"].n_vertex > short.n_vertex:
             return sheet
-        return replace(sheet, faults=(lengthen_fault(faults["F1"], {"down": 30.0}).surface,))
+        return replace(sheet, faults=(lengthen_fault(one.faults["F1"], {"down": 30.0}).surface,))
 
     short = _between(whole, fault.bounds[4] + 10.0, fault.bounds[5])
-    sheets, faults = sheets_on({"F1": short}, {"Top": False, "Base": False}, make)
-    assert log.count("Top") == 2
+    sheets, faults = sheets_on({"F1": short}, dict.fromkeys(horizons, False), make)
+    assert log == ["(Top)", "(Base)", "Middle", "Top", "Base"]  # who asks and needs nothing is torn
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,10 @@ from hypothesis import strategies as st
 import geosurf as gs
 from benchmarks.random_networks import random_network
 from benchmarks.torn_networks import TRIMS
+from geosurf.sheets.heights.inputs import Trims
+from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.mesh import build as building
+from geosurf.sheets.mesh import close as closing
 from geosurf.sheets.mesh.holes import _minimum_cut
 from geosurf.synthetic.torn_faults import Fault
 from tests.sheets.table import measure
@@ -86,6 +90,28 @@ def test_remedies_are_warned_of_and_listed(low):
     assert whole.report.remedies == ()
     throw = np.nanmax(np.abs(sheet.cuts[fault.name].throw))
     assert throw == pytest.approx(np.nanmax(np.abs(whole.cuts[fault.name].throw)), abs=0.5)
+
+
+def test_a_fault_is_not_extended_in_vain(low, monkeypatch):
+    """Where longer faults close no hole, they stay as they were given: others end on them, too."""
+    world, fault, deepest = low
+    short, real, tried = clipped(fault, deepest + 20.0), closing.too_short, []
+
+    def wrong_side(*args):
+        """The fault is too short below, and extended above."""
+        found = real(*args)
+        tried.append(args[1][0].n_vertex)
+        return {k: replace(one, sides=frozenset({"up"})) for k, one in found.items()}
+
+    monkeypatch.setattr(closing, "too_short", wrong_side)
+    picks = picks_or_points(world.horizons["Top"], "Top", None, None, None)
+    trims = Trims((2.0,))
+    closed = closing.close(picks, [short], trims, None, closing.Filling(), trims)
+    assert max(tried) > short.n_vertex
+    assert closed.built.is_open
+    assert closed.built.window is None
+    assert closed.faults == (short,)
+    assert closed.extensions == ()
 
 
 def test_trims_are_chosen_by_fault():

@@ -51,6 +51,8 @@ def _is_far(sheet: Sheet, fault: TriSurface, longer: TriSurface) -> bool:
         return False
     if not np.array_equal(fault.triangles, longer.triangles[:m]):
         return False
+    if longer.n_triangle == m:
+        return True
 
     # at their own height, as data are compared with a fault: nodes, and ghosts beyond them
     frame, _ = frame_of_lattice(sheet.lattice, sheet.name)

@@ -32,7 +32,6 @@ ROUNDS = 24  # attempts to close a sheet before an error names where it stays op
 MANY = 20  # holes
 HOPELESS = 8  # attempts in a row that leave as many
 STUCK = 3  # attempts after which a hole of the same size at the same place is stuck
-SAME_PLACE, SAME_SIZE = 1.0, 0.1  # cells, and share of its length, by which it may differ
 
 SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
 NeedsMore = Callable[[Sequence[Hole]], object]
@@ -258,15 +257,7 @@ def _stuck(holes: Sequence[Sequence[Hole]], cell: float) -> list[Hole]:
     # Too few attempts to compare with.
     if len(holes) <= STUCK:
         return []
-    return [
-        hole
-        for hole in holes[-1]
-        if any(
-            np.linalg.norm(hole.place - old.place) <= SAME_PLACE * cell
-            and abs(hole.length - old.length) <= SAME_SIZE * max(hole.length, cell)
-            for old in holes[-1 - STUCK]
-        )
-    ]
+    return [hole for hole in holes[-1] if any(hole.is_like(old, cell) for old in holes[-1 - STUCK])]
 
 
 def die_at_tips(state: Heights, repairs: Repairs, rising: bool, solve_again: SolveAgain) -> Heights:

@@ -17,6 +17,7 @@ from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import TriSurface
+from geosurf.model.needed_faults import Extended, NeededFaults
 from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
@@ -34,33 +35,22 @@ from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.last_links import with_last_links
 from geosurf.sheets.mesh.overlap_points import ghosts_by_points
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs
-from geosurf.sheets.mesh.too_short import VERTICAL, Short, extended, too_short
+from geosurf.sheets.mesh.too_short import (
+    VERTICAL,
+    Short,
+    TooShort,
+    added_up,
+    extended,
+    too_short,
+)
 
 REACH = 4.0  # cells from the rim of a fault within which a hole is a matter of that
 LEAST = 0.5  # of its height by which a fault is extended along its dip at first
 MOST = 4.0  # and at most
 LEAST_ALONG, MOST_ALONG = 3.0, 6.0  # cells by which a branch is extended along strike
 
-Longer = dict[int, tuple["Extended", TriSurface]]  # by fault: the list entry and the surface
+Longer = dict[int, tuple[Extended, TriSurface]]  # by fault: the list entry and the surface
 Make = Callable[[int, tuple[tuple[str, float], ...]], TriSurface]  # of a fault, longer by lengths
-
-
-@dataclass(frozen=True)
-class Extended:
-    """A fault that was extended because a sheet leaves it above or below.
-
-    Attributes
-    ----------
-    fault : str
-    lengths : dict of {"up", "down", "start", "end"} to float
-        Along its dip or strike [m].
-    place : ndarray (3,)
-        Where the sheet left it [m].
-    """
-
-    fault: str
-    lengths: Mapping[str, float]
-    place: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,16 +106,20 @@ def close(
     given_trims: Trims,
     known_short: Collection[int] = (),
     highest: int = 4,
+    asking: bool = False,
 ) -> Closed:
     """Rebuild heights, tear the mesh, and close it without any loss of throw; it may stay open.
 
     `known_short` are numbers of faults that are extended up and down from the start; `highest` is
-    the order of small differences at most.
+    the order of small differences at most. Who is `asking` is told which faults are too short
+    instead.
 
     Raises
     ------
     GeometryError
         If a block has no data.
+    TooShort
+        If `asking`, where a fault would be extended.
     """
     # faults that are known to be short are extended before the first attempt
     given, found = tuple(faults), dict[int, Extended]()
@@ -135,7 +129,10 @@ def close(
     make = cache(lambda number, lengths: extended(given[number], dict(lengths)))
     more = _lengthened(given, short, found, picks.frame.cell, make)
     n_cut = 0
+    first: Closed | None = None
     while True:
+        if more and asking:
+            raise TooShort(_as_needed(more, given, given_trims))
         # each round extends faults next to holes, twice as far as before; MOST ends it
         found |= {k: one for k, (one, _) in more.items()}
         surfaces = tuple(more[k][1] if k in more else one for k, one in enumerate(surfaces))
@@ -155,18 +152,30 @@ def close(
         asked = partial(_longer, given, surfaces, ends, dict(found), picks.frame.cell, make)
         built = built_of(filled_picks, rebuilt, surfaces, needs_more=asked)
         n_cut += built.n_cut
+        closed = Closed(
+            filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims,
+            filled, pinched, n_cut,
+        )  # fmt: skip
         # so many holes are a matter of the data, not of a fault that is too short
         more = asked(built.cut.holes) if built.is_open and not built.is_hopeless else {}
         # Closed, or no fault can be extended any further.
         if not more:
             break
-    if built.window is not None:  # it was to be torn again at longer faults, and none can be longer
-        built = built_of(filled_picks, rebuilt, surfaces, start=built.repairs)
+        first = first or closed
+    # longer faults that have closed no hole stay as they were: other horizons would end on them
+    if first is not None and built.is_open and _are_left(first.built, built, picks.frame.cell):
+        closed = first
+    # it was to be torn again at longer faults
+    if closed.built.window is not None:
+        built = built_of(closed.picks, closed.rebuilt, closed.faults, start=closed.built.repairs)
         n_cut += built.n_cut
-    return Closed(
-        filled_picks, rebuilt, built, surfaces, tuple(found.values()), trims, given_trims, filled,
-        pinched, n_cut,
-    )  # fmt: skip
+        closed = replace(closed, built=built)
+    return replace(closed, n_cut=n_cut)
+
+
+def _are_left(before: Built, now: Built, cell: float) -> bool:
+    """Whether a mesh has all holes of another one."""
+    return all(any(one.is_like(old, cell) for one in now.cut.holes) for old in before.cut.holes)
 
 
 def close_at_any_cost(closed: Closed) -> Closed:
@@ -176,6 +185,13 @@ def close_at_any_cost(closed: Closed) -> Closed:
         closed.picks, closed.rebuilt, closed.faults, at_any_cost=True, start=closed.built.repairs
     )
     return replace(closed, built=built, n_cut=built.n_cut)
+
+
+def with_needed(closed: Closed, needed: NeededFaults | None) -> Closed:
+    """The same with extensions that came before its faults were given."""
+    if needed is None:
+        return closed
+    return replace(closed, extensions=added_up((*needed.extensions, *closed.extensions)))
 
 
 def _narrower(trims: Trims, state: Heights) -> Trims | None:
@@ -245,6 +261,13 @@ def _lengthened(
         place = one.place if old is None else old.place
         found[number] = Extended(fault.name, lengths, place), surface
     return found
+
+
+def _as_needed(more: Longer, given: Sequence[TriSurface], trims: Trims) -> NeededFaults:
+    """Longer faults, and the trims of all, for those who know faults by their names."""
+    faults = {one.fault: surface for one, surface in more.values()}
+    by_name = {fault.name: trim for fault, trim in zip(given, trims.of_fault, strict=True)}
+    return NeededFaults(tuple(one for one, _ in more.values()), faults, by_name)
 
 
 def _next_length(fault: TriSurface, side: str, before: float | None, cell: float) -> float | None:

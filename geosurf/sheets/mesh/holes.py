@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 WHOLE = 1000  # capacities are whole numbers: thousandths of a cell
 ONE_HOLE = 3.0  # cells within which edges of the minimum cut belong to one hole
+SAME_PLACE, SAME_SIZE = 1.0, 0.1  # cells, and share of its length, by which a hole may differ
 BEHIND = 1.5  # cells farther than the nearest outer ghost, up to which ghosts belong to a hole
 
 
@@ -48,6 +49,12 @@ class Hole:
     ghosts: np.ndarray
     lowest: np.ndarray
     highest: np.ndarray
+
+    def is_like(self, before: Hole, cell: float) -> bool:
+        """Whether it is a hole of an earlier attempt, at about the same place and as long."""
+        far = np.linalg.norm(self.place - before.place) / cell
+        differs = abs(self.length - before.length) / max(self.length, cell)
+        return bool(far <= SAME_PLACE and differs <= SAME_SIZE)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from geosurf.errors import GeosurfError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
+from geosurf.model.needed_faults import Extended, NeededFaults
 from geosurf.sheets.mesh.holes import Hole
 
 VERTICAL, LATERAL = ("up", "down"), ("start", "end")
@@ -28,6 +29,27 @@ class Short:
 
     sides: frozenset[str]
     place: np.ndarray
+
+
+class TooShort(Exception):
+    """A sheet needs longer faults. Raised only for those who ask, and who go on from there."""
+
+    def __init__(self, longer: NeededFaults) -> None:
+        super().__init__(", ".join(longer.faults))
+        self.longer = longer
+
+
+def added_up(extensions: Sequence[Extended]) -> tuple[Extended, ...]:
+    """One for each fault: those that came one after the other, with the place of the first."""
+    found: dict[str, Extended] = {}
+    for one in extensions:
+        before = found.get(one.fault)
+        if before is not None:
+            sides = {*before.lengths, *one.lengths}
+            sums = {k: before.lengths.get(k, 0.0) + one.lengths.get(k, 0.0) for k in sorted(sides)}
+            one = Extended(one.fault, sums, before.place)
+        found[one.fault] = one
+    return tuple(found.values())
 
 
 def too_short(

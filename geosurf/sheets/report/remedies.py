@@ -9,10 +9,11 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
+from geosurf.model.needed_faults import Extended
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.build import Built
-from geosurf.sheets.mesh.close import Closed, Extended
+from geosurf.sheets.mesh.close import Closed
 from geosurf.sheets.mesh.rings import LEVEL_REACH
 from geosurf.sheets.mesh.tear_ends import NO_THROW
 from geosurf.sheets.report.lengthening import end_at, how_to_lengthen
