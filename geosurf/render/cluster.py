@@ -17,7 +17,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.kernels.meshes.numbering import first_seen, number_keys
+from geosurf.kernels.meshes.point_surfaces import codes_of_points, highest_of_points
 from geosurf.model import Units
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.render.thin_units import (
@@ -50,19 +51,23 @@ def clustered(mesh: UnitMesh, max_triangle: int, exaggeration: float = 1.0) -> U
     if n <= max_triangle:
         return mesh
     points, triangles = mesh.points, mesh.triangles
-    sides = (mesh.sides >= 0).sum(axis=1)  # how many shells draw each triangle
+    drawn = mesh.sides >= 0  # column by column: along rows of two or three numpy is slow
+    sides = drawn[:, 0].astype(np.int64) + drawn[:, 1]  # how many shells draw each triangle
     meeting, several = surfaces_at(len(points), triangles, mesh.surface)
 
     # an edge on a line stays, whatever happens around it
-    rigid = several[triangles].sum(axis=1) > 1
+    a, b, c = (several.take(triangles[:, k]) for k in range(3))
+    rigid = a & b | b & c | c & a
     moves = ~several if 2 * sides[rigid].sum() <= max_triangle else np.ones(len(points), dtype=bool)
 
     # the first size is right for a regular mesh
-    edges = points[triangles[:, 0], :2] - points[triangles[:, 1], :2]
-    size = float(np.median(np.hypot(*edges.T))) * math.sqrt(n / max_triangle) or 1.0
+    x, y = (
+        points[:, k].take(triangles[:, 0]) - points[:, k].take(triangles[:, 1]) for k in range(2)
+    )
+    size = float(np.median(np.hypot(x, y))) * math.sqrt(n / max_triangle) or 1.0
     for _ in range(TRIES):
         of_point = _clusters(points, meeting, moves, size, exaggeration)
-        corners = of_point[triangles]
+        corners = of_point.take(triangles)
         kept = _distinct(corners)
         n = int(sides[kept].sum())
         if n <= max_triangle:
@@ -109,18 +114,11 @@ def surfaces_at(
     >>> meeting.tolist(), several.tolist()
     ([0, 0, 2, 2, 1], [False, False, True, True, False])
     """
-    low = np.full(n_point, np.iinfo(np.int64).max)
-    high = np.full(n_point, -1)
-    for k in range(3):
-        np.minimum.at(low, triangles[:, k], surface)
-        np.maximum.at(high, triangles[:, k], surface)
-    several = low < high
-    meeting = high.copy()
+    meeting, several = highest_of_points(triangles, surface, n_point)
 
     # the surfaces of a point join its set one after the other, each set with a number of its own
     n_surface = int(surface.max(initial=0)) + 2
-    corner = np.flatnonzero(several[triangles].ravel())
-    pairs = np.unique(triangles.ravel()[corner] * n_surface + surface[corner // 3])
+    pairs = np.sort(first_seen(codes_of_points(triangles, surface, several, n_surface))[0])
     point, one = np.divmod(pairs, n_surface)
     first = np.flatnonzero(np.append(True, point[1:] != point[:-1]))[: len(pairs)]
     place = np.arange(len(pairs)) - np.repeat(first, np.diff(np.append(first, len(pairs))))
@@ -137,7 +135,7 @@ def _clusters(
     points: np.ndarray, meeting: np.ndarray, moves: np.ndarray, size: float, exaggeration: float
 ) -> np.ndarray:
     """The cluster of each point: a cell of one set of surfaces, or the point itself."""
-    low = points.min(axis=0)
+    low = [points[:, k].min() for k in range(3)]
     steps = (size, size, size / exaggeration)
     code = meeting.copy()
     for k in range(3):

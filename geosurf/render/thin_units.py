@@ -23,7 +23,6 @@ from geosurf.model.protocols import DrawnModel
 
 MAX_UNIT_TRIANGLE = 400_000  # of all shells: one for each four pixels of a picture
 FIRST, LAST = 1, 2  # columns of runs
-_ONE_SIZE = 8  # cells along the side of a block, up to which all blocks have one size
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +72,7 @@ class UnitMesh:
     @property
     def n_drawn(self) -> int:
         """Number of triangles of all shells."""
-        return int((self.sides >= 0).sum())
+        return int(np.count_nonzero(self.sides >= 0))
 
     @property
     def shells(self) -> list[Shell]:
@@ -197,7 +196,7 @@ def thinned_mesh(pieces: Pieces, sides: np.ndarray, n_unit: int, stride: int) ->
         triangles.append(number[place_of])
         beside.append(of_runs)
         surface.append(np.full(len(nodes), i))
-    x, t, sides, of = (np.concatenate(part) for part in (points, triangles, beside, surface))
+    x, t, sides, of = (_joined(part) for part in (points, triangles, beside, surface))
     return UnitMesh(x, t, sides, of, n_unit)
 
 
@@ -233,6 +232,13 @@ def as_modelled(scene: DrawnModel, surface: TriSurface, max_triangle: int) -> Tr
         return patches.surface(row)
     (shell,) = thinned_mesh(pieces, sides, 1, stride).shells
     return TriSurface(surface.name, surface.role, shell.points, shell.triangles)
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """All parts in one array; the list is empty afterwards, so that the next one has its memory."""
+    found = np.concatenate(parts)
+    parts.clear()
+    return found
 
 
 def _between(sides: np.ndarray) -> np.ndarray:
@@ -281,11 +287,13 @@ def _blocks(
 def _sizes(stride: int) -> list[int]:
     """Cells along the sides of blocks: of large ones, halves and quarters beside curves, too.
 
+    With one size, blocks that a curve passes leave all their cells: more, the larger blocks are.
+
     Examples
     --------
     >>> _sizes(5), _sizes(50)
-    ([5], [64, 32, 16, 8, 4, 2])
+    ([8, 4, 2], [64, 32, 16, 8, 4, 2])
     """
-    if stride <= _ONE_SIZE:
-        return [stride]
+    if stride == 1:
+        return [1]
     return [2**k for k in range(math.ceil(math.log2(stride)), 0, -1)]

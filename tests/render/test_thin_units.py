@@ -78,10 +78,18 @@ def test_large_blocks_are_divided_along_curves(monkeypatch: pytest.MonkeyPatch) 
         assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=1e-9)
 
     # blocks of one size leave all cells of blocks that a curve passes
-    monkeypatch.setattr(thin_units, "_ONE_SIZE", 99)
+    monkeypatch.setattr(thin_units, "_sizes", lambda stride: [stride])
     one_size = thinned_mesh(*units.piece_sides, len(units), 12).shells
     counts = [sum(len(shell.triangles) for shell in some) for some in (several, one_size)]
     assert counts[0] < 0.6 * counts[1]
+
+
+@pytest.mark.parametrize("stride", range(1, 18))
+def test_law_blocks_of_any_stride_have_the_volumes_of_units(stride: int) -> None:
+    units = planes(False, n=60)
+    shells = thinned_mesh(*units.piece_sides, len(units), stride).shells
+    for shell, unit in zip(shells, units.values(), strict=True):
+        assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=1e-9)
 
 
 def test_law_grids_in_their_store_have_the_shells_of_grids_in_memory(
