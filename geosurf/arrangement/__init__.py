@@ -10,6 +10,7 @@ tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
 aligned.py         candidate pairs of horizons of one survey
 upright.py         candidate pairs of grids with straight axes
+straight.py        rotated grids with even steps as grids with straight axes
 chunked.py         candidate pairs of grids in a store, tile by tile
 torn.py            self-contacts of torn sheets
 torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
@@ -18,6 +19,7 @@ hubs.py            self-contacts at vertices with hundreds of triangles
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
 crossing.py        the exact test of a rounded mesh
+turned.py          boxes of triangles along the columns of rotated grids
 known_pairs.py     contacts of two surfaces, stored for the next search of both
 earlier.py         faces that an earlier arrangement cut alike
 carried.py         contacts of a scene that differs in a few surfaces from an earlier one

@@ -20,7 +20,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.arrangement.torn_trees import candidate_pairs as candidate_pairs_of
 from geosurf.arrangement.torn_trees import separated_by_tops, tree_for
-from geosurf.arrangement.upright import are_alike, settled_pairs
+from geosurf.arrangement.upright import pairs_of_grids
 from geosurf.model import TriSurface
 
 _FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking tops
@@ -123,9 +123,8 @@ def _pairs_of_two(
     torn = pairs_over_lattice(surfaces, origin)
     if torn is not None:
         return torn
-    if are_alike(surfaces, trees):
-        return settled_pairs(surfaces, trees, origin)
-    return candidate_pairs_of(*trees)
+    settled = pairs_of_grids(surfaces, trees, origin)
+    return candidate_pairs_of(*trees) if settled is None else settled
 
 
 def near_surfaces(

@@ -83,7 +83,7 @@ def test_what_is_known_is_not_searched(monkeypatch):
     stored = {}
     search(surfaces, stored)
     monkeypatch.setattr(candidates.tree, "candidate_pairs", None)
-    monkeypatch.setattr(candidates, "settled_pairs", None)
+    monkeypatch.setattr(candidates, "pairs_of_grids", None)
     assert len(search(surfaces, stored).rows) > 0
     with pytest.raises(TypeError):
         search(surfaces)

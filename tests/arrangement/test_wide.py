@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from geosurf.arrangement import crossing
 from geosurf.arrangement.broad import fit_voxels
+from geosurf.arrangement.turned import turned_boxes
 from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.large_triangles import large_triangle_pairs
-from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
+from geosurf.kernels.search.voxels import fill_voxels
 
 corner = st.tuples(*[st.integers(0, 12)] * 3)
 
@@ -43,19 +44,27 @@ def meets(x, t, pairs):
 
 
 @settings(deadline=None)
-@given(meshes(), st.sampled_from([0.7, 2.0, 5.0]), st.sampled_from([0.0, 500_000.25]))
-def test_every_pair_that_meets_is_found_once(mesh, size, shift):
+@given(
+    meshes(),
+    st.sampled_from([0.7, 2.0, 5.0]),
+    st.sampled_from([0.0, 500_000.25]),
+    st.sampled_from([None, (0.6, 0.8), (-(0.5**0.5), 0.5**0.5), (0.97, -0.24)]),
+)
+def test_every_pair_that_meets_is_found_once(mesh, size, shift, along):
     x, t = mesh
     x = x + shift
     if len(t) == 0:
         return
-    boxes = triangle_boxes(x, t)
+    turned, boxes, slack = turned_boxes(x, t, along)
+    c, s = along or (1.0, 0.0)
     grid = fit_voxels(boxes, boxes, size)
+    assert slack < 1e-8 * size
     wide = (boxes[:, 3:] - boxes[:, :3]).max(axis=1) > 1.5
     offsets, filled = fill_voxels(boxes, np.flatnonzero(~wide), grid.bounds, grid.size, grid.shape)
     found = large_triangle_pairs(
-        x, t, boxes, np.flatnonzero(wide), grid.bounds, grid.size, grid.shape, offsets, filled
-    )
+        x, turned, c, s, slack, t, boxes, np.flatnonzero(wide), grid.bounds, grid.size, grid.shape,
+        offsets, filled,
+    )  # fmt: skip
     named = [tuple(pair) for pair in found.tolist()]
     assert len(set(named)) == len(named)
     every = [p for p in itertools.combinations(range(len(t)), 2) if wide[p[0]] or wide[p[1]]]
