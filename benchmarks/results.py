@@ -10,6 +10,7 @@ block           2 horizons of 401 x 401 nodes, 1 fault
 five horizons   5 of 401 x 401, 3 faults
 ten horizons    10 of 1001 x 1001, 10 faults
 thirty          30 of 301 x 301, 40 faults
+torn horizons   3 of 1001 x 1001, torn at 2 faults; tears do not count
 changes         10 of 401 x 401, 5 faults: one input changes
 many units      30 of 301 x 301, 20 faults that cross 20 others; only if named
 ==============  ================================================================
@@ -44,8 +45,10 @@ MODELS = {
     "five horizons": (5, 401, 3),
     "ten horizons": (10, 1001, 10),
     "thirty": (30, 301, 40),
+    "torn horizons": (3, 1001, 2),
     "many units": (30, 301, 20, 20),
 }
+TORN = "torn horizons"
 CHANGES = "changes"
 DEFAULT = [*[name for name in MODELS if name != "many units"], CHANGES]
 ROUNDS = 5  # of changes in one process
@@ -103,8 +106,13 @@ def measure(name: str) -> dict[str, Any]:
     _ = small.volumes, small.units.table
     small.check()
 
+    if name == TORN:
+        small = gs.Scene(*inputs_of(2, 41, 1), tear=True)
+        small.check()
+
     horizons, faults, box = inputs_of(*MODELS[name])
-    scene = gs.Scene(horizons, faults, box)
+    scene = gs.Scene(horizons, faults, box, tear=name == TORN)
+    _ = [scene.surface(one) for one in scene.horizon_names] if name == TORN else ()
     found: dict[str, Any] = {"model": clock(lambda: scene.units)}
     found["volumes"] = clock(lambda: scene.volumes)
     found["memory"] = peak()
