@@ -229,10 +229,12 @@ def _heights_over_nodes(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     if _HEIGHTS not in surface.__dict__:
         torn = surface.torn
         assert torn is not None  # the caller has asked
+        below = torn.node_of_ghost
+        assert below is not None  # as well
         z = torn.elevation.ravel()
         low, high = np.where(np.isnan(z), np.inf, z), np.where(np.isnan(z), -np.inf, z)
-        np.minimum.at(low, torn.node_of_ghost, torn.ghosts[:, 2])
-        np.maximum.at(high, torn.node_of_ghost, torn.ghosts[:, 2])
+        np.minimum.at(low, below, torn.ghosts[:, 2])
+        np.maximum.at(high, below, torn.ghosts[:, 2])
         surface.__dict__[_HEIGHTS] = low, high
     found: tuple[np.ndarray, np.ndarray] = surface.__dict__[_HEIGHTS]
     return found

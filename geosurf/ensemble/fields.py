@@ -222,7 +222,8 @@ def _fast_length(n: int) -> int:
     """
     odds = (3**i * 5**j for i in range(25) for j in range(17))
     # times the power of two that brings each to n at least
-    return min(odd << (-(-n // odd) - 1).bit_length() for odd in odds)
+    fitting: list[int] = [odd << (-(-n // odd) - 1).bit_length() for odd in odds]
+    return min(fitting)
 
 
 def _turned(row: np.ndarray, *axes: int) -> np.ndarray:
