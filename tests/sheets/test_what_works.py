@@ -85,7 +85,7 @@ def test_cuts_for_a_sheet_that_stays_open_are_limited(n_cut, forced, monkeypatch
     monkeypatch.setattr(attempts, "close_at_any_cost", tried.append)
     monkeypatch.setattr(attempts.Torn, "of", staticmethod(lambda closed: open_sheet))
     monkeypatch.setattr(attempts, "_torn", lambda *args, **options: open_sheet)
-    monkeypatch.setattr(attempts, "_first", lambda search, *rest: search.torn(*rest))
+    monkeypatch.setattr(attempts, "_first", lambda search, *rest: search.torn(*rest[:2]))
     monkeypatch.setattr(attempts, "_other_trims", lambda *args: range(5))
     monkeypatch.setattr(attempts, "_as_data_show", lambda best, *rest: best)
     untried = []
