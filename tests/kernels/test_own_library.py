@@ -20,12 +20,13 @@ STAMP = stamp_of(frozen.folder_of(TINY))
 @pytest.fixture
 def cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of a library in a cache of its own."""
+    library = frozen.frozen(TINY)  # from the usual cache, before there is another one
     for name in [name for name in os.environ if name.startswith("NUMBA_")]:
         monkeypatch.delenv(name)
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(tmp_path))
     tmp_path.chmod(0o700)
     folder = room._folder(STAMP)
-    shutil.copytree(frozen.frozen(TINY), folder)
+    shutil.copytree(library, folder)
     folder.chmod(0o700)
     for file in folder.iterdir():
         file.chmod(0o600)
