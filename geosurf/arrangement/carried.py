@@ -172,28 +172,14 @@ def _numbered(
         return None
     x, d = shortened(x, n_vertex + n_point), shortened(d, n_point)
 
-    # points of both in one place: one point, or two that rounding puts there
-    is_new = np.zeros(len(x), dtype=bool)
-    is_new[point1] = True
-    is_new[point0[point0 >= 0]] = False
-    filled, size = filter_of(x, is_new)
-
     def frame() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Near pairs, and the frame of the vertices."""
         near = old.near[(face0[old.near] >= 0).all(axis=1)]
         near = np.concatenate([face0[near], face1[new.near]])
         return sorted_by_faces(near, n_face), *frame_of(x[:n_vertex], n_face)
 
-    tasks: list[Callable[[], Any]] = [
-        partial(may_coincide_with, x, is_new, filled, size, *row)
-        for row in in_ranges(len(x), _POINTS)
-    ]
-    asked = [(task,) for task in (*tasks, frame)]
-    *of_points, (near, m, w) = map_threads(lambda task: task(), asked, worth)
-    some = x.take(np.concatenate(of_points), axis=0)
-    if weld(some)[1] < len(some):
-        return None
-    if m[SCALE] > MAX_SCALE:
+    coinciding, (near, m, w) = _beside_new_points(x, point0, point1, frame, worth)
+    if coinciding or m[SCALE] > MAX_SCALE:
         return None
     m[N_POINT], m[N_EDGE_PLANE] = n_point, 0
 
@@ -205,6 +191,27 @@ def _numbered(
 
     found.carried = Carried(old, with_crossings(old, Unchanged(place, face0, point0, changed)))
     return found
+
+
+def _beside_new_points(
+    x: np.ndarray, point0: np.ndarray, point1: np.ndarray, task: Callable[[], Any], worth: bool
+) -> tuple[bool, Any]:
+    """Whether a new point and another one are in one place, and what a task beside that returns.
+
+    They may be one point, or two that rounding puts there.
+    """
+    is_new = np.zeros(len(x), dtype=bool)
+    is_new[point1] = True
+    is_new[point0[point0 >= 0]] = False
+    filled, size = filter_of(x, is_new)
+    tasks: list[Callable[[], Any]] = [
+        partial(may_coincide_with, x, is_new, filled, size, *row)
+        for row in in_ranges(len(x), _POINTS)
+    ]
+    asked = [(one,) for one in (*tasks, task)]
+    *of_points, found = map_threads(lambda one: one(), asked, worth)
+    some = x.take(np.concatenate(of_points), axis=0)
+    return weld(some)[1] < len(some), found
 
 
 def _listed(nodes: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, ...]:

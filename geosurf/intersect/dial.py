@@ -17,7 +17,14 @@ from geosurf.intersect.layers import are_apart
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
 from geosurf.intersect.loops import Found, find_lost, pair_keys
-from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, sides_of
+from geosurf.intersect.sides import (
+    Candidates,
+    Side,
+    find_candidates,
+    has_cubics,
+    piece_of,
+    sides_of,
+)
 from geosurf.intersect.strand import Line, strand_of
 from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.meshes.polylines import weld_lines
@@ -126,9 +133,7 @@ def _pair(
         bound = np.inf if coarse else 0.0
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
 
-    # Rough and dense lattices: the exact curve costs less, and is as near. What triangles miss is
-    # looked for in cells that the bounds of the cubics leave over; where there are none, all is
-    # done.
+    # Rough and dense lattices: the exact curve costs less, and is as near.
     judged = None if coarse else judge(one, two, tolerance)
     at_once = judged is not None and judged.first and judged.shown
     given = one, two, origin, tolerance, linker, options, names
@@ -138,6 +143,7 @@ def _pair(
             exact, followed = found
             return exact if followed is None else followed.lines, [], [exact]
 
+    # Curves that triangles miss can only be in cells that the bounds of the cubics leave over.
     sides = sides_of(one, two, origin)
     near = find_candidates(*sides, 0.0 if coarse else tolerance)
     if not len(near.pairs):
@@ -158,31 +164,38 @@ def _pair(
             return followed.lines + beside[0], beside[1], [exact]
 
     # Otherwise the exact curve of the remaining triangles is moved onto the cubics.
-    first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
-    lines: list[Line] = []
-    plain_curves = []
-    keys = np.empty(0, dtype=np.int64)
-
-    if first is not None and second is not None:
-        pieces = first, second
-        contacts = find_contacts((first.surface, second.surface), origin=origin, **options)
-        plain = linker(contacts)
-        plain_curves.append(plain)
-        if plain.n_curve:
-            strand = strand_of(plain, contacts, pieces, sides)
-            lines, w = lift_strand(strand, sides, tolerance)
-            # Cells that known curves run through, before and after lifting; -1 in `hold`: no cell.
-            rows = strand.hold >= 0
-            keys = np.concatenate([
-                pair_keys(sides, strand.w[rows], strand.tri[rows]),
-                pair_keys(sides, w[rows], strand.tri[rows]),
-            ])  # fmt: skip
+    lines, keys, plain_curves = _lifted(sides, near, origin, tolerance, linker, options)
 
     # Loops smaller than a cell that no triangle shows.
     lost, places = find_lost(sides, near, lines, keys, tolerance)
     for line in lines:
         line.bound = np.inf if coarse else line.bound
     return lines + lost, coarse + places, plain_curves
+
+
+def _lifted(
+    sides: tuple[Side, Side],
+    near: Candidates,
+    origin: np.ndarray,
+    tolerance: float,
+    linker: Linker,
+    options: dict[str, Any],
+) -> tuple[list[Line], np.ndarray, list[Curves]]:
+    """Exact curves of the cells that are near, moved onto the cubics; keys of cells; and these."""
+    none = np.empty(0, dtype=np.int64)
+    first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
+    if first is None or second is None:
+        return [], none, []
+    contacts = find_contacts((first.surface, second.surface), origin=origin, **options)
+    plain = linker(contacts)
+    if not plain.n_curve:
+        return [], none, [plain]
+    strand = strand_of(plain, contacts, (first, second), sides)
+    lines, w = lift_strand(strand, sides, tolerance)
+    # Cells that known curves run through, before and after lifting; -1 in `hold`: no cell.
+    rows = strand.hold >= 0
+    both = (pair_keys(sides, of[rows], strand.tri[rows]) for of in (strand.w, w))
+    return lines, np.concatenate([*both]), [plain]
 
 
 def _second_first(one: TriSurface, two: TriSurface) -> bool:

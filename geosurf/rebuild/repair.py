@@ -128,7 +128,7 @@ def cut_soundly(
 def _of_unmoved(
     searched: Mapping[tuple[int, int], Known], moved: Sequence[np.ndarray]
 ) -> KnownPairs:
-    """What a search found of the pairs of surfaces of which no vertex moves: it is not repeated."""
+    """What a search found of pairs of surfaces that stay: it is not searched again."""
 
     def get(key: Hashable) -> Known | None:
         """The pair of two surfaces, by their numbers."""

@@ -82,15 +82,7 @@ def torn_horizons(
         The same one where nothing is to be torn.
     """
     reaching = {name: faults_reaching(scenario, name) for name in horizons}
-    # A throw without a list moves the horizons that its fault reaches.
-    throws = {
-        name: [
-            t
-            for t in scenario.throws
-            if name in t.horizons or (not t.horizons and t.fault in reaching[name])
-        ]
-        for name in horizons
-    }
+    throws = {name: _throws_of(scenario, name, reaching[name]) for name in horizons}
 
     # horizons that [tear] names, from data; others are torn by given throws
     picked = [name for name in horizons if is_torn_as_picked(scenario, name)]
@@ -108,7 +100,7 @@ def torn_horizons(
         return remember(name, some, tear.fill, made)
 
     def make(tears: Sequence[Tear], begins: Callable[[int], object]) -> list[Made]:
-        """Several horizons in threads; a picture where there is no sheet."""
+        """Several horizons in threads; a picture where one cannot be torn."""
         steps = [Ahead(partial(one, tear)) for tear in tears]
         run_in_threads([step.work for step in steps], begins)
         found = []
@@ -134,30 +126,37 @@ def torn_horizons(
         if name not in sheets and throws[name]:
             on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
-                by_throw = partial(
-                    _by_throw, scene, throws[name], name, horizon, cache, name in uncut
-                )
-                sheets[name] = remember_thrown(name, throws[name], by_throw)
+                some = throws[name]
+                make_it = partial(_by_throw, scene, some, name, horizon, cache, name in uncut)
+                sheets[name] = remember_thrown(name, some, make_it)
             done(name, sheets[name])
     if not sheets:
         return scene
 
-    # sheets reach farther up and down than smeared grids: the default box would grow, and with it
-    # the extended faults, which the sheets end on
-    # whether tearing has changed faults
-    changed = any(faults[name] is not given[name] for name in given)
     changes: dict[str, Any] = {}
     if keeps_area(scenario, horizons) and scenario.box is None:
+        # sheets reach farther up and down than smeared grids: the default box would grow, and with
+        # it the extended faults, which the sheets end on
         changes = {"box": scene.box, "aoi": scene.aoi}
         for step in scene.steps:  # the torn scene is given the area, and would not state it
             if step.stage == "area":
                 on_step(step.stage, step.subject, step.detail)
-    if changed:  # all of them as the sheets have them: rules would change them again
+    if any(faults[name] is not given[name] for name in given):
+        # all of them as the sheets have them: rules would change them again
         changes |= {"faults": faults, "extend": (), "lengthen": None}
         changes |= {"truncations": as_truncations(horizon_rules_of(scenario))}
     torn = torn_scene(scene, sheets, **changes)
     torn._take_warnings(found)
     return torn
+
+
+def _throws_of(scenario: Scenario, name: str, reaching: Collection[str]) -> list[ThrowInput]:
+    """The throws that move a horizon: one without a list moves those that its fault reaches."""
+    return [
+        one
+        for one in scenario.throws
+        if name in one.horizons or (not one.horizons and one.fault in reaching)
+    ]
 
 
 def keeps_area(scenario: Scenario, horizons: Iterable[str]) -> bool:

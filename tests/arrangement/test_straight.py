@@ -9,7 +9,7 @@ from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.turned import direction_of
 from geosurf.model import Lattice
-from tests.arrangement.test_upright import contacts_by_key, usable, watched
+from tests.arrangement.test_upright import compare_with_voxels, contacts_by_key, watched
 
 # whole numbers stay whole numbers, so that what touches or lies in one plane still does
 MAPS = [[[3, -4], [4, 3]], [[2, 1], [-1, 3]], [[0, -1], [1, 0]], [[1, 2], [3, -1]]]
@@ -43,13 +43,8 @@ def scene(rng, matrix, scale, offset):
 @pytest.mark.parametrize(("scale", "offset"), [(1.0, 0.0), (0.37, 0.0), (0.37, 3.1e6)])
 @pytest.mark.parametrize("seed", range(12))
 def test_contacts_are_those_of_voxels(matrix, scale, offset, seed):
-    surfaces = scene(np.random.default_rng([seed, round(offset)]), matrix, scale, offset)
-    if not usable(surfaces):
-        return
-    by_axes = find_contacts(surfaces)
-    by_voxels = find_contacts(surfaces, method="voxels")
-    assert contacts_by_key(by_axes) == contacts_by_key(by_voxels)
-    np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
+    rng = np.random.default_rng([seed, round(offset)])
+    compare_with_voxels(scene(rng, matrix, scale, offset))
 
 
 def turned(x, y, degrees=30.0):
