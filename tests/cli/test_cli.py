@@ -193,10 +193,10 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--section", "0,1500"], "line of the section has shape (1, 2); give easting"),
         (["--section", "0,1500 4000;1500"], "'4000;1500' is not a point. Give easting and northing"),
         (["--section", "0,1500,9 4000,1500"], "'0,1500,9' is not a point"),
-        (["--section", " "], "line of the section has shape (0,); give easting"),
+        (["--section", "0,1500"], "'0,1500' has fewer than two points. Give easting"),
+        (["--section", " "], "' ' has fewer than two points. Give easting"),
         (["--section", "-9,-9 -8,-8"], "lies outside the model (0 to 4000, 0 to 3000). Give"),
         (["--section", "0,1 4000,1", "--view", "top"], "--section and --view cannot be combined: --view applies to views only. Leave one"),
         (["--section", "0,1 4000,1", "--no-clip"], "--clip applies to views only"),
