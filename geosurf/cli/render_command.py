@@ -230,8 +230,8 @@ def _line_of(text: str) -> list[tuple[float, float]]:
         line.append((east, north))
     if len(line) < 2:
         raise InputError(
-            f"--section: {text!r} has fewer than two points. Give easting and northing [m] of two or "
-            'more points in quotes, as in "0,2500 6000,2500".'
+            f"--section: {text!r} has fewer than two points. Give easting and northing [m] of two "
+            'or more points in quotes, as in "0,2500 6000,2500".'
         )
     return line
 
