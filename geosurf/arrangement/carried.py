@@ -18,6 +18,7 @@ from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.room import shortened
 from geosurf.arrangement.search import Contacts, find_contacts, pairs_of
 from geosurf.arrangement.threads import in_ranges, map_threads
+from geosurf.kernels.compile.memory_pages import retain_more
 from geosurf.kernels.contacts.merged_contacts import (
     filter_of,
     kept_contacts,
@@ -38,6 +39,7 @@ from geosurf.model import TriSurface
 
 _MANY = 20_000  # earlier contacts, from which two threads merge them
 _POINTS = 20_000  # of a thread, at least
+_BYTES = 500  # of each triangle of pieces: two thirds of them are freed before a scene is complete
 LEAST = 0.5  # share of the earlier contacts that has to stay: fewer are searched in less time
 
 
@@ -73,6 +75,8 @@ def find_changed_contacts(
         place = common_rows(earlier, known.keys, origin)
         found = None if place is None else _merged(earlier, place, surfaces, options)
         if found is not None:
+            # changed scenes come and go: what one has left is what the next one needs
+            retain_more(_BYTES * len(earlier.kept.face))
             return found
     return find_contacts(surfaces, **options)
 

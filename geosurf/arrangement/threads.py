@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +68,8 @@ def n_threads() -> int:
 def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = True) -> list[Any]:
     """Return ``[work(*row) for row in rows]``, on several threads if that is worth it.
 
-    The thread that asks is one of them: it takes rows from the end that no other one has begun.
+    The thread that asks is one of them: it takes rows from the end, others from the front. What no
+    other thread has begun is done here, so nobody waits for threads that are busy with others.
 
     Examples
     --------
@@ -77,18 +79,103 @@ def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = T
     n = min(n_threads(), len(rows)) if worth else 1
     if n <= 1:
         return [work(*row) for row in rows]
+    queue = _Rows(work, rows)
+    workers = _workers(n_threads() - 1)
+    helpers = [workers.submit(queue.do_first) for _ in range(n - 1)]
+    try:
+        queue.do_last()
+    finally:  # also after a keyboard interrupt: nothing runs on afterwards
+        queue.close()
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()
+    return queue.results()
+
+
+class _Rows:
+    """Rows of one call of `map_threads`, which several threads take from both ends."""
+
+    def __init__(self, work: Callable[..., Any], rows: Sequence[tuple]) -> None:
+        self._work = work
+        self._rows: Sequence[tuple] = rows
+        self._found: list[Any] = [None] * len(rows)
+        self._errors: dict[int, Exception] = {}
+        self._first, self._end, self._lock = 0, len(rows), Lock()
+
+    def do_first(self) -> None:
+        """Do rows from the front, until none is left."""
+        while True:
+            with self._lock:
+                k = self._first
+                if k >= self._end:
+                    return
+                self._first += 1
+            self._do(k)
+
+    def do_last(self) -> None:
+        """Do rows from the end, until none is left."""
+        while True:
+            with self._lock:
+                k = self._end - 1
+                if k < self._first:
+                    return
+                self._end = k
+            self._do(k)
+
+    def _do(self, k: int) -> None:
+        """Do one row; `results` raises its error."""
+        with _NoneBehind(self, k):
+            self._found[k] = self._work(*self._rows[k])
+
+    def failed(self, k: int, error: Exception) -> None:
+        """Begin no row behind one that has failed, as with one thread."""
+        with self._lock:
+            self._errors[k] = error
+            self._end = min(self._end, k)
+
+    def close(self) -> None:
+        """Let no further row begin."""
+        with self._lock:
+            self._end = self._first
+
+    def results(self) -> list[Any]:
+        """Return results in order, or raise the error of the first row that has one."""
+        # a helper that was cancelled is held until its thread is free: it shall hold no arrays
+        found, errors, self._rows, self._found, self._errors = self._found, self._errors, (), [], {}
+        if errors:
+            raise errors[min(errors)]
+        return found
+
+
+class _NoneBehind:
+    """Hand the error of a row to the rows of its call: one of another thread may come before it."""
+
+    def __init__(self, rows: _Rows, k: int) -> None:
+        self._rows, self._k = rows, k
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        if not isinstance(error, Exception):  # nor a keyboard interrupt
+            return False
+        self._rows.failed(self._k, error)
+        return True
+
+
+@cache
+def _workers(n: int) -> Executor:
+    """So many threads, which wait for work as long as this process runs.
+
+    To start a thread for each call would cost a tenth of a millisecond, and a change asks 40 times.
+    """
     from concurrent.futures import ThreadPoolExecutor  # a tenth of a short process's own imports
 
-    with ThreadPoolExecutor(n - 1) as pool:
-        futures = [pool.submit(work, *row) for row in rows]
-        k, last = len(rows), []
-        try:
-            while k > 0 and futures[k - 1].cancel():
-                k -= 1
-                last.append(work(*rows[k]))
-        finally:  # of several errors the first one is raised, as with one thread
-            first = [future.result() for future in futures[:k]]
-    return first + last[::-1]
+    return ThreadPoolExecutor(n, "geosurf")
+
+
+if hasattr(os, "register_at_fork"):  # a forked process has none of these threads
+    os.register_at_fork(after_in_child=_workers.cache_clear)
 
 
 def run_in_threads(

@@ -8,9 +8,9 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
-from typing import Any
+
+from geosurf.kernels.compile.memory_pages import of_glibc
 
 _ARENA_MAX = -8  # option of `mallopt`, from malloc.h
 
@@ -92,7 +92,7 @@ def give_back_memory() -> None:
     --------
     >>> give_back_memory()
     """
-    trim = _of_glibc("malloc_trim")
+    trim = of_glibc("malloc_trim")
     if trim is not None:
         trim(0)
 
@@ -107,7 +107,7 @@ def share_one_heap() -> None:
     --------
     >>> share_one_heap()
     """
-    set_option = _of_glibc("mallopt")
+    set_option = of_glibc("mallopt")
     if set_option is not None:
         set_option(_ARENA_MAX, 1)
 
@@ -133,16 +133,3 @@ def collect_later() -> Iterator[None]:
         yield
     finally:
         gc.enable()
-
-
-@cache
-def _of_glibc(name: str) -> Any:
-    """A function of the GNU C library; None with another one."""
-    import ctypes
-
-    try:
-        library = ctypes.CDLL(None)
-        # others have functions of the same name that do something else
-        return getattr(library, name) if hasattr(library, "gnu_get_libc_version") else None
-    except (OSError, AttributeError, TypeError):  # TypeError: Windows takes no None
-        return None

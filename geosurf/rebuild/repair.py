@@ -24,7 +24,7 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
 from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
-from geosurf.arrangement.threads import map_threads, spare_threads
+from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
@@ -144,17 +144,21 @@ def _checked(
 ) -> tuple[np.ndarray, Callable[[], Result]]:
     """Faces that are unsound; and what returns the result of `then`, or raises its error."""
     stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
-    with spare_threads(len(children.triangles) > _MANY and not stored) as spare:
-        if spare is None:
-            return unsound(contacts, children), partial(then, contacts, children)
-        # the check goes to the other thread: what is made is large, and a thread's own memory new
-        check = spare.submit(unsound, contacts, children)
-        made = Future[Result]()
+    made = Future[Result]()
+
+    def make() -> None:
+        """What counts only if the faces are sound, an error, too."""
         try:
             made.set_result(then(contacts, children))
-        except GeosurfError as error:  # it counts only if the faces are sound
+        except GeosurfError as error:
             made.set_exception(error)
-        return check.result(), made.result
+
+    if n_threads() == 1 or stored or len(children.triangles) <= _MANY:
+        return unsound(contacts, children), partial(then, contacts, children)
+    # the check goes to another thread: what is made is large, and a thread's own memory new
+    tasks: list[tuple[Callable[[], object]]] = [(partial(unsound, contacts, children),), (make,)]
+    bad, _ = map_threads(lambda task: task(), tasks)
+    return bad, made.result
 
 
 def _with_records(contacts: Contacts) -> tuple[Contacts, np.ndarray | None]:

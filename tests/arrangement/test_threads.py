@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 import time
+import weakref
 from functools import partial
 from threading import Barrier, Event
 
@@ -12,7 +15,13 @@ import pytest
 
 import geosurf as gs
 from geosurf.arrangement import arrange, find_contacts, search
-from geosurf.arrangement.threads import in_turn, n_threads, run_in_threads, spare_threads
+from geosurf.arrangement.threads import (
+    in_turn,
+    map_threads,
+    n_threads,
+    run_in_threads,
+    spare_threads,
+)
 from geosurf.errors import InputError
 from tests.strategies import grid, sheet, soup
 
@@ -122,3 +131,64 @@ def test_an_error_in_a_long_task_is_raised(monkeypatch):
         monkeypatch.setenv("GEOSURF_THREADS", n)
         with pytest.raises(ZeroDivisionError):
             run_in_threads([lambda: True, lambda: 1 / 0])
+
+
+@pytest.mark.parametrize("n", ["1", "2", "4"])
+def test_rows_are_done_once_and_the_first_error_is_raised(monkeypatch, n):
+    """Calls in calls, too, and while all other threads are busy: nobody waits for them."""
+    monkeypatch.setenv("GEOSURF_THREADS", n)
+    done = []
+
+    def inner(k):
+        if k in (5, 7):
+            raise ValueError(k)
+        done.append(k)
+        return k
+
+    assert (
+        map_threads(lambda j: map_threads(inner, [(k,) for k in range(j)]), [(4,)] * 9)
+        == [[0, 1, 2, 3]] * 9
+    )
+    assert sorted(done) == sorted([0, 1, 2, 3] * 9)
+    with pytest.raises(ValueError, match="5"):
+        map_threads(inner, [(k,) for k in range(9)])
+    assert {0, 1, 2, 3, 4} <= set(done)
+
+
+def test_threads_wait_for_the_next_call(monkeypatch):
+    """No call begins threads of its own; what it was given goes with it, a busy thread or not."""
+    monkeypatch.setenv("GEOSURF_THREADS", "2")
+    map_threads(abs, [(1,), (2,)])
+    known = set(threading.enumerate())
+    release, begun = Event(), Event()
+
+    def busy(wait):
+        if wait:
+            begun.set()
+            release.wait()
+
+    other = threading.Thread(target=map_threads, args=(busy, [(True,), (False,)]))
+    other.start()
+    begun.wait()
+    rows = [(np.ones(3),), (np.ones(3),)]
+    gone = weakref.ref(rows[0][0])
+    assert len(map_threads(np.sum, rows)) == 2  # while the only other thread is busy
+    assert set(threading.enumerate()) - {other} <= known
+    del rows
+    assert gone() is None
+    release.set()
+    other.join()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
+def test_a_forked_process_has_threads_of_its_own(monkeypatch):
+    monkeypatch.setenv("GEOSURF_THREADS", "2")
+    map_threads(abs, [(1,), (2,)])
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)  # a process that waits for threads that it has not
+        together = Barrier(2)
+        map_threads(lambda: together.wait(10), [(), ()])
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0

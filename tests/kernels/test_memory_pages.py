@@ -15,20 +15,43 @@ import numpy as np
 {first}
 def faults():
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-    parts = [np.ones(100_000) for _ in range(10)]
+    parts = [None] * {count}  # at once: a list that grows would end up behind its arrays
+    for k in range({count}):
+        parts[k] = np.ones(100_000)
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
 faults()
 print(faults())
 """
 
 
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other libraries keep memory anyway")
+pytestmark = pytest.mark.skipif(
+    platform.libc_ver()[0] != "glibc", reason="other libraries keep memory anyway"
+)
+
+
+def count_faults(first, count, **told):
+    """Pages that a second call asks for, in a process of its own."""
+    plain = {key: value for key, value in os.environ.items() if not key.startswith("MALLOC_")}
+    code = CALLS.format(first=first, count=count)
+    run = subprocess.run(
+        [sys.executable, "-c", code], env={**plain, **told}, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    return int(run.stdout)
+
+
 def test_a_second_call_finds_its_pages():
-    told = {key: value for key, value in os.environ.items() if not key.startswith("MALLOC_")}
-    counts = [
-        int(subprocess.run([sys.executable, "-c", CALLS.format(first=first)], env=told,
-                           capture_output=True, text=True, check=True).stdout)
-        for first in ("", "import geosurf.kernels")
-    ]  # fmt: skip
+    counts = [count_faults(first, 10) for first in ("", "import geosurf.kernels")]
     assert counts[0] > 1000  # 8 MB in pages of 4 kB; else there is nothing to keep
     assert counts[1] < counts[0] / 10
+
+
+@pytest.mark.skipif(
+    os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") < 8 << 30, reason="less is kept"
+)
+def test_who_asks_for_more_keeps_more_and_the_user_decides():
+    """100 MB are freed at once, as when a scene is dropped."""
+    more = "from geosurf.kernels.compile.memory_pages import retain_more; retain_more(150 << 20)"
+    assert count_faults("import geosurf.kernels", 130) > 10_000
+    assert count_faults(more, 130) < 2000
+    assert count_faults(more, 130, MALLOC_TRIM_THRESHOLD_="131072") > 10_000
