@@ -27,6 +27,7 @@ from geosurf.scene.given import (
     given_horizon,
     given_settings,
     prepared_faults,
+    sent,
     torn_like,
 )
 from geosurf.scene.tearing import longer_faults
@@ -97,6 +98,10 @@ class SceneModel:
         # the last sheet of each that does not move, by what it was made from.
         self.closed_at_once: frozenset[str] = frozenset()
         self._thrown_sheets: dict[str, tuple[str, Sheet]] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to other processes: inputs as the surfaces that were made of them."""
+        return {**self.__dict__, "scene": sent(self.scene)}
 
     # ---- what is given -------------------------------------------------------------------
 
@@ -214,6 +219,9 @@ class SceneModel:
                 if isinstance(sheet.report, ThrowReport) and sheet.report.attempts == 1
             )  # fmt: skip
         self.plans = {name: sheet.plan for name, sheet in sheets if sheet.plan is not None}
+        # Read once: all realisations take over what this scene has read.
+        for name in self.fault_names:
+            self.fault(name)
         before = prepared_faults(self.scene.replace(**self._frame))
         self.longer = longer_faults(before, {name: base.whole_surface(name) for name in before})
 

@@ -14,7 +14,6 @@ from geosurf import __version__
 from geosurf.conventions import counted
 from geosurf.conventions.running import silence
 from geosurf.ensemble.change import Change, Prepared, Uncertainty
-from geosurf.ensemble.described import words_of_uncertainty
 from geosurf.ensemble.draws import Draws
 from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
@@ -83,6 +82,9 @@ class Plan:
     @property
     def distributions(self) -> list[str]:
         """Distribution of each of them, in words."""
+        # For the store: workers need no tables of reports.
+        from geosurf.ensemble.described import words_of_uncertainty
+
         return [words_of_uncertainty(one) for one in self.uncertain]
 
     @property

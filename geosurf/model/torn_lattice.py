@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model.base import frozen
-from geosurf.model.holes import FIRST, LAST, ROW, holes_in
 from geosurf.model.lattice import OF_NODES, Lattice
 from geosurf.model.lattice_nodes import nodes_at
 
@@ -92,7 +92,8 @@ class TornLattice(Lattice):
     @property
     def n_present(self) -> int:
         """Number of nodes that exist, and of ghosts."""
-        return int(self.present.sum()) + len(self.ghosts)
+        n_node = self.n_node if self.nodes_are_all_there else int(self.present.sum())
+        return n_node + len(self.ghosts)
 
     def corners_in_use(self) -> np.ndarray | None:
         """Corners around the nodes and ghosts in use, float64 (n, 3); None if not known.
@@ -133,11 +134,13 @@ class TornLattice(Lattice):
             below[self.node_of_ghost[below[self.n_node :]]] = True
         grid = below[: self.n_node].reshape(n_row, n_col)
         cells = grid[:-1, :-1] | grid[:-1, 1:] | grid[1:, :-1] | grid[1:, 1:]
-        there = np.repeat(cells.ravel(), 2)
-        there[self.gone] = False
         if self.nodes_are_all_there:
-            rows = self.rows_of_keys(np.flatnonzero(there))
+            keys = np.repeat(2 * np.flatnonzero(cells), 2)
+            keys[1::2] += 1
+            rows = self.rows_of_keys(keys[~is_among(keys, self.gone)])
         else:
+            there = np.repeat(cells.ravel(), 2)
+            there[self.gone] = False
             rows = np.flatnonzero(there[self.keys[: self.n_whole]])
         copies = self.n_whole + np.arange(len(self.copies))
         return frozen(np.concatenate([rows, copies]), np.int64)
@@ -241,19 +244,21 @@ class TornLattice(Lattice):
     @cached_property
     def gaps(self) -> np.ndarray:
         """Places of the lattice without a triangle, in the form of ``kernels.lattices.strips``."""
-        n_row = self.shape[0]
-        absent = np.zeros(self.n_key, dtype=bool)
-        absent[self.gone] = True
+        n_row, n_col = self.shape
+        absent = self.gone
         if not self.nodes_are_all_there:
-            absent[:] = True
-            absent[self.keys[: len(self.keys) - len(self.copies)]] = False
+            there = np.zeros(self.n_key, dtype=bool)
+            there[self.keys[: len(self.keys) - len(self.copies)]] = True
+            absent = np.flatnonzero(~there)
 
         # along a strip, the halves of a cell come in the other order where diagonals rise
-        of_halves = absent.reshape(-1, 2)
-        places = (of_halves[:, ::-1] if self.rising else of_halves).reshape(n_row - 1, -1)
-        found = holes_in(np.ascontiguousarray(places))
-        start = n_row + 2 * np.searchsorted(found[:, ROW], np.arange(n_row))
-        return frozen(np.concatenate([start, found[:, [FIRST, LAST]].ravel()]), np.int64)
+        places = np.sort(absent ^ 1) if self.rising else absent
+        row, column = np.divmod(places, max(2 * (n_col - 1), 1))
+        new = np.ones(len(places) + 1, dtype=bool)
+        new[1:-1] = (np.diff(places) > 1) | (column[1:] == 0)
+        ends = np.stack([column[new[:-1]], column[new[1:]]], axis=1)
+        start = n_row + 2 * np.searchsorted(row[new[:-1]], np.arange(n_row))
+        return frozen(np.concatenate([start, ends.ravel()]), np.int64)
 
     @cached_property
     def beside_gaps(self) -> np.ndarray:
@@ -263,10 +268,8 @@ class TornLattice(Lattice):
         # edge by edge: a turned lattice has the same three in another order
         none, edge = np.empty(0, dtype=np.int64), np.tile(np.arange(3), len(self.gone))
         over = keys_across(self.places, none, False, np.repeat(self.gone, 3), edge)
-        there = np.zeros(self.n_key + 1, dtype=bool)  # the last one for what is outside
-        there[over] = True
-        there[self.gone] = there[-1] = False
-        found = np.flatnonzero(there)
+        found = distinct(over)
+        found = found[(found >= 0) & ~is_among(found, self.gone)]  # below 0: outside
         if not all(self.survey.numbers):
             corners = super().corners_of_keys(found)
             found = found[self.present.ravel()[corners].all(axis=1)]

@@ -14,6 +14,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.merged_contacts import mark_corners
 from geosurf.kernels.contacts.packed_contact import mark_touched, overlaps
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs
 from geosurf.kernels.meshes.carried_triangles import carry_by_face
@@ -167,7 +168,7 @@ def _strips(
     absent = lattice.gaps
     nodes, ids = contacts.nodes[i]
     if isinstance(lattice, TornLattice):  # triangles next to gaps are listed, too
-        taken = np.union1d(taken[taken < lattice.n_key], lattice.beside_gaps)
+        taken = distinct(taken[taken < lattice.n_key], lattice.beside_gaps)
         nodes = np.flatnonzero(other.number[: lattice.n_node] >= 0)
         ids = other.number[nodes]
 

@@ -150,7 +150,8 @@ def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order = np.lexsort((mesh.surface_of_triangle[triangle], edge))
     edge, triangle = edge[order], triangle[order]
 
-    numbers, first, times = np.unique(edge, return_index=True, return_counts=True)
+    first = np.flatnonzero(np.diff(edge, prepend=-1))
+    numbers, times = edge[first], np.diff(first, append=len(edge))
     surface = mesh.surface_of_triangle[triangle]
     last = first + times - 1
     plain = (times <= 2) & (surface[first] == surface[last])
@@ -197,5 +198,7 @@ def _area(corners: np.ndarray) -> np.ndarray:
     """Areas (n,) of triangles with some corners (n, 3, 3) [m2]."""
     # half the norm of the cross product of two sides
     a, b, c = corners.transpose(1, 0, 2)
-    area: np.ndarray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area: np.ndarray = 0.5 * np.sqrt(x * x + y * y + z * z)
     return area

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +111,8 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         # after kind and shape: equal bytes may mean different numbers
         content = np.ascontiguousarray(value)
         digest.update(content if content.nbytes < _LONG else _shortened(content))
-        if isinstance(value, np.ma.MaskedArray):
+        # without the module there are none, and loading it takes a while
+        if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray):
             _add(digest, np.ma.getmaskarray(value), strangers)
     elif isinstance(value, tuple | list):
         # the length first, so that (a, b), c and a, (b, c) differ

@@ -81,6 +81,20 @@ class InputSurfaces:
         """Return a fault as given: neither extended nor truncated."""
         return self._surface(name, "fault", self.inputs.faults[name], None)
 
+    def in_place_of(self, name: str, role: str, given: Any) -> TriSurface | None:
+        """The surface that an xarray input became, if it can stand in its place; None otherwise.
+
+        It can if it has been read without a warning, and comes out again as it is.
+        """
+        if name not in self._known or not hasattr(given, "coords"):
+            return None
+        found = self._known[name]
+        if stays_in_store(given):
+            return None
+        quiet = self.memory.is_quiet(self._key(name, role, self._fingerprints[name]))
+        turns = role == "fault" and orient_fault(found) is not found
+        return found if quiet and not turns else None
+
     def read_grids(self) -> None:
         """Hash and triangulate large horizons in threads: a seventh of a large model."""
         given = self.inputs.horizons

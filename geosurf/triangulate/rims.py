@@ -60,6 +60,8 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     True
     """
     size = float(np.ptp(outline, axis=0).max())
+    if all(_is_clear(outline, horizon, NEAR * size) for horizon in horizons):
+        return outline
     along = np.zeros(len(outline), dtype=bool)
     named: dict[str, float] = {}
     for horizon in horizons:
@@ -90,6 +92,32 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
         )
     )
     return found
+
+
+def _is_clear(outline: np.ndarray, horizon: TriSurface, near: float) -> bool:
+    """Whether no node of a grid along the axes is near a side of a box and inside it, by its axes.
+
+    False where that is not known so. It is for most realisations: their grids end at the box.
+    """
+    grid = horizon.lattice
+    if grid is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:
+        grid = horizon.torn
+    if grid is None or grid.reads_map or grid.easting.ndim != 1 or len(outline) != 4:
+        return False
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    # each corner at an end of both axes, and each side along one
+    step = np.roll(outline, -1, axis=0) - outline
+    if not (((outline == low) | (outline == high)).all() and ((step == 0).sum(axis=1) == 1).all()):
+        return False
+    ghosts = getattr(grid, "ghosts", np.empty((0, 3)))
+    for k, nodes in enumerate((grid.easting, grid.northing)):
+        for part in (nodes, ghosts[:, k]):
+            # as `_beside_side` asks, with twice the distance: none is missed by rounding
+            inside = (part > low[k]) & (part < high[k])
+            beside = (part <= low[k] + 2.0 * near) | (part >= high[k] - 2.0 * near)
+            if (inside & beside).any():
+                return False
+    return True
 
 
 def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:

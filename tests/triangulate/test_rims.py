@@ -8,7 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning
-from geosurf.triangulate.rims import off_the_rims
+from geosurf.triangulate.rims import NEAR, _found_beside, _is_clear, off_the_rims
 
 
 def turned(degrees, shape=(9, 7)):
@@ -123,3 +123,25 @@ def test_a_horizon_that_ends_farther_inside_still_leaks():
     middle = corners.mean(axis=0)
     with pytest.raises(gs.errors.OpenUnitError, match="Shrink"):
         _ = gs.Scene({"T": grid}, {}, aoi=middle + 1.001 * (corners - middle)).units
+
+
+def test_grids_that_are_clear_of_a_box_by_their_axes_are_not_searched():
+    """Wherever axes show that no node is just inside, the search of the rim finds none, either."""
+    rng, seen = np.random.default_rng(3), []
+    x, y = np.arange(0.0, 301.0, 50.0), np.arange(0.0, 201.0, 50.0)
+    coords = {"northing": y, "easting": x}
+    attrs = {"units": "m", "positive": "up"}
+    grid = xr.DataArray(np.full((5, 7), -1700.0), coords, ("northing", "easting"), attrs=attrs)
+    for whole in (True, False):
+        grid[2, 3] = -1700.0 if whole else np.nan
+        surface = gs.triangulate_horizon(grid, name="T")
+        for _ in range(200):
+            off = rng.choice([0.0, 1e-9, -1e-9, 1e-4, -1e-4, 20.0, -20.0], 4)
+            west, east, south, north = np.array([0.0, 300.0, 0.0, 200.0]) + off
+            ring = np.array([(west, south), (east, south), (east, north), (west, north)])
+            near = NEAR * float(np.ptp(ring, axis=0).max())
+            clear = _is_clear(ring, surface, near)
+            assert not clear or _found_beside(ring, surface, near)[1] == 0.0
+            seen.append(clear)
+    assert 0.1 < np.mean(seen) < 0.9
+    assert not _is_clear(ring[[0, 1, 3, 2]], surface, near)  # sides that are no rectangle's

@@ -14,6 +14,7 @@ file               question                                               source
 `graph_distance`   How many links away is a node?                         breadth-first search
 `moved_rock`       Where are faults and beds that throw moves rock along?
 `rock_rounds`      Where was the rock that throw has brought to a place?
+`torn_links`       Which triangles do cut links divide?
 `sheet_trim`       Which parts of a torn sheet remain?
 `sheet_corners`    Which corners of pieces are vertices of the sheet?
 =================  =====================================================  ====================

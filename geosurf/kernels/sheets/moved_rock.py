@@ -65,6 +65,17 @@ def across_fault(flat, n, m, fault, s, z, out):
         out[k] = across(flat, 0, n, m, fault, s[k], z[k])
 
 
+@entry("d1 l l d1 d1 d1 d -> d")
+def largest_heave(flat, n, m, fault, s, z, throw):
+    """The most, by size, that a fault moves across strike a throw below all places s and all z."""
+    most = 0.0
+    for k in range(z.shape[0]):
+        for i in range(s.shape[0]):
+            here = across(flat, 0, n, m, fault, s[i], z[k])
+            most = max(most, abs(across(flat, 0, n, m, fault, s[i], z[k] - throw) - here))
+    return most
+
+
 @entry("d2 d d1 l l d1 d2 d1 d1 -> .")
 def distances_from_fault(axes, first, flat, n, m, fault, xy, z, out):
     """Write how far places are from a fault at their elevation, across strike."""
@@ -102,11 +113,23 @@ def moved_particle(
     x, y, z, part, throw,
 ):  # fmt: skip
     """Place and elevation of a particle after the movement; `a`, `b`, `c`, `d` are the axes."""
+    here = across(flat, start, n, m, fault, a * x + b * y - first, z)
+    return moved_from(
+        a, b, c, d, first, flat, start, n, m, fault, lines, line, n_line, m_line, steps, reach,
+        x, y, z, here, part, throw,
+    )  # fmt: skip
+
+
+@scalar
+def moved_from(
+    a, b, c, d, first, flat, start, n, m, fault, lines, line, n_line, m_line, steps, reach,
+    x, y, z, here, part, throw,
+):  # fmt: skip
+    """The same where the fault is known to be at `here`, across strike, beside the particle."""
     s = a * x + b * y - first
     r = c * x + d * y
 
     # how far down: throw at the place along strike where the particle leaves from
-    here = across(flat, start, n, m, fault, s, z)
     down = part * throw
     if reach < np.inf:
         away = r - here if part > 0 else here - r

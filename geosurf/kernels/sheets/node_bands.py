@@ -48,6 +48,61 @@ def places_of_nodes(nodes, n_col, wide, tall):
     return out
 
 
+@entry("d2 d2 d d -> d1 l1 l1 l1")
+def boxes_in_blocks(low, high, reach, size):
+    """List boxes by the blocks of some size that they come within reach of.
+
+    Parameters
+    ----------
+    low, high : float64 (n_box, 2)
+
+    Returns
+    -------
+    corner : float64 (2,)
+        The first block, counted from that at 0.
+    shape : int64 (2,)
+    items : int64 (n_item,)
+        Boxes of the blocks, row by row; those of a block rise.
+    starts : int64 (n_block + 1,)
+    """
+    n = low.shape[0]
+    corner, last = np.empty(2), np.empty(2)
+    for c in range(2):
+        least, most = np.inf, -np.inf
+        for k in range(n):
+            if low[k, c] > high[k, c] or not np.isfinite(high[k, c] - low[k, c]):
+                raise ValueError("a box has no size")
+            least, most = min(least, low[k, c]), max(most, high[k, c])
+        if n == 0:
+            raise ValueError("there is no box")
+        corner[c] = np.floor((least - reach) / size)
+        last[c] = np.floor((most + reach) / size)
+    shape = np.empty(2, dtype=np.int64)
+    for c in range(2):
+        shape[c] = int(last[c] - corner[c] + 1.0)
+    a, b = np.empty((n, 2), dtype=np.int64), np.empty((n, 2), dtype=np.int64)
+    starts = np.zeros(shape[0] * shape[1] + 1, dtype=np.int64)
+    for k in range(n):
+        for c in range(2):
+            a[k, c] = int(np.floor((low[k, c] - reach) / size) - corner[c])
+            b[k, c] = int(np.floor((high[k, c] + reach) / size) - corner[c])
+        for y in range(a[k, 1], b[k, 1] + 1):
+            for x in range(a[k, 0], b[k, 0] + 1):
+                starts[y * shape[0] + x + 1] += 1
+    for at in range(1, starts.shape[0]):
+        starts[at] += starts[at - 1]
+
+    # box by box: so those of a block rise
+    items, free = np.empty(starts[starts.shape[0] - 1], dtype=np.int64), starts.copy()
+    for k in range(n):
+        for y in range(a[k, 1], b[k, 1] + 1):
+            for x in range(a[k, 0], b[k, 0] + 1):
+                at = y * shape[0] + x
+                items[free[at]] = k
+                free[at] += 1
+    return corner, shape, items, starts
+
+
 @entry("d2 d1 l1 l1 d -> l1 l1")
 def points_in_blocks(points, corner, shape, starts, size):
     """Rows of the points (n, m) whose first two coordinates lie in blocks with items; the blocks.

@@ -15,7 +15,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.fault_distance import distance_at_elevation
 from geosurf.kernels.sheets.link_lines import NEAR, nearest_on_line
-from geosurf.kernels.sheets.node_bands import nodes_of_blocks, points_in_blocks
+from geosurf.kernels.sheets.node_bands import boxes_in_blocks, nodes_of_blocks, points_in_blocks
 from geosurf.kernels.sheets.node_tiles import NOT_ASKED
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.frame import Frame
@@ -34,24 +34,8 @@ class Blocks:
     ) -> None:
         self.boxes, self.size = np.hstack([low, high]), size
 
-        # a, b (n_item, 2): first and last block that each box reaches
-        self.corner = np.floor((low.min(axis=0) - reach) / size)
-        last = np.floor((high.max(axis=0) + reach) / size)
-        self.shape = (last - self.corner + 1).astype(np.int64)
-        a = (np.floor((low - reach) / size) - self.corner).astype(np.int64)
-        b = (np.floor((high + reach) / size) - self.corner).astype(np.int64)
-
-        # list each item once for each of its blocks, then sort by block
-        # n (n_box, 2): how many blocks each box reaches over, each way
-        n = b - a + 1
-        total = n.prod(axis=1)
-        item = np.repeat(np.arange(len(low)), total)
-        k = np.arange(len(item)) - np.repeat(np.cumsum(total) - total, total)
-        x, y = a[item, 0] + k % n[item, 0], a[item, 1] + k // n[item, 0]
-        block = y * self.shape[0] + x
-        order = np.argsort(block, kind="stable")
-        self.items = item[order]
-        self.starts = np.searchsorted(block[order], np.arange(self.shape.prod() + 1))
+        given = np.ascontiguousarray(low), np.ascontiguousarray(high)
+        self.corner, self.shape, self.items, self.starts = boxes_in_blocks(*given, reach, size)
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the points (n, 2 or more) in a block with anything, and their blocks."""

@@ -100,6 +100,14 @@ class Section:
         """Lowest and highest elevation, length, and slope, as kernels take them."""
         return np.array([*self.z.tolist(), self.length, self.slope])
 
+    @cached_property
+    def steepest(self) -> float:
+        """The most by which the fault moves across strike where its elevation changes by 1."""
+        # bilinear: no cell is steeper than its sides
+        step = (self.z[1] - self.z[0]) / (self.table.shape[1] - 1)
+        within = np.abs(np.diff(self.table, axis=1)).max(initial=0.0) / step
+        return float(max(within, abs(self.slope)))
+
 
 def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Values (n,) of a table at rows u and columns v, which may be broken and lie within it.

@@ -37,20 +37,20 @@ class Frame:
     easting: np.ndarray
     northing: np.ndarray
 
-    @property
+    @cached_property
     def spacing(self) -> np.ndarray:
         """Length of a column and of a row step [m]."""
-        return np.hypot(*self.step.T)
+        return frozen(np.hypot(*self.step.T), np.float64)
 
-    @property
+    @cached_property
     def cell(self) -> float:
         """Mean step [m]: the length called one cell."""
         return float(np.sqrt(self.spacing.prod()))
 
-    @property
+    @cached_property
     def stretch(self) -> np.ndarray:
         """Cells per column and per row."""
-        return self.spacing / self.cell
+        return frozen(self.spacing / self.cell, np.float64)
 
     @cached_property
     def places(self) -> np.ndarray:

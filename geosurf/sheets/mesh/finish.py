@@ -20,6 +20,7 @@ from geosurf.model import (
     TriSurface,
     frozen,
 )
+from geosurf.model.content import Content
 from geosurf.rebuild.wall_sides import WALL
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.lattice.picks import Picks
@@ -45,6 +46,9 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
         )
     else:
         _refuse_names({f"faults[{k}]": fault for k, fault in enumerate(faults)})
+        for fault in faults:
+            if isinstance(fault, TriSurface):
+                Content(fault)  # hashed here, once: the surfaces that are made of it know it
         made = tuple(triangulate_fault(fault) for fault in faults)
     names = [fault.name for fault in made]
     # Results are by name: two faults cannot share one.

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.glued_copies import glue_copies
+from geosurf.kernels.sheets.torn_links import divided_triangles, triangles_beside
 from geosurf.model.base import all_of
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
 
@@ -152,56 +153,17 @@ def renumbered(vertices: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     """Copies of all triangles that cut links divide."""
-    # lattice triangles with two cut edges or more
+    # lattice triangles with two cut edges or more: one copy for each fragment
     diagonal = RISING if triangles.rising else FALLING
     mine = cuts.take(np.flatnonzero((cuts.kind < 2) | (cuts.kind == diagonal)))
     cut = distinct(mine.node * 4 + mine.kind)
-    near = distinct(triangles.beside(cut // 4, cut % 4))
-    near = near[triangles.exists(near)]
-    corners = triangles.corners(near)
-    node, kind = triangles.links(corners)
-    is_cut = is_among(node * 4 + kind, cut)
-    # One cut edge alone ends inside the triangle: the tip goes through it, and it stays whole.
-    divided = is_cut.sum(axis=1) >= 2
-    near, corners, is_cut = near[divided], corners[divided], is_cut[divided]
+    lattice = triangles.rising, triangles.present, triangles.n_row, triangles.n_col
+    near = distinct(triangles_beside(cut, *lattice))
+    triangle, corners, real, across, exists = divided_triangles(near, cut, *lattice)
 
-    # one copy for each fragment; the corner that is alone lies between two cut edges, and with
-    # three cut edges all corners are alone
-    alone = is_cut & np.roll(is_cut, 1, axis=1)
-    parts = []
-    every = is_cut.all(axis=1)
-    for k in range(3):
-        rows = np.flatnonzero(alone[:, k])
-        own = np.zeros((len(rows), 3), dtype=bool)
-        own[:, k] = True
-        parts.append((rows, own))
-        rows = np.flatnonzero(alone[:, k] & ~every)
-        own = np.ones((len(rows), 3), dtype=bool)
-        own[:, k] = False
-        parts.append((rows, own))
-
-    # copies in the order of their triangles, those of one triangle by their real corners
-    row = np.concatenate([p[0] for p in parts])
-    real = np.concatenate([p[1] for p in parts])
-    order = np.lexsort((real[:, 2], real[:, 1], real[:, 0], row))
-    row, real = row[order], real[order]
-    return _glued(near[row], corners[row], real, triangles)
-
-
-def _glued(
-    triangle: np.ndarray, corners: np.ndarray, real: np.ndarray, triangles: Triangles
-) -> Torn:
-    """Number the ghosts: corners of copies that are glued are one."""
-    # the triangle across each edge, and whether there is one
-    node, kind = triangles.links(corners)
-    both = triangles.beside(node.ravel(), kind.ravel())
-    mine = np.repeat(triangle, 3)
-    across = np.where(both[:, 0] == mine, both[:, 1], both[:, 0])
-    exists = triangles.exists(across)
+    # number the ghosts: corners of copies that are glued are one
     n_node, divided = len(triangles.present), distinct(triangle)
-    vertex, anchor, node_of_ghost = glue_copies(
-        triangle, corners, real, across.reshape(-1, 3), exists.reshape(-1, 3), n_node
-    )
+    vertex, anchor, node_of_ghost = glue_copies(triangle, corners, real, across, exists, n_node)
     return Torn(triangle, vertex, anchor, node_of_ghost, n_node, divided)
 
 

@@ -18,7 +18,12 @@ from geosurf.sheets.faults.traces import Trace, mesh_in_frame
 from geosurf.sheets.heights.state import Heights, Tears
 from geosurf.sheets.mesh.ghosts import ghost_heights, kept_apart
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
-from geosurf.sheets.throw.displacement import InWalls, refuse_folds, sheet_heights
+from geosurf.sheets.throw.displacement import (
+    InWalls,
+    moved_places,
+    refuse_folds,
+    sheet_heights,
+)
 from geosurf.sheets.throw.movement import Branches, Movement
 from geosurf.sheets.throw.tear_ends import refuse_steps, refuse_throw_at_tips, torn_by_throw
 
@@ -109,9 +114,6 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
         If beds would fold over, or throw is left where a fault ends. Names the place.
     """
     frame, picks = movement.frame, movement.picks
-    z = movement.before.at(movement.xy)
-    parts = movement.parts(branches, movement.in_hanging_walls(movement.xy, z))
-    refuse_folds(movement.before, movement.slips, movement.xy, z, parts)
 
     # traces on the drape, torn where there is throw
     drape, network, branches, in_walls = _traced(movement, lean, branches)
@@ -160,12 +162,18 @@ def _traced(
 
     # which wall a branch is in follows from its trace, and its trace from the drape: once more
     # where the second network shows other branches
-    for _ in range(2):
+    for turn in range(2):
         known = branches
-
         parts = movement.gradual_parts(lean, known)
         found = InWalls.unknown(len(slips), len(movement.xy))
-        drape, was = sheet_heights(movement.before, slips, movement.xy, parts, frame.cell, found)
+        try:
+            drape, was = sheet_heights(
+                movement.before, slips, movement.xy, parts, frame.cell, found
+            )
+        finally:
+            # beds that fold over may have no fixed point, either: this error names the cell
+            if turn == 0:
+                _refuse_folds(movement, known, found)
 
         # nodes whose rock came from a hole of the horizon have no height
         grid = np.where(movement.before.lost(was), np.nan, drape).reshape(frame.shape)
@@ -176,6 +184,20 @@ def _traced(
     if branches != known:  # other parts of the throw belong to the walls
         found = InWalls.unknown(len(slips), len(movement.xy))
     return drape, network, branches, found
+
+
+def _refuse_folds(movement: Movement, branches: Branches, known: InWalls) -> None:
+    """Raise an error where beds would fold over; `known` on the way to the drape needs no more."""
+    walls, now = known.walls, known.moved
+    others = np.flatnonzero(np.isnan(walls).any(axis=0))
+    if len(others):
+        walls, now = walls.copy(), now.copy()
+        xy = movement.xy[others]
+        z = movement.before.at(xy)
+        walls[:, others] = movement.in_hanging_walls(xy, z)
+        parts = movement.parts(branches, walls[:, others])
+        now[others] = moved_places(movement.slips, xy, z, parts)
+    refuse_folds(movement.before, movement.xy, now, movement.parts(branches, walls))
 
 
 def _branches_of(movement: Movement, network: Network) -> Branches:

@@ -22,6 +22,7 @@ from geosurf.sheets.lattice.frame import Frame
 ROUNDS = 200  # steps to the fixed point; each halves the error at least, unless beds fold
 RIM = 1e-9  # cells: nearer than this to the rim of a hole is on it
 CLOSE = 1e-10  # cells: how near the particle has to come
+SPARE = 3.0  # cells from what changes gradually: farther ones are not near the trace
 
 Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -88,16 +89,20 @@ class InWalls:
         1 hanging wall, 0 footwall; NaN of particles that are in none on their way.
     elevation, was : ndarray (n,), (n, 2)
         What `sheet_heights` finds with the parts in these walls, to the last bit.
+    moved : ndarray (n, 2)
+        Where the particles at these places go to, as `Slip.move` moves them in these walls.
     """
 
     walls: np.ndarray
     elevation: np.ndarray
     was: np.ndarray
+    moved: np.ndarray
 
     @classmethod
     def unknown(cls, n_slip: int, n: int) -> InWalls:
         """Of no particle yet."""
-        return cls(np.full((n_slip, n), np.nan), np.empty(n), np.empty((n, 2)))
+        walls = np.full((n_slip, n), np.nan)
+        return cls(walls, np.empty(n), np.empty((n, 2)), np.empty((n, 2)))
 
 
 class Before:
@@ -208,7 +213,7 @@ def sheet_heights(
     close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
     even = all(isinstance(slip.amount, EvenThrow) for slip in slips)
     if even and isinstance(parts, GradualParts | np.ndarray):
-        return _one_by_one(before, slips, xy, parts, close, in_walls)
+        return _one_by_one(before, slips, xy, parts, close, SPARE * cell, in_walls)
 
     # z, was: of every particle; where, at, old: of those that have not arrived, at `todo`
     z, was = before.at(xy), xy.copy()
@@ -239,6 +244,7 @@ def _one_by_one(
     xy: np.ndarray,
     parts: np.ndarray | GradualParts,
     close: float,
+    spare: float,
     in_walls: InWalls | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same for faults with one throw each, all rounds of a particle at once: the same bits."""
@@ -271,28 +277,35 @@ def _one_by_one(
     gradual = isinstance(parts, GradualParts)
     if in_walls is None:
         in_walls = InWalls.unknown(len(slips), 0)
+    steep = np.array([slip.section.steepest for slip in slips])
     lost = settle_rock(
         faults, tables, np.concatenate(flat), np.array(acts, dtype=bool), ends, lean, gradual,
-        fixed, STEPS, before.filled, before.rising, before.to_columns, np.ascontiguousarray(xy),
-        close, ROUNDS, z, was, in_walls.walls, in_walls.elevation, in_walls.was,
+        fixed, steep, spare, STEPS, before.filled, before.rising, before.to_columns,
+        np.ascontiguousarray(xy), close, ROUNDS, z, was,
+        in_walls.walls, in_walls.elevation, in_walls.was, in_walls.moved,
     )  # fmt: skip
     if lost >= 0:
         raise _folded(before, np.append(xy[lost] + before.frame.corner, z[lost]))
     return z, was
 
 
-def refuse_folds(
-    before: Before, slips: Sequence[Slip], xy: np.ndarray, z: np.ndarray, parts: np.ndarray
-) -> None:
-    """Raise an error where the movement turns over cells of the lattice, its nodes at xy and z."""
-    # nodes after the movement, each with its own part of the throw
+def moved_places(
+    slips: Sequence[Slip], xy: np.ndarray, z: np.ndarray, parts: np.ndarray
+) -> np.ndarray:
+    """Where particles at places (n, 2) and elevations go to, each with its part of the throw."""
     now, height = xy, z
     for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):
         now, height = slip.move(now, height, part)
+    return now
+
+
+def refuse_folds(before: Before, xy: np.ndarray, now: np.ndarray, parts: np.ndarray) -> None:
+    """Raise an error where cells of the lattice turn over, their nodes moved from xy to `now`."""
     # only cells whose four nodes are in one wall: a fault may open or close the others
     node = first_folded(np.ascontiguousarray(now), parts, *before.values.shape)
     if node >= 0:
-        raise _folded(before, np.append(xy[node] + before.frame.corner, z[node]))
+        z = before.at(xy[[node]])
+        raise _folded(before, np.append(xy[node] + before.frame.corner, z))
 
 
 def _folded(before: Before, where: np.ndarray) -> GeometryError:

@@ -10,6 +10,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.sheets.torn_links import uncut_steps
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import Trace
@@ -94,18 +95,11 @@ def refuse_steps(
     `walls` (n_slip, n_node) and `drape` (n_node,) are those of one attempt, `cuts` its cut links.
     """
     frame, n_node = movement.frame, movement.picks.n_node
-    node = np.arange(n_node).reshape(frame.shape)
-    bits = cuts.bits(n_node).reshape(frame.shape)
-    grid = walls.reshape(len(walls), *frame.shape)
-
-    # links to the east, then to the north
-    for a, b, other, cut in (
-        (node[:, :-1], node[:, 1:], grid[:, :, :-1] != grid[:, :, 1:], bits[:, :-1] & 1),
-        (node[:-1], node[1:], grid[:, :-1] != grid[:, 1:], bits[:-1] & 2),
-    ):
-        # neighbours in different walls that no trace parts: the horizon has to be continuous there
-        some = np.nonzero(other.any(axis=0) & (cut == 0))
-        i, j = a[some], b[some]
+    # neighbours in different walls that no trace parts: the horizon has to be continuous there
+    for pairs in uncut_steps(walls, cuts.node, cuts.kind, *frame.shape):
+        if not len(pairs):
+            continue
+        i, j = pairs.T
         used = distinct(i, j)
         parts = np.zeros((len(walls), n_node))
         parts[:, used] = movement.parts(branches, walls[:, used])

@@ -20,7 +20,7 @@ from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, fro
 from geosurf.sheets.faults import DIRECTIONS
 from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
 from geosurf.sheets.faults.dip_lines import beyond
-from geosurf.sheets.faults.fault_profile import section_of
+from geosurf.sheets.faults.fault_profile import Section, section_of
 from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
@@ -207,15 +207,18 @@ def _movement(
     frame = picks.frame
     _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
     low, high = float(picks.z.min()), float(picks.z.max())
-    most = 0.0
+    most, sections = 0.0, dict[str, Section]()
     while True:  # the fault is read where its walls move, which depends on its throw
         # each round reads the faults over the throw that the last one found, until that covers it
         levels = beyond((low, high), frame.cell, most)
+        before = sections
         sections = {
             s.name: section_of(s, frame.corner, 0.5 * frame.cell, levels)
             for s in surfaces
             if s.name in throw
         }
+        if before and all(before[name] is one for name, one in sections.items()):
+            break  # nothing that follows from them changes
         slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
         sizes = [slip.extremes(low, high) for slip in slips]
         largest = sum(throw for throw, _ in sizes)
