@@ -11,6 +11,7 @@ from geosurf.ensemble.results import LEAST, convergence, quantiles, tornado, vol
 from geosurf.render import palette
 from geosurf.render.map_frame import colours_of
 from geosurf.render.sheet import figure_bytes
+from geosurf.render.ticks import tick_texts, ticks
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -20,7 +21,12 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 MILLION = 1e6
 LOW, HIGH = palette.rgb("#3b6a96"), palette.rgb("#c8102e")
 FROM_ZERO = 0.5  # of the largest volume: an axis of volumes above this does not start at 0
+PALE = 0.3  # of bars that may be chance
+BELOW: dict[str, Any] = {
+    "fontsize": 8, "loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "frameon": False,
+}  # fmt: skip
 MOST_BARS = 12  # parameters of a tornado
+N_TICK = 5  # of the axes of a map
 SHARES = ("#ffffff", "#dbe3b0", "#84bcab", "#3b6a96")  # none to all of the realisations
 SPREAD = ("#ffffff", "#f3d9a4", "#dd8d4f", "#8a3b2f")
 
@@ -66,13 +72,23 @@ def detail_chart(result: xarray.Dataset, name: str, by: str) -> Figure:
 
     if len(volumes) > 1:
         found = convergence(result, name, by)
-        for key, style in (("P10", "--"), ("P50", "-"), ("P90", "--")):
-            settling.plot(found.n, found[key] / MILLION, style, color=LOW, label=key)
+        for key, style, label in (
+            ("P10", "--", "P90 and P10"),
+            ("P50", "-", "P50"),
+            ("P90", "--", None),
+        ):
+            settling.plot(found.n, found[key] / MILLION, style, color=LOW, label=label)
         ends = [(found["mean"] + sign * found.standard_error) / MILLION for sign in (-1, 1)]
         settling.fill_between(found.n, *ends, color=palette.rgb("#84bcab"), alpha=0.6, lw=0)
-        settling.plot(found.n, found["mean"] / MILLION, color=palette.rgb("#2f7a66"))
+        settling.plot(
+            found.n,
+            found["mean"] / MILLION,
+            color=palette.rgb("#2f7a66"),
+            label="mean ± standard error",
+        )
+        settling.legend(**BELOW, ncols=3)
     settling.set(xlabel="realisations", ylabel="volume [million m³]")
-    settling.set_title("P90, P50, P10 and mean ± standard error", fontsize=11)
+    settling.set_title("Convergence", fontsize=11)
     _tornado(bars, result, name, by)
     for axes in (exceeded, settling):
         axes.grid(color=palette.FRAME, alpha=0.35)
@@ -89,17 +105,23 @@ def _tornado(axes: Axes, result: xarray.Dataset, name: str, by: str) -> None:
         return
     found = tornado(result, name, by).isel(parameter=slice(MOST_BARS))
     rows, mean = np.arange(found.sizes["parameter"])[::-1], found.attrs["mean"] / MILLION
+    is_weak = (np.abs(found.rank_correlation.values) <= found.attrs["noise"]).tolist()
     for key, colour in (("low", LOW), ("high", HIGH)):
         width = found[key].values / MILLION - mean
-        axes.barh(rows, width, 0.6, mean, color=colour, label=f"{key} fifth of the values")
+        bars = axes.barh(rows, width, 0.6, mean, color=colour, label=f"{key} fifth of the values")
+        for bar, weak in zip(bars, is_weak, strict=True):
+            bar.set_alpha(PALE if weak else 1.0)
     axes.axvline(mean, color=palette.INK, lw=1)
     axes.set_yticks(rows, [_plain(word) for word in found.parameter.values.tolist()], fontsize=9)
-    axes.set_xlabel("mean volume [million m³]")
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
+    axes.set_xlabel("mean volume [million m³]" + "; pale: may be chance" * any(is_weak))
+    axes.legend(**BELOW, ncols=2)
 
 
 def map_chart(result: xarray.Dataset, layer: str) -> Figure:
-    """Return maps of a layer: probability, mean and standard deviation of its thickness."""
+    """Return maps of a layer: probability, mean and standard deviation of its thickness.
+
+    Nodes where no realisation has the layer are blank.
+    """
     one = result.sel(layer=layer)
     east, north = (float(np.ptp(one[key].values)) for key in ("easting", "northing"))
     # As high as the maps are, with their colour bars below them.
@@ -112,7 +134,7 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
     for axes, (values, words, codes, (low, high)) in zip(
         figure.subplots(1, 3, sharey=True), parts, strict=True
     ):
-        z = values.transpose("northing", "easting").values
+        z = values.where(one.probability > 0).transpose("northing", "easting").values
         top = high if high is not None else float(np.nanmax(z, initial=0.0)) or 1.0
         mesh = axes.pcolormesh(
             one.easting, one.northing, z, cmap=colours_of(codes), vmin=low, vmax=top
@@ -120,9 +142,11 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
         bar = figure.colorbar(mesh, ax=axes, label=words, location="bottom", aspect=30, shrink=0.9)
         bar.outline.set_visible(False)
         axes.set_aspect("equal")
-        axes.set_xlabel("easting [m]")
-        axes.tick_params(axis="x", labelrotation=30)
-    figure.axes[0].set_ylabel("northing [m]")
+        axes.set_xlabel("Easting [km]")
+        for axis, bounds in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            at = ticks(*bounds, N_TICK)
+            axis.set_ticks(at, tick_texts(at, 1000.0))
+    figure.axes[0].set_ylabel("Northing [km]")
     return figure
 
 

@@ -157,8 +157,9 @@ class DepthError:
         # One field cannot meet different misfits at the wells of each horizon.
         if len(names) > 1:
             raise InputError(
-                f"{self.parameter}: one error of several horizons cannot meet the picks of each. "
-                "Give one DepthError for each horizon, or picks=None."
+                f"{self.parameter}: one error of several horizons cannot meet the well tops of "
+                "each. Give one for each horizon, or leave tops out: picks=None, or in a scenario "
+                "meet_tops = false."
             )
         corners, shares = data[0].shares_at(points[:, :2])
         # Outside of a horizon there is no elevation to compare with.

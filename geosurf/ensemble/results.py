@@ -122,14 +122,22 @@ def volumes_by(result: xarray.Dataset, by: str = "unit") -> xarray.DataArray:
 
 
 def _labels(result: xarray.Dataset, by: str) -> tuple[list[str], list[str]]:
-    """The sum that each unit is a part of, and all sums in the order of units, each once."""
+    """The sum that each unit is a part of, and all sums in the order of units, each once.
+
+    Parts of a zone go from above its contacts to below them: the first block of a zone may lack
+    some of them.
+    """
     labels = result[by].values.tolist()
-    if by == "contact":
-        labels = [
-            f"{zone} {part}".strip()
-            for zone, part in zip(result.zone.values.tolist(), labels, strict=True)
-        ]
-    return labels, list(dict.fromkeys(labels))
+    if by != "contact":
+        return labels, list(dict.fromkeys(labels))
+    zones = result.zone.values.tolist()
+    rank = {"above": -1, "below": 1}
+    order = {
+        f"{zone} {part}".strip(): (zones.index(zone), rank.get(part.partition(" ")[0], 0))
+        for zone, part in zip(zones, labels, strict=True)
+    }
+    labels = [f"{zone} {part}".strip() for zone, part in zip(zones, labels, strict=True)]
+    return labels, sorted(order, key=order.__getitem__)
 
 
 def quantiles(

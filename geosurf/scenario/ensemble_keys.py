@@ -164,8 +164,7 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
             at.refuse(f'{label}: a {entry.kind} has one name, as in of = ["F1"].')
         # The uncertainty changes the throw that the scenario gives.
         if entry.kind.startswith("throw") and not _has_throw(scenario, entry):
-            form = "throw_m" if entry.kind == "throw" else "throw"
-            at.refuse(f"{label}: fault {entry.of[0]!r} has no {form} in [[throws]]. Add it there.")
+            at.refuse(f"{label}: {_no_throw(scenario, entry)}")
 
 
 def _has_throw(scenario: Any, entry: UncertainInput) -> bool:
@@ -173,6 +172,19 @@ def _has_throw(scenario: Any, entry: UncertainInput) -> bool:
     # Several tables may be about one fault, each for its own horizons.
     mine = [one for one in scenario.throws if one.fault == entry.of[0]]
     return bool(mine) and (entry.kind != "throw" or all(t.throw_m is not None for t in mine))
+
+
+def _no_throw(scenario: Any, entry: UncertainInput) -> str:
+    """Why a throw cannot vary, and what to do."""
+    fault, form = entry.of[0], "throw_m" if entry.kind == "throw" else "throw"
+    # [tear] reads throws off the data: a table of [[throws]] would tear the horizons twice
+    if scenario.tear is not None and not any(one.fault == fault for one in scenario.throws):
+        return (
+            f"horizons are torn at fault {fault!r} by [tear], so their data determine its throw. "
+            'Vary the fault instead: kind = "fault position" or "fault dip". For continuous '
+            f"horizons that [tear] leaves out, give {form} in [[throws]]."
+        )
+    return f"fault {fault!r} has no {form} in [[throws]]. Add it there."
 
 
 __all__ = [

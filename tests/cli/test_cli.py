@@ -50,6 +50,15 @@ def geosurf(*arguments: str | Path, **options: object) -> subprocess.CompletedPr
     return subprocess.run(command, capture_output=True, text=True, check=False, **options)
 
 
+@pytest.mark.parametrize("module", ["geosurf", "geosurf.cli"])
+def test_python_runs_the_command(module):
+    done = subprocess.run(
+        [sys.executable, "-m", module, "--version"], capture_output=True, text=True
+    )
+    assert done.stdout == geosurf("--version").stdout
+    assert not done.returncode
+
+
 def test_help_answers_at_once_and_loads_nothing_heavy():
     code = "import sys, geosurf.cli as c; c.build_parser().format_help(); print(*sys.modules)"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

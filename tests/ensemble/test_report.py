@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import stats
 
 import geosurf as gs
@@ -20,6 +21,7 @@ from geosurf.ensemble import (
     quantiles,
     report_ensemble,
 )
+from geosurf.ensemble.charts import detail_chart, map_chart
 from geosurf.ensemble.described import words_of_distribution
 from geosurf.errors import InputError, OutputError
 from geosurf.report.table import number
@@ -81,6 +83,37 @@ def test_a_layer_that_no_realisation_has_is_named_without_a_map(result, tmp_path
     page = report_ensemble(twin, tmp_path).read_text(encoding="utf-8")
     assert f"In no realisation: {twin.layer.values[1]}." in page
     assert len([*(tmp_path / "pictures").glob("map_*.png")]) == twin.sizes["layer"] - 1
+
+
+def test_parameters_that_may_be_chance_are_pale():
+    rng = np.random.default_rng(3)
+    drawn = rng.normal(size=(200, 2))
+    labels = {"zone": ["Top/Base"], "block": ["whole"], "contact": [""]}
+    twin = xr.Dataset(
+        {"volume": (("realization", "unit"), 1e6 * (9.0 + drawn[:, :1])),
+         "status": ("realization", np.ones(200, np.uint8)),
+         "drawn": (("realization", "parameter"), drawn), "base_volume": ("unit", [9e6])},
+        coords={"unit": ["Top/Base"], "parameter": ["throw F1", "dip F1"],
+                "realization": np.arange(200), **{k: ("unit", v) for k, v in labels.items()}},
+    )  # fmt: skip
+    bars = detail_chart(twin, "Top/Base", "unit").axes[2]
+    assert "pale: may be chance" in bars.get_xlabel()
+    # low and high of the parameter that matters, then of the other one
+    assert [bar.get_alpha() < 1.0 for bar in bars.patches] == [False, True, False, True]
+
+
+def test_maps_are_blank_where_no_realisation_has_the_layer(result):
+    twin = result.copy(deep=True)
+    twin.probability[0, 0, 1] = 0.0
+    layer = twin.layer.values[0]
+    absent = twin.probability.sel(layer=layer).transpose("northing", "easting").values == 0
+    assert absent.sum() == 1
+    for axes in map_chart(twin, layer).axes[:3]:
+        assert (np.ma.getmaskarray(axes.collections[0].get_array()) == absent).all()
+        # kilometres without an offset
+        labels = [label.get_text() for label in axes.get_xticklabels()]
+        assert axes.get_xlabel() == "Easting [km]"
+        assert [float(label) for label in labels] == (axes.get_xticks() / 1000.0).tolist()
 
 
 def test_every_distribution_has_words_with_its_unit():

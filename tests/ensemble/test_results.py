@@ -71,6 +71,18 @@ def test_sums_are_taken_before_quantiles(result):
         np.testing.assert_allclose(volumes_by(result, by).sum(by), values.sum(axis=1))
 
 
+def test_parts_of_a_zone_go_from_above_its_contacts_to_below(result):
+    # the first block lies below the contact as a whole
+    swapped = result.isel(unit=[3, 0, 1, 2])
+    names = ["Top/Base above OWC", "Top/Base below OWC", "above Top"]
+    assert volumes_by(swapped, "contact").contact.values.tolist() == names
+    np.testing.assert_allclose(quantiles(swapped, "contact").base, [200.0, 100.0, 100.0])
+    np.testing.assert_allclose(
+        volumes_by(swapped, "contact").sel(contact=names[:2]),
+        volumes_by(result, "contact").sel(contact=names[:2]),
+    )
+
+
 def test_convergence_ends_at_the_quantiles(result):
     found, last = convergence(result, UNITS[1]), quantiles(result).sel(unit=UNITS[1])
     assert found.n.values[[0, -1]].tolist() == [2, 270]

@@ -214,6 +214,8 @@ def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, c
          "sd_m and range_m are of a depth error"),
         ('[[uncertain]]\nkind = "throw"\nof = ["F1"]\nuniform = [0, 1]\n',
          r"fault 'F1' has no throw_m in \[\[throws\]\]"),
+        (TEAR + '[[uncertain]]\nkind = "throw"\nof = ["F1"]\nuniform = [0, 1]\n',
+         "by \\[tear\\], so their data determine its throw. Vary the fault instead"),
         ('[[uncertain]]\nkind = "contact level"\nuniform = [0, 1]\n', "has one name, as in of"),
         ('[[uncertain]]\nkind = "depth shift"\nuniform = [1, 0]\n', "low must be below high"),
         ("[ensemble]\nn = 0\n", "ensemble.n is 0; it must be a whole number above 0"),
