@@ -18,11 +18,14 @@ backend.py        the choice of a graphics driver
 probe.py          the test of one graphics driver, in a separate process
 compose.py        content, frame and file of a picture
 layers.py         layers and legend entries of a picture
+load_ahead.py     pyvista, VTK and matplotlib, loaded while a model is built
 surface_layers.py  triangles and lines of surfaces, patches and intersection lines
+thin_surfaces.py  surfaces with as many triangles as pixels can show
 unit_layers.py    triangles and lines of units, together or exploded
 clip.py           clipping to the model (Sutherland & Hodgman 1974)
 views.py          directions of view and the parallel projection
 sheet.py          a blank picture, or the axes of a user's figure
+pixels.py         pixels averaged, and pasted into a figure
 furniture.py      title, legend, arrows and scale bar
 axes.py           axes of the model box
 ticks.py          round values of axes, contours and scale bars
@@ -38,9 +41,9 @@ styles.py         what texts, lines, areas and layers may look like, for mypy
 _plot.py          layers drawn with VTK
 ================  ======================================================================
 
-geosurf imports pyvista and VTK when it draws the first picture. Coordinates are shifted to the
-centre of the model in float64, because VTK computes in float32. The same picture drawn twice has
-the same bytes.
+geosurf imports pyvista and VTK for the first picture, in a thread, while its content is computed.
+Coordinates are shifted to the centre of the model in float64, because VTK computes in float32. The
+same picture drawn twice has the same bytes.
 """
 
 from __future__ import annotations

@@ -9,7 +9,9 @@ import numpy as np
 
 from geosurf.render.backend import off_screen
 from geosurf.render.layers import Layer
+from geosurf.render.load_ahead import wait_until_loaded
 from geosurf.render.palette import PAPER, RGB
+from geosurf.render.pixels import averaged
 from geosurf.render.views import Camera
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -54,6 +56,7 @@ def draw_layers(
     """
     peeled = any(layer.opacity < 1.0 for layer in layers)
     n_part = _parts(camera.size, LARGEST_PEELED if peeled else LARGEST_PART)
+    wait_until_loaded()
     with off_screen():
         import pyvista
 
@@ -72,7 +75,7 @@ def draw_layers(
             image = _pixels(plotter, camera.size, n_part, transparent)
         finally:
             plotter.close()
-    return _average_rgba(image) if transparent else _average(image)
+    return averaged(image, OVERSAMPLING)
 
 
 def _theme(background: RGB) -> Theme:
@@ -253,27 +256,3 @@ def _pixels(plotter: Plotter, size: tuple[int, int], n_part: int, transparent: b
             room = image[row * height : (row + 1) * height, column * width : (column + 1) * width]
             room[...] = part.reshape(height, width, -1)[: room.shape[0], : room.shape[1]]
     return image[::-1]
-
-
-def _average_rgba(image: np.ndarray) -> np.ndarray:
-    """Average blocks of pixels with their opacity: what is transparent has no colour."""
-    n = OVERSAMPLING
-    height, width = image.shape[0] // n, image.shape[1] // n
-    blocks = image[: height * n, : width * n].reshape(height, n, width, n, 4).astype(np.float64)
-    weight = blocks[..., 3:].sum(axis=(1, 3))
-    colour = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3)) / np.maximum(weight, 1.0)
-    mean: np.ndarray = np.concatenate([colour, weight / (n * n)], axis=2)
-    return np.round(mean).astype(np.uint8)
-
-
-def _average(image: np.ndarray) -> np.ndarray:
-    """Average blocks of pixels, rounded half up."""
-    n = OVERSAMPLING
-    height, width = image.shape[0] // n, image.shape[1] // n
-
-    # one pixel of each block at a time: nothing as large as the window is made
-    total = np.full((height, width, 3), n * n // 2, dtype=np.uint16)
-    for row in range(n):
-        for column in range(n):
-            total += image[row : height * n : n, column : width * n : n]
-    return (total // (n * n)).astype(np.uint8)

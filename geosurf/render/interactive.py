@@ -24,7 +24,8 @@ from geosurf.model.view3d import Body, View3D
 from geosurf.render import palette
 from geosurf.render.bodies import curve_bodies, network_bodies, stick_body, tet_bodies
 from geosurf.render.cluster import clustered
-from geosurf.render.surface_layers import rim, thinned
+from geosurf.render.surface_layers import rim
+from geosurf.render.thin_surfaces import thinned
 from geosurf.render.thin_units import mesh_to_draw, shells_to_draw
 from geosurf.render.unit_layers import explosion, outline
 from geosurf.render.views import bounds_of, choose_exaggeration

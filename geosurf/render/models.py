@@ -12,15 +12,16 @@ from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel
-from geosurf.render.backend import begin_to_find
 from geosurf.render.clip import Prism
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import check_look, draw_picture
 from geosurf.render.layers import Content, show_outline
+from geosurf.render.load_ahead import begin_to_load
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
-from geosurf.render.surface_layers import most_of_each, show_curves, show_patches, show_surfaces
+from geosurf.render.surface_layers import show_curves, show_patches, show_surfaces
+from geosurf.render.thin_surfaces import most_of_each
 from geosurf.render.thin_units import as_modelled
 from geosurf.render.unit_layers import show_units
 from geosurf.render.views import SIZE, View
@@ -129,7 +130,7 @@ def render_scene(
     _check_colour_by(by, show)
     if selection.names is not None and not BUILT & set(show):
         selection.check(_names_of(scene, show))
-    begin_to_find()
+    begin_to_load()
     _check_scene(scene, show)
 
     # only what is shown is asked of the scene, so that nothing else is computed
@@ -142,11 +143,13 @@ def render_scene(
     if roles:
         # torn horizons end on their faults: what lies beyond is not part of the model
         some = [s for s in scene.surfaces if s.role in roles]
-        shown = (as_modelled(scene, s, most_of_each(len(some))) for s in some)
+        most = most_of_each(len(some), size, zoom)
+        shown = (as_modelled(scene, s, most) for s in some)
         by_elevation = isinstance(by, str) and by == "z"
         content += show_surfaces(
-            shown, within, only=selection, by_elevation=by_elevation, style=style
-        )
+            shown, within, only=selection, by_elevation=by_elevation, style=style, size=size,
+            zoom=zoom,
+        )  # fmt: skip
     if "patches" in show:
         content += show_patches(scene.patches, within, only=selection, style=style)
     if "units" in show:
@@ -269,7 +272,10 @@ def render_surfaces(
     style = style_of(style)
     if not is_word(colour_by, ("surface", "z")):
         raise InputError(f"colour_by is {colour_by!r}, expected 'surface' or 'z'.")
-    content = show_surfaces(surfaces, by_elevation=colour_by == "z", style=style)
+    begin_to_load()
+    content = show_surfaces(
+        surfaces, by_elevation=colour_by == "z", style=style, size=size, zoom=zoom
+    )
     if curves is not None:
         content += show_curves(curves)
     return draw_picture(
@@ -324,6 +330,7 @@ def render_units(
     selection.check(n for unit in units.values() for n in (unit.name, unit.zone, unit.block) if n)
     words = "zone and block" if isinstance(by, str) and by == "unit" else words
     note = "" if explode == 0.0 else "Exploded view."
+    begin_to_load()
     return draw_picture(
         show_units(units, explode, only=selection, colour_by=colour_by, style=style),
         path,

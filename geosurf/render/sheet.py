@@ -8,7 +8,6 @@ left.
 from __future__ import annotations
 
 import io
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Unpack
@@ -20,8 +19,10 @@ from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import Entry
 from geosurf.render.letters import replace_missing_letters
+from geosurf.render.load_ahead import quiet_matplotlib, wait_until_loaded
 from geosurf.render.names import Room
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
+from geosurf.render.pixels import pasted
 from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -81,7 +82,7 @@ class Sheet:
 
     def paste(self, image: np.ndarray) -> None:
         """Place the image that VTK drew."""
-        self.figure.figimage(image, xo=self.layout.left, yo=self.layout.bottom)
+        self.figure.add_artist(pasted(image, self.layout.left, self.layout.bottom))
 
     def text(
         self,
@@ -259,20 +260,11 @@ def check_axes(axes: Any) -> None:
 
 
 def _figure(size: tuple[int, int]) -> Figure:
-    """An empty white figure, independent of the global state of pyplot.
-
-    The first import of matplotlib logs messages about fonts and folders, which are suppressed
-    here.
-    """
-    # matplotlib reports on its font cache when first imported: nothing that a user can act on
-    logger = logging.getLogger("matplotlib")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
+    """An empty white figure, independent of the global state of pyplot."""
+    wait_until_loaded()
+    with quiet_matplotlib():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    finally:
-        logger.setLevel(level)
 
     class Shown(Figure):
         """A figure that notebooks show without pyplot."""

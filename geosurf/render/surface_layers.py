@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Unpack
@@ -10,8 +9,7 @@ from typing import Unpack
 import numpy as np
 
 from geosurf.conventions import counted, length_text
-from geosurf.model import Curves, Lattice, Patches, TriSurface
-from geosurf.model.chunked import ChunkedLattice
+from geosurf.model import Curves, Patches, TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
@@ -19,61 +17,12 @@ from geosurf.render.colouring import Selection, elevation_bar, shades_of
 from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
 from geosurf.render.picture_style import PLAIN, PictureStyle
 from geosurf.render.styles import LayerStyle
+from geosurf.render.thin_surfaces import most_of_each, thinned
+from geosurf.render.views import SIZE
 
-# triangles of all surfaces of a picture, and of one: a cell of a grid is some pixels wide then
-MAX_TRIANGLE = 1_000_000
-MOST, LEAST = 400_000, 60_000
 MAX_RIMMED = 200_000
 EVERYTHING = Selection()
 OTHER_ROLES = ("fault", "wall", "virtual")
-
-
-def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
-    """Return a surface with few enough triangles to draw.
-
-    A gridded surface with more than `max_triangle` triangles is reduced to every n-th row and
-    column; one that stays in its store is read for that. A surface without a lattice is returned
-    unchanged.
-
-    Parameters
-    ----------
-    surface : TriSurface
-    max_triangle : int
-
-    Returns
-    -------
-    TriSurface
-    """
-    lattice = surface.lattice
-    if lattice is None:
-        return surface
-    n_row, n_col = lattice.shape
-
-    # two triangles for each cell: every n-th row and column leaves n^2 times fewer
-    stride = math.ceil(math.sqrt(2.0 * n_row * n_col / max_triangle))
-    stored = isinstance(lattice, ChunkedLattice)
-    if stride <= 1 and not stored:
-        return surface
-    stride = max(stride, 1)
-    rows, columns = _strided(n_row, stride), _strided(n_col, stride)
-    if lattice.easting.ndim == 1:
-        easting, northing = lattice.easting[columns], lattice.northing[rows]
-    else:
-        easting, northing = lattice.map_at(rows, columns)
-    elevation = lattice.elevations_at(rows, columns)
-    coarse = Lattice(easting, northing, elevation, lattice.rising, lattice.reverse)
-    return TriSurface(surface.name, surface.role, lattice=coarse)
-
-
-def most_of_each(n: int) -> int:
-    """How many triangles each of n surfaces of a picture may have, about."""
-    return min(MOST, max(LEAST, MAX_TRIANGLE // max(n, 1)))
-
-
-def _strided(n: int, stride: int) -> np.ndarray:
-    """Every `stride`-th row and the last one, so that the border stays in place."""
-    rows = np.arange(0, n, stride)
-    return rows if rows[-1] == n - 1 else np.append(rows, n - 1)
 
 
 def show_surfaces(
@@ -83,11 +32,14 @@ def show_surfaces(
     only: Selection = EVERYTHING,
     by_elevation: bool = False,
     style: PictureStyle = PLAIN,
+    size: tuple[int, int] = SIZE,
+    zoom: float = 1.0,
 ) -> Content:
     """Return horizons in the colours of the column and faults semi-transparent.
 
     Horizons take colours in the given order, youngest first. With `within`, only the part inside
-    the model is shown. `only` selects surfaces by name, `by_elevation` colours horizons by z.
+    the model is shown. `only` selects surfaces by name, `by_elevation` colours horizons by z. Grids
+    are thinned to what a picture of some size and zoom can show.
     """
     layers: list[Layer] = []
     legend: list[Entry] = []
@@ -95,7 +47,7 @@ def show_surfaces(
     n_horizon = n_fault = 0
     how = "pass scene.surfaces"
     every = listed(surfaces, "surfaces must be a list of TriSurface", how)
-    most = most_of_each(len(every))
+    most = most_of_each(len(every), size, zoom)
     for surface in every:
         expect(surface, TriSurface, "surfaces must be a list of TriSurface", how)
 

@@ -22,6 +22,7 @@ from geosurf.render import (
 )
 from geosurf.render._plot import draw_layers
 from geosurf.render.layers import Layer
+from geosurf.render.sheet import Sheet, lay_out
 
 SMALL = (640, 400)
 
@@ -266,6 +267,25 @@ def test_files_that_cannot_be_written_are_named(top, tmp_path):
     with pytest.raises(OutputError, match=r"folder\.png.*cannot be written"):
         compose.save_png(b"", tmp_path / "folder.png")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
+
+
+@pytest.mark.parametrize("n_channel", [3, 4])
+def test_pasted_pixels_are_those_that_matplotlib_would_draw(rng, n_channel):
+    image = rng.integers(0, 256, (41, 67, n_channel), dtype=np.uint8)
+    buffers = []
+    for paste in ("pasted", "figimage"):
+        sheet = Sheet(lay_out((300, 200)))
+        if paste == "pasted":
+            sheet.paste(image)
+        else:
+            sheet.figure.figimage(image, xo=sheet.layout.left, yo=sheet.layout.bottom)
+        sheet.figure.patch.set_alpha(0.0)
+        sheet.figure.canvas.draw()
+        buffers.append(np.asarray(sheet.figure.canvas.buffer_rgba()).copy())
+    assert buffers[0][..., 3].any()
+    # of pixels that are half transparent, matplotlib rounds colours twice
+    off = np.abs(np.subtract(*buffers, dtype=int))
+    assert off.max() <= (n_channel == 4)
 
 
 def test_a_long_legend_ends_in_a_count():
