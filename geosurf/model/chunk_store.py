@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import HorizonError
+from geosurf.model.store_files import StoreFiles
 
 STAYS = 1 << 26  # nodes: smaller grids are read as a whole, which takes half a GB
 _BROKEN = (  # what libraries of stores raise for files that are damaged or gone
@@ -36,6 +37,8 @@ class Store:
         From values to metres above the datum.
     as_is : bool
         Whether -0.0 stays: of coordinates, as for grids in memory.
+    files : StoreFiles or None
+        Those of elevations and coordinates as they were opened; None if they are not known.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Store:
     turned: tuple[bool, bool]
     scale: float
     as_is: bool = False
+    files: StoreFiles | None = None
 
     def holds_values_of(self, other: Store | AxisStore) -> bool:
         """Whether two are known to have the same values: those of one Dask array."""
@@ -53,6 +57,11 @@ class Store:
         mine, theirs = (getattr(of.data, "name", None) for of in (self, other))
         same = self.data is other.data or (mine is not None and mine == theirs)
         return same and (self.turned, self.scale) == (other.turned, other.scale)
+
+    def expect_unchanged(self) -> None:
+        """Refuse files that have changed since they were opened; see `StoreFiles`."""
+        if self.files is not None:
+            self.files.expect_unchanged(self.name)
 
     @property
     def shape(self) -> tuple[int, int]:

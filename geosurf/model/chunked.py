@@ -387,6 +387,11 @@ class ChunkedLattice(Lattice):
         ----------
         wanted : ndarray of bool, shape (n_row - 1,), optional
             Rows of cells; bands without any are not read.
+
+        Raises
+        ------
+        HorizonError
+            If the store cannot be read, or has changed by the end.
         """
         from concurrent.futures import ThreadPoolExecutor
 
@@ -413,6 +418,7 @@ class ChunkedLattice(Lattice):
                     room = rooms[(n + 1) % len(rooms)]
                     reads.append(pool.submit(self._band, tiles[n + 1], room))
                 yield self.store.tile(i, 0)[0][0], band
+        self.store.expect_unchanged()
 
     def _band(self, i: int, room: np.ndarray) -> Lattice:
         """A row of tiles, read into `room`."""

@@ -148,9 +148,11 @@ def sample(graph: Graph, where: Any, cell: Any, codes: bool, distance: bool) -> 
     if where is not None:
         check_system_of_places(lambda: crs(graph), where, "places")
     boundaries = _boundaries(graph) if flag_of(distance, "distance") else None
-    return sample_units(
+    found = sample_units(
         graph.units, where, cell=cell, codes=codes, locator=_locator(graph), boundaries=boundaries
     )
+    graph.memory.expect_unchanged()
+    return found
 
 
 def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
@@ -166,9 +168,13 @@ def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
             raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
         for name, one in wells.items():
             check_system_of_places(lambda: crs(graph), one, name)
-        return intervals_of_wells(graph.units, wells, _locator(graph), boundaries)
+        all_wells = intervals_of_wells(graph.units, wells, _locator(graph), boundaries)
+        graph.memory.expect_unchanged()
+        return all_wells
     check_system_of_places(lambda: crs(graph), path, "path")
-    return intervals(graph.units, path, md, _locator(graph), boundaries)
+    found = intervals(graph.units, path, md, _locator(graph), boundaries)
+    graph.memory.expect_unchanged()
+    return found
 
 
 def _locator(graph: Graph) -> Locator:

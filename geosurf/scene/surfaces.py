@@ -18,6 +18,7 @@ from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
+from geosurf.model.chunked import ChunkedLattice
 from geosurf.scene.footprint import footprint, opened_horizon
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
@@ -190,6 +191,8 @@ class InputSurfaces:
         )  # fmt: skip
 
         self.memory.made_of(surface, key)
+        if isinstance(surface.lattice, ChunkedLattice):
+            self.memory.watch(surface.lattice.store)
 
         # surfaces of one model have one reference system
         refuse_other_crs(name, surface.crs, self.crs)

@@ -18,6 +18,7 @@ from geosurf.files.atomic import write_whole
 from geosurf.files.sealed import read_own, sealed, unsealed
 from geosurf.kernels.compile.cache_folder import cache_root
 from geosurf.model.chunk_store import ChunkBounds, Store
+from geosurf.model.store_files import StoreFiles
 
 _FORM = f"geosurf bounds of chunks 1 {list(ChunkBounds.__dataclass_fields__)}"
 _ARRAYS = ("boxes", "blocks", "starts", "in_use", "last_rows", "last_cols", "holes", "of_map")
@@ -27,28 +28,30 @@ _SUFFIX = ".geosurf-bounds"
 
 def key_of_store(
     store: Store, axes: tuple[np.ndarray | Store, np.ndarray | Store]
-) -> tuple[str | None, Path | None]:
-    """Return what identifies the values of a store, and where to keep bounds; None if unknown."""
+) -> tuple[str, Path, StoreFiles] | None:
+    """Return what identifies the values of a store, where to keep bounds, and its files.
+
+    None if they are not known.
+    """
     try:
         both = [axis.data for axis in axes if isinstance(axis, Store)]
         parts = [_sources(data) for data in (store.data, *both)]
         if not all(parts):
-            return None, None
+            return None
         sources = list(dict.fromkeys(path for part in parts for path in part))
-        digest = hashlib.sha256(_FORM.encode())
-        digest.update(f"{store.data.name} {store.shape} {store.turned} {store.scale!r}".encode())
-        for array in (store.row_starts, store.col_starts, *axes):
-            if isinstance(array, Store):
-                digest.update(f"{array.data.name} {array.scale!r}".encode())
-            else:
-                digest.update(np.ascontiguousarray(array).tobytes())
-        for source in sources:
-            _add_files(digest, source)
+        files = StoreFiles.of(own for _, own in sources)
     except OSError:
-        return None, None  # the store is not a folder or file of this machine
-    first = sources[0]
+        return None  # the store is not a folder or file of this machine
+    digest = hashlib.sha256(f"{_FORM} {files.state}".encode())
+    digest.update(f"{store.data.name} {store.shape} {store.turned} {store.scale!r}".encode())
+    for array in (store.row_starts, store.col_starts, *axes):
+        if isinstance(array, Store):
+            digest.update(f"{array.data.name} {array.scale!r}".encode())
+        else:
+            digest.update(np.ascontiguousarray(array).tobytes())
+    first = sources[0][0]
     name = "".join(c if c.isalnum() or c in "-_." else "_" for c in store.name)
-    return digest.hexdigest(), first.with_name(f"{first.name}.{name}{_SUFFIX}")
+    return digest.hexdigest(), first.with_name(f"{first.name}.{name}{_SUFFIX}"), files
 
 
 def load_bounds(place: Path, key: str) -> ChunkBounds | None:
@@ -90,9 +93,9 @@ def _places(place: Path, key: str) -> list[Path]:
         return [place]
 
 
-def _sources(data: Any) -> list[Path]:
-    """Folders and files that a Dask array reads; empty if some are not known."""
-    found: list[Path] = []
+def _sources(data: Any) -> list[tuple[Path, Path]]:
+    """Stores that a Dask array reads, and the files of its values; empty if some are not known."""
+    found: list[tuple[Path, Path]] = []
     if not hasattr(data, "dask"):
         return found
     for name, layer in data.dask.layers.items():
@@ -106,8 +109,11 @@ def _sources(data: Any) -> list[Path]:
     return sorted(set(found))
 
 
-def _path_of(value: Any) -> Path | None:
-    """The path behind wrappers of xarray, of a Zarr store in a folder or of a file."""
+def _path_of(value: Any) -> tuple[Path, Path] | None:
+    """The path behind wrappers of xarray, of a Zarr store in a folder or of a file.
+
+    The files of a Zarr array are a folder of their own, so that others in its store may change.
+    """
     value = getattr(value, "value", value)  # Dask wraps data
     while hasattr(value, "array"):
         value = value.array
@@ -115,25 +121,10 @@ def _path_of(value: Any) -> Path | None:
     root = getattr(getattr(zarr, "store", None), "root", None)
     name = getattr(getattr(value, "datastore", None), "_filename", None)
     path = root if root is not None else name
-    return Path(path) if isinstance(path, str | os.PathLike) and Path(path).exists() else None
-
-
-def _add_files(digest: Any, source: Path) -> None:
-    """Add names, sizes and times of a file, or of all files in a folder."""
-    folders = [source]
-    if source.is_file():
-        status = source.stat()
-        digest.update(f"{source.name} {status.st_size} {status.st_mtime_ns}".encode())
-        return
-    while folders:
-        with os.scandir(folders.pop()) as entries:
-            for entry in sorted(entries, key=lambda one: one.name):
-                if entry.is_dir(follow_symlinks=False):
-                    folders.append(Path(entry.path))
-                else:
-                    status = entry.stat()
-                    name = Path(entry.path).relative_to(source).as_posix()
-                    digest.update(f"{name} {status.st_size} {status.st_mtime_ns}\n".encode())
+    if not isinstance(path, str | os.PathLike) or not Path(path).exists():
+        return None
+    own = "" if root is None else str(getattr(zarr, "path", ""))
+    return Path(path), Path(path) / own if own else Path(path)
 
 
 __all__ = ["key_of_store", "load_bounds", "save_bounds"]

@@ -7,6 +7,7 @@ in a file next to the store (`chunk_files`): the next session reads only the chu
 from __future__ import annotations
 
 import secrets
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,7 @@ def chunked_lattice(
     _refuse_long(store, 1)
     easting, northing = (axis[::-1] if axis[0] > axis[-1] else axis for axis in axes)
     both = np.ascontiguousarray(easting + 0.0), np.ascontiguousarray(northing + 0.0)
-    bounds, key = _bounds_of(store, both)
+    store, bounds, key = _opened(store, both)
     return ChunkedLattice.of(both, store, bounds, key)
 
 
@@ -96,7 +97,7 @@ def chunked_map(da: Any, coordinates: Coordinates, scale: float, name: str) -> C
     )
     store = Store(name, da.data, *groups, upright, scale)
     _refuse_long(store, 3)
-    bounds, key = _bounds_of(store, (easting, northing))
+    store, bounds, key = _opened(store, (easting, northing))
     return ChunkedMap.of_stores((easting, northing, store), bounds, key)
 
 
@@ -121,15 +122,22 @@ def _refuse_long(store: Store, n_value: int) -> None:
         )
 
 
-def _bounds_of(store: Store, axes: Axes) -> tuple[ChunkBounds, str]:
-    """Bounds from an earlier session, or from one pass over all chunks; what identifies them."""
-    key, place = key_of_store(store, axes)
-    bounds = None if key is None or place is None else load_bounds(place, key)
+def _opened(store: Store, axes: Axes) -> tuple[Store, ChunkBounds, str]:
+    """The store with its files; bounds from an earlier session, or from one pass over all chunks.
+
+    The text identifies the values.
+    """
+    known = key_of_store(store, axes)
+    if known is None:
+        return store, survey_chunks(store, axes), secrets.token_hex(16)
+    key, place, files = known
+    store = replace(store, files=files)
+    bounds = load_bounds(place, key)
     if bounds is None:
         bounds = survey_chunks(store, axes)
-        if key is not None and place is not None:
-            save_bounds(place, key, bounds)
-    return bounds, key or secrets.token_hex(16)
+        store.expect_unchanged()
+        save_bounds(place, key, bounds)
+    return store, bounds, key
 
 
 def survey_chunks(store: Store, axes: Axes) -> ChunkBounds:

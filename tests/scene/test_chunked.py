@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
+from geosurf.errors import HorizonError
 from geosurf.triangulate import chunked
 from geosurf.triangulate.chunked import survey_chunks
 
@@ -205,7 +206,7 @@ def test_bounds_are_kept_beside_the_store_until_it_changes(path, passes):
     lower = (data.base - 10.0).to_dataset(name="base").chunk({"northing": 7, "easting": 11})
     lower.to_zarr(path, mode="r+", consolidated=False)
     assert elevations() == (*first[:2], first[2] - 10.0, first[3] - 10.0)
-    assert passes[3:] == ["Top", "Base"]
+    assert passes[3:] == ["Base"]  # another variable of the store is as it was
 
     # other values of the same files
     assert gs.triangulate_horizon(-opened(path)["Top"], name="Top").bounds[4] == -first[1]
@@ -218,7 +219,9 @@ def test_chunks_that_are_gone_are_an_error(path, column, result):
     _ = scene.surface("Top")
     for file in (path / "top" / "c").glob(f"[0-9]/{column}"):
         file.unlink()
-    with pytest.raises(gs.errors.HorizonError, match=r"'Top'.*that were there when the store"):
+    with pytest.raises(
+        gs.errors.HorizonError, match=r"'Top'.*(that were there when the store|have changed since)"
+    ):
         getattr(scene, result)
 
 
@@ -265,3 +268,40 @@ def test_law_netcdf_stores_give_the_bytes_of_grids_in_memory(path, passes, tmp_p
     assert passes == ["Top", "Base"]
     names = [f"big.nc.{name}.geosurf-bounds" for name in ("Base", "Top")]
     assert sorted(one.name for one in tmp_path.glob("*.geosurf-bounds")) == names
+
+
+def test_results_are_not_of_two_states_of_a_store(path):
+    zarr = pytest.importorskip("zarr")
+    at = np.array([[500.0, 400.0, -1030.0]])
+    results = {
+        "units": (lambda scene: scene.curves, lambda scene: scene.units),
+        "thickness": (lambda scene: scene.units, lambda scene: scene.thickness("Top/Base", 100.0)),
+        "sample": (lambda scene: scene.sample(at + 9.0), lambda scene: scene.sample(at)),
+        "check": (lambda scene: scene.units, lambda scene: scene.check()),
+    }
+    for name, (before, after) in results.items():
+        scene = gs.Scene(opened(path))
+        before(scene)
+
+        # others in the store may change
+        group = zarr.open_group(path, mode="r+")
+        group.create_array("other", data=np.zeros(3), dimension_names=["k"], overwrite=True)
+        assert scene.patches.n_patch, name
+        group["top"][15, 20] += 1.0  # no curve is near
+        with pytest.raises(HorizonError, match=r"'Top': its files in .* have changed since"):
+            after(scene)
+        assert scene.patches.n_patch  # what is known stays
+
+
+def test_an_error_of_a_store_that_changes_names_the_change(path):
+    zarr = pytest.importorskip("zarr")
+    world = gs.synthetic.tilted_planes(n=5)
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    fault = gs.TriSurface(
+        "F1", "fault", fault.vertices * [0.2, 0.3, 1.0] + [0.0, 0.0, 1000.0], fault.triangles
+    )
+    scene = gs.Scene(opened(path), {"F1": fault})
+    assert scene.curves.n_curve
+    zarr.open_group(path, mode="r+")["top"][10:30, 10:30] += 30.0
+    with pytest.raises(HorizonError, match="have changed since"):
+        _ = scene.volumes
