@@ -105,12 +105,15 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
         first, second = np.sign(z[one[b]] - z[one[a]]), np.sign(z[two[b]] - z[two[a]])
         met = first * second < 0
         met |= ((first == 0) & (one[a] != one[b])) | ((second == 0) & (two[a] != two[b]))
-        pairs = np.stack([rows[a[met]], rows[b[met]]], axis=1)
-        found.append(np.sort(pairs, axis=1))
+        met = np.flatnonzero(met)
+        if len(met):
+            pairs = np.stack([rows[a[met]], rows[b[met]]], axis=1)
+            found.append(np.sort(pairs, axis=1))
 
-    pairs = np.unique(np.concatenate(found), axis=0)
+    pairs = np.concatenate(found)
     if not len(pairs):
         return pairs
+    pairs = np.unique(pairs, axis=0)
     corners = surface.corners_of_keys(pairs.ravel())
     return pairs[any_of(ghost[corners].reshape(-1, 6))]
 

@@ -19,6 +19,7 @@ from geosurf.triangulate.cells import bounds_of_normals
 # A component of the unit normal below this counts as zero: a dip of 89.9999 degrees.
 # A convention about names, not about geometry: no curve or volume depends on it.
 _VERTICAL = 1e-6
+_KEPT = "_oriented"
 
 
 def orient_fault(surface: TriSurface) -> TriSurface:
@@ -51,6 +52,15 @@ def orient_fault(surface: TriSurface) -> TriSurface:
     >>> orient_fault(down).triangles
     array([[0, 1, 2]])
     """
+    # remembered on the surface: each horizon that a fault tears asks again
+    if _KEPT not in surface.__dict__:
+        surface = _oriented(surface)
+        surface.__dict__[_KEPT] = True
+    return surface
+
+
+def _oriented(surface: TriSurface) -> TriSurface:
+    """The same, without memory."""
     if surface.n_triangle == 0:
         return surface
     if surface.lattice is not None:

@@ -452,3 +452,41 @@ def test_results_are_what_the_signature_says():
 def test_two_builds_give_the_same_bytes(library, tmp_path):
     freeze.freeze(tmp_path / "again", TINY)
     assert (tmp_path / "again" / LIBRARY).read_bytes() == (library / LIBRARY).read_bytes()
+
+
+_VIEWS = """
+declare void @NRT_MemInfo_call_dtor(ptr)
+define internal i64 @nrt_atomic(ptr %count) {
+  %old = atomicrmw add ptr %count, i64 1 monotonic
+  ret i64 %old
+}
+define internal void @NRT_incref(ptr %block) noinline {
+  %old = call i64 @nrt_atomic(ptr %block)
+  ret void
+}
+define internal void @NRT_decref(ptr %block) noinline {
+  %old = call i64 @nrt_atomic(ptr %block)
+  ret void
+}
+define void @kernel(ptr %block) {
+  call void @NRT_incref(ptr %block)
+  call void @NRT_decref(ptr %block)
+  ret void
+}
+"""
+
+
+@pytest.mark.parametrize("asked", [_VIEWS, "define void @kernel(ptr %block) {\n  ret void\n}"])
+def test_owners_are_counted_in_place_and_not_atomically(asked):
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    machine = llvm.Target.from_default_triple().create_target_machine()
+    module = llvm.parse_assembly(asked)
+    object_files._count_in_place(module, machine)
+    object_files._keep(module, {"kernel"}, machine)
+    text = str(module)
+    assert "atomicrmw" not in text
+    assert "call void @NRT_incref" not in text
+    assert "call void @NRT_decref" not in text
+    assert text.count("NRT_MemInfo_call_dtor(ptr") == (2 if asked is _VIEWS else 0)

@@ -159,15 +159,12 @@ def trace_lines(
         return []
 
     # a few triangles a thousand times as wide as the others would ask for splits of all
-    wide = _widths(mesh.points, mesh.triangles[rows]).max(axis=1)
-    limit = max(UNEVEN * float(np.median(wide)), FINE)
-    points, faces, rows = _evened(mesh.points, mesh.triangles[rows], rows, limit)
+    points, faces, rows, wide = _evened(mesh.points, mesh.triangles[rows], rows)
     ahead = np.roll(faces, -1, axis=1)
 
     # edges (n, 3): number of the edge from each corner, the same for both its triangles
     keys = np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead)
-    edges = np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1, 3)
-    wide = _widths(points, faces).max(axis=1)
+    edges = number_keys(keys.ravel())[1].reshape(-1, 3)
     depth, needed = _depth(wide) + 1, _depth(wide)
     while needed < depth:
         depth = needed  # as fine as the triangles ask for that the trace runs through
@@ -215,13 +212,16 @@ def _widths(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _evened(
-    points: np.ndarray, faces: np.ndarray, rows: np.ndarray, limit: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges longer than a limit halved, on both sides alike: small triangles stay what they are.
+    points: np.ndarray, faces: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Long edges halved, on both sides alike: small triangles stay what they are.
 
-    A fault that was drawn out has triangles a thousand times as wide as its others.
+    A fault that was drawn out has triangles a thousand times as wide as its others. Returns the
+    width of each triangle, too.
     """
-    while (long := _widths(points, faces) > limit).any():
+    widths = _widths(points, faces)
+    limit = max(UNEVEN * float(np.median(widths.max(axis=1))), FINE)
+    while (long := widths > limit).any():
         ahead = np.roll(faces, -1, axis=1)
         keys = (np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead))[long]
 
@@ -248,7 +248,8 @@ def _evened(
         }
         made = [(np.stack(part, 1)[many == k], rows[many == k]) for k in parts for part in parts[k]]
         faces, rows = (np.concatenate(some) for some in zip(*made, strict=True))
-    return points, faces, rows
+        widths = _widths(points, faces)
+    return points, faces, rows, widths.max(axis=1)
 
 
 def _numbered(one: np.ndarray, two: np.ndarray) -> np.ndarray:

@@ -145,8 +145,7 @@ def _moved(
     others = np.flatnonzero((known.walls != walls).any(axis=0))
     values, was = known.elevation, known.was
     values[others], was[others] = movement.heights(branches, others, walls[:, others])
-    values[movement.before.lost(was)] = np.nan
-    return values, was
+    return movement.before.without_lost(values, was), was
 
 
 def _traced(
@@ -176,7 +175,7 @@ def _traced(
                 _refuse_folds(movement, known, found)
 
         # nodes whose rock came from a hole of the horizon have no height
-        grid = np.where(movement.before.lost(was), np.nan, drape).reshape(frame.shape)
+        grid = movement.before.without_lost(drape, was).reshape(frame.shape)
         network = Network(meshes, grid, frame)
         branches = _branches_of(movement, network)
         if branches == known:
@@ -197,7 +196,10 @@ def _refuse_folds(movement: Movement, branches: Branches, known: InWalls) -> Non
         walls[:, others] = movement.in_hanging_walls(xy, z)
         parts = movement.parts(branches, walls[:, others])
         now[others] = moved_places(movement.slips, xy, z, parts)
-    refuse_folds(movement.before, movement.xy, now, movement.parts(branches, walls))
+    # nodes differ in their parts as they do in their walls, unless a fault has one wall only
+    even = all(branches.acts) and not any(branches.mains)
+    parts = walls if even else movement.parts(branches, walls)
+    refuse_folds(movement.before, movement.xy, now, parts)
 
 
 def _branches_of(movement: Movement, network: Network) -> Branches:

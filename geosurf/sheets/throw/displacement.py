@@ -148,10 +148,12 @@ class Before:
         heights_at_places(self.filled, self.rising, self.to_columns, at, out)
         return out
 
+    def without_lost(self, values: np.ndarray, xy: np.ndarray) -> np.ndarray:
+        """Values (n,), NaN for places (n, 2) in holes; the rim of a hole is not in it."""
+        return np.where(self.lost(xy), np.nan, values) if self.holes else values
+
     def lost(self, xy: np.ndarray) -> np.ndarray:
-        """Mask (n,) of places in holes; the rim of a hole is not in it."""
-        if not self.holes:
-            return np.zeros(len(xy), dtype=bool)
+        """Mask (n,) of places in holes."""
         node, weight = self._corners(xy)
         found: np.ndarray = (np.isnan(self.values.ravel()[node]) & (weight > RIM)).any(axis=1)
         return found

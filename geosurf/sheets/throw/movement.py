@@ -131,8 +131,7 @@ class Movement:
         z, was = sheet_heights(
             self.before, self.slips, xy, self.parts(branches, walls), self.frame.cell
         )
-        z[self.before.lost(was)] = np.nan
-        return z, was
+        return self.before.without_lost(z, was), was
 
     def touching(self) -> tuple[dict[int, float], ...]:
         """For each fault the faults that its rim lies on, with its other points on one side."""
