@@ -118,7 +118,8 @@ def torn_horizons(
         """Report a tear that begins."""
         on_start(stage, name, f"{number} of {count}")
 
-    sheets, faults = sheets_on(as_long_as(longer, given), filling, make, starts)
+    start = as_long_as(longer, given)
+    sheets, faults = sheets_on(start, filling, make, scene.whole_surface, starts)
     found = warnings_of(given, faults, sheets)
     for warning in found:
         warn(warning)

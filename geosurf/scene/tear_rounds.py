@@ -3,6 +3,7 @@
 A tear may need a longer fault. First the outermost horizons, one after the other, give up where a
 fault is too short for them, and the fault is made longer. Then all horizons are torn, side by side.
 Those that need still longer faults make them so, and others are torn again where these come near.
+Each horizon takes its faults without what others have added far away from it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geosurf.errors import InvariantError
+from geosurf.errors import GeosurfError, InvariantError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
 from geosurf.model.needed_faults import NeededFaults
@@ -71,6 +72,7 @@ def sheets_on(
     faults: Faults,
     filling: Mapping[str, bool | str],
     make: Make,
+    untorn: Callable[[str], TriSurface],
     on_start: OnStart = silent,
 ) -> tuple[dict[str, Sheet], Faults]:
     """Return sheets that all end on the same faults, and these: longer ones where one needs it.
@@ -83,12 +85,15 @@ def sheets_on(
     make : callable
         Makes several tears, and calls a function with the number of each that begins. Of those that
         ask it returns the sheet, or the faults that it needs. Warnings of a sheet are its own.
+    untorn : callable
+        Gives a horizon as it is before it is torn.
     on_start : callable, optional
         Is called before each tear: see `OnStart`.
     """
     order = in_order(_outermost_first(filling))
     torn: dict[str, _Torn] = {}
     needed: dict[str, NeededFaults] = {}
+    lengths = _Lengths(faults)
     n_torn = 0
 
     def made(tears: Sequence[Tear], count: int) -> Sequence[Made]:
@@ -107,32 +112,102 @@ def sheets_on(
     # faults as long as the outermost horizons need them, before any horizon is torn in vain
     for name in order[:OUTERMOST] if len(order) > 1 else ():
         if isinstance(fill := filling[name], bool):
-            tear = Tear(name, faults, fill, asking=True)
-            (found,) = made([tear], len(order))
+            found: Made | None = None
+            for some in (lengths.near(name, untorn), lengths.now):
+                (found,) = made([Tear(name, some, fill, asking=True)], len(order))
+                if isinstance(found, NeededFaults):
+                    found = lengths.added(some, found)
+                if found is not None:
+                    break
             if isinstance(found, Sheet):
-                torn[name] = _Torn(found, faults, fill)
+                torn[name] = _Torn(found, some, fill)
             else:
-                faults, needed[name] = {**faults, **found.faults}, found
+                assert found is not None
+                needed[name] = found
+                lengths.take({**lengths.now, **found.faults})
 
     for _ in range(ROUNDS + len(order)):
+        faults = lengths.now
         again = [name for name in order if not _is_valid(torn, name, filling[name], faults)]
         if not again:
             return {name: _ending_on(torn[name], faults) for name in filling}, faults
-        # those that are pinched out onto a sheet wait for it
-        tears = [
-            Tear(name, faults, _fill(torn, filling[name]), needed=needed.get(name))
-            for name in again
-            if filling[name] not in again
-        ]
+        tears = []
+        for name in again:
+            # those that are pinched out onto a sheet wait for it
+            if filling[name] not in again:
+                own = needed.get(name)
+                some = faults if name in torn else lengths.near(name, untorn, own)
+                tears.append(Tear(name, some, _fill(torn, filling[name]), needed=own))
         for tear, sheet in zip(tears, made(tears, len(again)), strict=True):
             assert isinstance(sheet, Sheet)  # none of these asks
-            own = _as_needed(tear.faults, sheet)
-            torn[tear.name] = _Torn(sheet, own, tear.fill)
+            longer = _as_needed(tear.faults, sheet)
+            torn[tear.name] = _Torn(sheet, longer, tear.fill)
             # of two that make a fault longer the first one does: the other is torn again at that
-            faults = {
-                name: own[name] if one is tear.faults[name] else one for name, one in faults.items()
-            }
+            lengths.take(
+                {
+                    name: longer[name] if one is tear.faults[name] else one
+                    for name, one in lengths.now.items()
+                }
+            )
     raise InvariantError(f"horizons {again} were torn {ROUNDS} times, each time at longer faults.")
+
+
+class _Lengths:
+    """Faults, each as it was given and as it became longer."""
+
+    def __init__(self, faults: Faults) -> None:
+        self.now = faults
+        self._known = {name: [fault] for name, fault in faults.items()}
+
+    def take(self, faults: Faults) -> None:
+        """Take faults, of which some are longer."""
+        self.now = faults
+        for name, fault in faults.items():
+            if fault is not self._known[name][-1]:
+                self._known[name].append(fault)
+
+    def added(self, some: Faults, needed: NeededFaults) -> NeededFaults | None:
+        """What a horizon needs that had some of the faults, added to the faults as they are now.
+
+        None where one cannot be continued as it is now.
+        """
+        from geosurf.sheets.mesh.too_short import extended  # loaded by those who tear
+
+        longer = {}
+        for one in needed.extensions:
+            name = one.fault
+            if some[name] is self.now[name]:
+                longer[name] = needed.faults[name]
+                continue
+            try:
+                longer[name] = extended(self.now[name], one.lengths)
+            except GeosurfError:  # the horizon finds another remedy if it asks at this fault
+                return None
+        return replace(needed, faults=longer)
+
+    def near(
+        self,
+        horizon: str,
+        untorn: Callable[[str], TriSurface],
+        needed: NeededFaults | None = None,
+    ) -> Faults:
+        """Faults as short as a horizon can take them that needs some of a length.
+
+        What another horizon needs far away then makes no difference: a sheet is found in memory
+        whatever that is.
+        """
+        if all(len(known) == 1 for known in self._known.values()):
+            return self.now
+        from geosurf.sheets.faults.longer_faults import as_near  # loaded by those who tear
+
+        own = {} if needed is None else needed.faults
+        return as_near(
+            untorn(horizon),
+            {
+                name: known[known.index(own[name]) if name in own else 0 :]
+                for name, known in self._known.items()
+            },
+        )
 
 
 def _outermost_first(filling: Mapping[str, bool | str]) -> dict[str, bool | str]:

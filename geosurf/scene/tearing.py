@@ -76,7 +76,7 @@ def torn_graph(plain: Graph) -> Graph:
 
     filling = inputs.filling
     start = as_long_as(plain.longer, given)
-    sheets, faults = sheets_on(start, filling, make, plain.memory.on_start)
+    sheets, faults = sheets_on(start, filling, make, plain.untied, plain.memory.on_start)
     plain.memory.warn(*warnings_of(given, faults, sheets))
     plain.memory.warn(*warnings_of_passed(plain, given, faults))
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
+from geosurf.errors import GeometryError, InputError
 from geosurf.faults import lengthen_fault
 from geosurf.scene.tear_rounds import same, sheets_on
 from geosurf.sheets.faults import longer_faults
 from geosurf.sheets.faults.longer_faults import is_unchanged
+from geosurf.sheets.mesh import too_short
 from geosurf.sheets.mesh.too_short import TooShort
 from geosurf.sheets.tear import tear_from
 
@@ -82,6 +83,11 @@ def make_sheets(horizons, log):
     return make
 
 
+def untorn(horizons):
+    """What gives a horizon without tears."""
+    return lambda name: gs.triangulate_horizon(horizons[name], name=name)
+
+
 @pytest.mark.parametrize("side", ["up", "down"])
 def test_a_fault_that_is_longer_far_away_gives_the_same_sheet(world, whole, side):
     """The law that spares a tear."""
@@ -123,6 +129,47 @@ def test_the_limit_of_twelve_cells_bites(world, whole, monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_what_another_horizon_needs_far_away_tears_nothing(world, fault):
+    """The highest horizon moves down, and then needs the fault no longer than it is."""
+    top = world.horizons["Top"]
+    horizons = {"Top": lowered(top, -40.0), "Middle": top, "Base": lowered(top, 10.0)}
+    scene = gs.Scene(horizons, {"F1": fault}, BOX, tear=2)
+    other = {"Top": lowered(top, -10.0)}
+    moved = scene.replace(horizons=other)
+    before, end = (one.sheets["Top"].faults[0] for one in (scene, moved))
+    assert same(end, fault)
+    assert not same(end, before)
+    tears = {step.subject: step.outcome for step in moved.steps if step.stage == "tear"}
+    assert tears == {"Top": "ran", "Middle": "from memory", "Base": "from memory"}
+
+    # nothing depends on what came before
+    fresh = gs.Scene(horizons | other, {"F1": fault}, BOX, tear=2)
+    assert fresh.volumes.values.tobytes() == moved.volumes.values.tobytes()
+    for name, sheet in fresh.sheets.items():
+        np.testing.assert_array_equal(sheet.surface.vertices, moved.sheets[name].surface.vertices)
+        assert same(sheet.faults[0], end)
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+def test_who_asked_at_a_shorter_fault_asks_again_where_this_one_cannot_grow(
+    world, fault, monkeypatch
+):
+    top = world.horizons["Top"]
+    horizons = {"Top": lowered(top, -40.0), "Base": lowered(top, 40.0)}
+
+    def refuse(*_):
+        raise GeometryError("it folds over")
+
+    monkeypatch.setattr(too_short, "extended", refuse)
+    log = []
+    sheets, faults = sheets_on(
+        {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log), untorn(horizons)
+    )
+    assert log == ["(Top)", "(Base)", "(Base)", "Top", "Base"]
+    assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
+
+
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
     """Top and Base each ask for one side before anything is torn; Middle needs neither."""
     top = world.horizons["Top"]
@@ -130,7 +177,7 @@ def test_three_horizons_at_a_short_fault_are_torn_once(world, fault):
     log, starts = [], []
     sheets, faults = sheets_on(
         {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log),
-        lambda *step: starts.append(step),
+        untorn(horizons), lambda *step: starts.append(step),
     )  # fmt: skip
     assert list(sheets) == list(horizons)
     assert log == ["(Top)", "(Base)", "Top", "Base", "Middle"]
@@ -168,7 +215,9 @@ def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole,
         return replace(sheet, faults=(lengthen_fault(one.faults["F1"], {"down": 30.0}).surface,))
 
     short = _between(whole, fault.bounds[4] + 10.0, fault.bounds[5])
-    sheets, faults = sheets_on({"F1": short}, dict.fromkeys(horizons, False), make)
+    sheets, faults = sheets_on(
+        {"F1": short}, dict.fromkeys(horizons, False), make, untorn(horizons)
+    )
     assert log == ["(Top)", "(Base)", "Middle", "Top", "Base"]  # who asks and needs nothing is torn
     assert all(same(sheet.faults[0], faults["F1"]) for sheet in sheets.values())
 

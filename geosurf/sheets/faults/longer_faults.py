@@ -1,4 +1,4 @@
-"""Whether a sheet is the same at a fault that became longer elsewhere.
+"""Whether a horizon is the same at a fault that became longer elsewhere.
 
 A tear reads its faults where they are near the horizon: distances of data at their own height,
 traces, tips and branches. So a horizon is torn again only where a longer fault comes within `NEAR`
@@ -13,12 +13,12 @@ fault, and the certificate still holds. See decision 48.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.sheets.faults.fault_distance import blocks_between, side_at_own_height
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.frame import frame_of_lattice
@@ -37,11 +37,34 @@ def is_unchanged(
     before, after : mapping of str to TriSurface
         Faults that it was torn at, and the same or longer ones.
     """
-    return all(_is_far(sheet, fault, after[name]) for name, fault in before.items())
+    # nodes, and ghosts beyond them
+    points = sheet.surface.vertices
+    return all(_is_far(sheet.lattice, points, fault, after[name]) for name, fault in before.items())
 
 
-def _is_far(sheet: Sheet, fault: TriSurface, longer: TriSurface) -> bool:
-    """Whether a fault became longer only where the sheet is not near, or not at all."""
+def as_near(
+    horizon: TriSurface, versions: Mapping[str, Sequence[TriSurface]]
+) -> dict[str, TriSurface]:
+    """Return faults as short as a horizon can take them before it is torn.
+
+    Parameters
+    ----------
+    horizon : TriSurface
+        Without tears. One without a lattice takes all faults as long as they are.
+    versions : mapping of str to sequence of TriSurface
+        Each fault as it became longer.
+    """
+    if horizon.lattice is None:
+        return {name: known[-1] for name, known in versions.items()}
+    lattice, points = horizon.lattice, horizon.vertices
+    return {
+        name: next(one for one in known if _is_far(lattice, points, one, known[-1]))
+        for name, known in versions.items()
+    }
+
+
+def _is_far(lattice: Lattice, points: np.ndarray, fault: TriSurface, longer: TriSurface) -> bool:
+    """Whether a fault became longer only where no point (n, 3) is near, or not at all."""
     if fault is longer:
         return True
 
@@ -54,11 +77,10 @@ def _is_far(sheet: Sheet, fault: TriSurface, longer: TriSurface) -> bool:
     if longer.n_triangle == m:
         return True
 
-    # at their own height, as data are compared with a fault: nodes, and ghosts beyond them
-    frame, _ = frame_of_lattice(sheet.lattice, sheet.name)
+    # at their own height, as data are compared with a fault
+    frame, _ = frame_of_lattice(lattice, f"horizon at {fault.name!r}")
     mesh = mesh_in_frame(longer, frame)
     mesh = replace(mesh, triangles=mesh.triangles[m:], normals=mesh.normals[m:])
-    points = sheet.surface.vertices
     uv = frame.to_lattice(points[:, :2]) * frame.stretch
     z = points[:, 2]
     added, blocks = blocks_between(mesh, NEAR, float(z.min()), float(z.max()))
