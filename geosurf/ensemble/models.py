@@ -136,9 +136,13 @@ class SceneModel:
 
     def build_uncut(self, change: Change) -> Scene | None:
         """Return the same with sheets that nobody has cut yet; None if there are none."""
-        if not (change.throws and self.closed_at_once):
+        if change.throws:
+            if not self.closed_at_once:
+                return None
+            return self._thrown(self._unthrown(change), change, self.closed_at_once)
+        if not self.plans:
             return None
-        return self._thrown(self._unthrown(change), change, self.closed_at_once)
+        return torn_like(self._unthrown(change), self.longer, self.plans, uncut=True)
 
     def _unthrown(self, change: Change) -> Scene:
         """A scene with the inputs of a realisation, without throws."""

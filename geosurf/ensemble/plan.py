@@ -22,8 +22,7 @@ from geosurf.ensemble.record import Record, UnitKey
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import keep_results_apart, volumes_by_unit
-from geosurf.sheets.mesh.proof import NotShown
-from geosurf.sheets.throw.throw_horizon import is_proven
+from geosurf.sheets.mesh.proof import NotShown, is_proven
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)

@@ -99,11 +99,13 @@ class ScenarioModel(SceneModel):
         return self._torn(change, frozenset())
 
     def build_uncut(self, change: Change) -> Scene | None:
-        """Return the same with sheets by throw that nobody has cut yet; None if there are none."""
-        return self._torn(change, self.closed_at_once) if self.closed_at_once else None
+        """Return the same with sheets that nobody has cut yet; None if there are none."""
+        # Those of horizons that do not move are remembered, and an uncut one belongs to one model.
+        uncut = self.closed_at_once | ({*change.up} & {*self.plans})
+        return self._torn(change, uncut) if uncut else None
 
     def _torn(self, change: Change, uncut: Collection[str]) -> Scene:
-        """The scene of one realisation, with sheets by throw of some horizons left uncut."""
+        """The scene of one realisation, with sheets of some horizons left uncut."""
         # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
         scene = self._untorn(change, values)

@@ -1,6 +1,6 @@
 """What a model shows about a torn sheet that was not cut alone: whether it ends on its faults.
 
-`throw_horizon` cuts each sheet with its faults to see that. A realisation of an ensemble leaves
+`throw_horizon` and `tear_horizon` cut each sheet with its faults to see that. A realisation leaves
 this to its model, which makes the same cuts: `trim_sheets` hands them to ``TriSurface.proof``.
 """
 
@@ -31,6 +31,8 @@ class SheetInModel:
         Vertices of the sheet at the corners, -1 for points that were made.
     stays : ndarray of bool (n,)
         Whether it is left by the trimming.
+    dropped : ndarray of int64
+        Rows of further triangles of the sheet that the trimming drops: no curve touches these.
     rim : tuple
         Ends of edges of one triangle only, each (n_edge,), and that triangle.
     on_fault : ndarray of bool (n_point,)
@@ -44,6 +46,7 @@ class SheetInModel:
     parent: np.ndarray
     corner: np.ndarray
     stays: np.ndarray
+    dropped: np.ndarray
     rim: Rim
     on_fault: np.ndarray
     at_faults: dict[str, np.ndarray]
@@ -51,9 +54,14 @@ class SheetInModel:
 
 
 def sheet_in_model(
-    patches: Patches, mesh: Listed, of: int, corner: np.ndarray, stays: np.ndarray
+    patches: Patches,
+    mesh: Listed,
+    of: int,
+    corner: np.ndarray,
+    stays: np.ndarray,
+    dropped: np.ndarray,
 ) -> SheetInModel:
-    """One sheet, `of`, in patches whose listed triangles are `mesh`."""
+    """One sheet, `of`, in patches whose listed triangles are `mesh`; see `SheetInModel`."""
     rows, (edge, triangle, is_fault) = mesh.rows(of), mesh.at_curves
     surface = mesh.surface_of_triangle[triangle]
     mine = np.flatnonzero(surface == of)
@@ -71,7 +79,7 @@ def sheet_in_model(
     n_left = np.bincount(edge_of_mine, stays[row], minlength=len(mesh.curve_edges))
     is_false = (n_side > 1) & (n_left > 0) & (n_left != 2) & ~is_fault
     return SheetInModel(
-        mesh.triangles[rows], mesh.parent_of_triangle[rows], corner, stays,
+        mesh.triangles[rows], mesh.parent_of_triangle[rows], corner, stays, dropped,
         _rim(patches, mesh, rows, edge_of_mine[single], row[single]),
         mesh.on_fault, at_faults, bool(is_false.any()),
     )  # fmt: skip

@@ -69,12 +69,21 @@ def trim_sheets(patches: Patches) -> Patches:
         mine = mesh.patch_of_triangle[mesh.rows(i)]
         keep[mine] = stays[joined[mine]]
         if corner is not None and mesh.sources[i].proof is not None:
-            seen.append(sheet_in_model(patches, mesh, i, corner[mesh.rows(i)], keep[mine]))
-    # whole runs may be clearly on their own side: only listed triangles are shown
-    shown = bool(keep[has_runs].all())
+            runs = _dropped_runs(patches, i, stays[joined])
+            seen.append(sheet_in_model(patches, mesh, i, corner[mesh.rows(i)], keep[mine], runs))
     for proof, found in zip(proofs, seen, strict=True):
-        proof(found if shown else None)
+        proof(found)
     return drop_patches(patches, mesh, keep)
+
+
+def _dropped_runs(patches: Patches, sheet: int, stays: np.ndarray) -> np.ndarray:
+    """Triangles of a torn sheet, as its rows, in runs of patches that go; `stays` (n_patch,)."""
+    pieces, strips, source = patches.pieces, patches.pieces.strips[sheet], patches.sources[sheet]
+    if strips is None:
+        return np.empty(0, dtype=np.int64)
+    first, last = len(pieces.triangles) + pieces.first_run[sheet : sheet + 2]
+    gone = np.flatnonzero(~stays[pieces.patch[first:last]])
+    return source.rows_of_keys(strips.keys_of(gone)[0])
 
 
 def _trimmed_as_lists(patches: Patches, sheets: list[TriSurface]) -> Patches:

@@ -67,7 +67,7 @@ def moved_surface(
     made = _as_grid(surface, rows, there)
     if made is None:
         made = _as_list(surface, rows, there)
-    made.sectors = surface.sectors
+    made.sectors, made.proof = surface.sectors, surface.proof
     return in_crs_of(made, [surface])
 
 

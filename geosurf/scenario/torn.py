@@ -74,7 +74,7 @@ def torn_horizons(
     remember_thrown : callable, optional
         Does the same for a horizon, its throws and a function that makes its sheet of these.
     uncut : collection of str, optional
-        Horizons whose sheets by throw are left to the model: see `throw_horizon_uncut`.
+        Horizons whose sheets are left to the model: see `throw_horizon_uncut` and `tear_from`.
 
     Returns
     -------
@@ -96,7 +96,9 @@ def torn_horizons(
         """One horizon at the faults that reach it."""
         name, plan = tear.name, plans.get(tear.name)
         some = {key: tear.faults[key] for key in reaching[name]}
-        made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
+        made = partial(
+            _as_picked, scenario, scene, tear, horizons[name], some, plan, cache, name in uncut
+        )
         return remember(name, some, tear.fill, made)
 
     def make(tears: Sequence[Tear], begins: Callable[[int], object]) -> list[Made]:
@@ -182,6 +184,7 @@ def _as_picked(
     faults: dict[str, TriSurface],
     plan: TearPlan | None,
     cache: ResultCache | None,
+    uncut: bool,
 ) -> Made:
     """A sheet from data that smear the horizon over its faults, or the faults that it needs."""
     from geosurf.sheets.mesh.too_short import TooShort  # loaded by those who tear
@@ -197,13 +200,14 @@ def _as_picked(
         "fill_empty_blocks": tear.fill,
     }
     name, surfaces = tear.name, [*faults.values()]
+    tie = None if scenario.tops is None else scenario.tops.settings
 
     def make(data: Any) -> Sheet:
         """Tear these data as the scenario has it."""
+        # A tie makes another mesh of the sheet, of which its model shows nothing.
         how = {**words, "asking": tear.asking, "needed": tear.needed}
+        how["uncut"] = uncut and tie is None
         return tear_from(plan, data, surfaces, name=name, **how)
-
-    tie = None if scenario.tops is None else scenario.tops.settings
 
     def torn() -> Made:
         """The sheet, tied to its tops."""

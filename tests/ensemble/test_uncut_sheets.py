@@ -13,9 +13,9 @@ from geosurf.ensemble import models
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.run import planned
 from geosurf.errors import GeosurfError
-from geosurf.sheets.mesh.proof import NotShown, Proof
+from geosurf.sheets.mesh.proof import NotShown, Proof, is_proven
 from geosurf.sheets.throw import best_attempt
-from geosurf.sheets.throw.throw_horizon import is_proven, throw_horizon_uncut
+from geosurf.sheets.throw.throw_horizon import throw_horizon_uncut
 from geosurf.warning import silenced
 
 BOX = (50.3, 940.0, 60.1, 930.0, -1600.0, -500.0)

@@ -146,6 +146,19 @@ class Heights:
         """Links that were cut in the solve."""
         return self.tears.cuts
 
+    def sides_of(self, fault: int, nodes: np.ndarray) -> np.ndarray:
+        """Sides of nodes (n, k) at the nearest trace of a fault: 1 hanging wall, 0 far away."""
+        side = np.zeros(nodes.shape)
+        nearest = np.full(nodes.shape, np.inf)
+        for trace, near in zip(self.network.traces, self.near, strict=True):
+            if trace.fault != fault:
+                continue
+            at = near.look_up(nodes.ravel()).reshape(nodes.shape)
+            close = (at >= 0) & (near.distance[at] < nearest)
+            side = np.where(close, near.side[at], side)
+            nearest = np.where(close, near.distance[at], nearest)
+        return side
+
     def with_walls(self, frame: Frame) -> Heights:
         """The same with `walls`, read from the heights next to the traces."""
         return replace(self, walls=walls_of(self.values, self.cuts, self.network.traces, frame))

@@ -63,6 +63,9 @@ class Built:
         Of the nodes at each fault, if throw moved them: 1 hanging wall, -1 footwall.
     window : Window or None
         What was cut, if it is not all: what is open elsewhere is not known.
+    is_own : callable or None
+        Of a mesh that its model has to show to be closed: which nodes are clearly on their own
+        side of all faults.
     """
 
     state: Heights
@@ -76,6 +79,7 @@ class Built:
     n_cut: int = 1
     walls: dict[str, np.ndarray] | None = None
     window: Window | None = None
+    is_own: IsOwn | None = None
 
     @property
     def is_open(self) -> bool:
@@ -128,6 +132,7 @@ def build(
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
     walls: dict[str, np.ndarray] | None = None,
+    at_ends: bool = False,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
@@ -151,12 +156,15 @@ def build(
         Whether the heights are those of the ends of tears in `start`.
     walls : dict, optional
         See `Built`.
+    at_ends : bool
+        Whether attempts look only where tears end, and its model shows whether the sheet is closed.
+        Small sheets are cut as a whole all the same.
 
     Returns
     -------
     Built
         The first that is closed, or the last attempt. Only where `needs_more` ended the attempts,
-        it may have been cut in a window.
+        or `at_ends`, it may have been cut in a window.
     """
     setting = _setting(picks, state, faults, rising, carry_on, walls)
 
@@ -177,14 +185,21 @@ def build(
         # The first attempt cuts the whole sheet, the next ones look where it was open. No hole is
         # left there: the whole sheet decides.
         mesh = _meshed(setting, state, repairs)
+        if at_ends and n_before == 0:
+            window = Window.at_ends(state, mesh[0])
         built = _cut(setting, state, repairs, mesh, window)
         if window is not None and not built.is_open:
-            built = _cut(setting, state, repairs, mesh)
+            if at_ends:
+                built = replace(built, is_own=_is_own(setting, state))
+            else:
+                built = _cut(setting, state, repairs, mesh)
         built = replace(built, n_cut=n_before + 1)
         if not built.is_open:
             break
         edges = [*built.cut.leaks, *built.cut.dead_ends]
-        window = Window.around(built.cut.holes, edges, built.torn, picks.frame, built.window)
+        # a window that the first attempt had saw where all tears end: the model sees these again
+        seen = None if at_ends and n_before == 0 else built.window
+        window = Window.around(built.cut.holes, edges, built.torn, picks.frame, seen)
 
         # many holes that do not become fewer: the data contradict the faults
         n_hole = len(built.cut.holes)
@@ -203,7 +218,7 @@ def build(
             break
         repairs = more
     # a sheet that stays open is shown as a whole
-    if built.window is not None and not is_short:
+    if built.window is not None and built.is_open and not is_short:
         mesh = built.torn, built.ghosts, built.cuts
         whole = _cut(setting, built.state, built.repairs, mesh)
         built = replace(whole, n_cut=built.n_cut)
@@ -217,8 +232,8 @@ def uncut(
     rising: bool,
     carry_on: CarryOn,
     walls: dict[str, np.ndarray] | None,
-) -> tuple[Built, IsOwn]:
-    """The mesh of the first attempt of `build`, which nobody has cut, and what is on its own side.
+) -> Built:
+    """The mesh of the first attempt of `build`, which nobody has cut.
 
     Whoever cuts it has to look whether it is closed: see `geosurf.sheets.mesh.proof`.
     """
@@ -226,10 +241,15 @@ def uncut(
     torn, ghosts, cuts = _meshed(setting, state, NO_REPAIRS)
     outer = outer_ghosts(torn, setting.triangles)
     nothing = Cut([], [], [], [])
-    built = Built(
-        state, setting.triangles, torn, ghosts, nothing, cuts, outer, NO_REPAIRS, 0, walls
-    )
-    return built, lambda nodes: setting.known.is_own(nodes, state)
+    return Built(
+        state, setting.triangles, torn, ghosts, nothing, cuts, outer, NO_REPAIRS, 0, walls,
+        is_own=_is_own(setting, state),
+    )  # fmt: skip
+
+
+def _is_own(setting: Setting, state: Heights) -> IsOwn:
+    """Gives which nodes are clearly on their own side of all faults."""
+    return lambda nodes: setting.known.is_own(nodes, state)
 
 
 def _setting(
@@ -303,11 +323,7 @@ def _cut(
     band = band_of(
         torn, triangles, frame, state.values, ghosts, setting.reach, setting.walls, window
     )
-
-    def is_own(nodes: np.ndarray) -> np.ndarray:
-        """Whether nodes are clearly on their own side of all faults."""
-        return setting.known.is_own(nodes, state)
-
+    is_own = _is_own(setting, state)
     blocks = [blocks for _, blocks in setting.known.meshes]
     cut = cut_band(band, torn, triangles, setting.faults, frame, blocks, is_own, window)
     return Built(

@@ -328,6 +328,7 @@ def built_of(
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
+    at_ends: bool = False,
 ) -> Built:
     """The torn mesh, with ghosts on the sheets of their walls; see `build`."""
     # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
@@ -342,7 +343,7 @@ def built_of(
     carry_on = carry_on_by(picks.frame, weight, known, order)
     return build(
         picks, rebuilt.state, surfaces, rising, carry_on, solved_again(rebuilt, surfaces),
-        at_any_cost, start, needs_more, is_solved,
+        at_any_cost, start, needs_more, is_solved, at_ends=at_ends,
     )  # fmt: skip
 
 

@@ -7,15 +7,18 @@ the reason.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
+
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
+from geosurf.model import Sheet
 from geosurf.model.base import all_of, any_of
 from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.closed_sheets import SheetInModel
 from geosurf.rebuild.wall_sides import WALL
 from geosurf.sheets.mesh.build import Built
-from geosurf.sheets.mesh.cut import IsOwn, walls_of_vertices
+from geosurf.sheets.mesh.cut import walls_of_vertices
 from geosurf.sheets.mesh.leaks import open_edges
 
 
@@ -32,17 +35,15 @@ class Proof:
     Parameters
     ----------
     built : Built
-        Uncut.
-    is_own : callable
-        Which nodes are clearly on their own side of all faults.
+        That nobody has cut, or only in a window; with `Built.is_own`.
     names : list of str
         Of the faults.
     lattice : TornLattice
         Of the sheet.
     """
 
-    def __init__(self, built: Built, is_own: IsOwn, names: list[str], lattice: TornLattice) -> None:
-        self.built, self.is_own, self.names, self.lattice = built, is_own, names, lattice
+    def __init__(self, built: Built, names: Sequence[str], lattice: TornLattice) -> None:
+        self.built, self.names, self.lattice = built, names, lattice
         self.done = False
 
     def __call__(self, found: SheetInModel | None) -> None:
@@ -68,23 +69,37 @@ class Proof:
         """Whether a fault that tears the sheet has no cut-off of one of its walls."""
         traces = self.built.state.network.traces
         for fault in {traces[k].fault for k in distinct(self.built.cuts.trace).tolist()}:
-            name = self.names[fault]
-            row = found.at_faults.get(name, np.empty(0, dtype=np.int64))
+            row = found.at_faults.get(self.names[fault], np.empty(0, dtype=np.int64))
             row = distinct(found.parent[row[found.stays[row]]])
             vertex = self.lattice.node_of_vertex[self._corners(row)]
-            walls = walls_of_vertices(self.built.walls, self.built.torn, vertex.ravel())
-            side = walls[WALL + name].reshape(-1, 3).sum(axis=1)
-            if not ((side == 3).any() and (side == -3).any()):
+            side = self._walls(fault, vertex)
+            if not ((side > 0).any() and (side < 0).any()):
                 return True
         return False
+
+    def _walls(self, fault: int, vertex: np.ndarray) -> np.ndarray:
+        """Wall of triangles at a fault (n,), by their corners (n, 3): above 0 its hanging wall.
+
+        Of sheets that throw moved all corners have to agree; of others most of them decide, as for
+        cut-offs.
+        """
+        built = self.built
+        if built.walls is None:
+            side = built.state.sides_of(fault, built.torn.anchored(vertex))
+            found: np.ndarray = side.sum(axis=1)
+            return found
+        walls = walls_of_vertices(built.walls, built.torn, vertex.ravel())
+        side = walls[WALL + self.names[fault]].reshape(-1, 3)
+        return np.where(all_of(side > 0), 1, np.where(all_of(side < 0), -1, 0))
 
     def _drops_own(self, found: SheetInModel) -> bool:
         """Whether a part is dropped that has whole triangles clearly on their own side."""
         row = np.flatnonzero(~found.stays & (found.parent < self.lattice.n_whole))
         real = (found.corner[row] >= 0) & ~found.on_fault[found.triangles[row]]
-        corners = self._corners(found.parent[row[any_of(real)]])
+        corners = self._corners(np.concatenate([found.parent[row[any_of(real)]], found.dropped]))
         nodes = distinct(corners)
-        own = self.is_own(self.lattice.node_of_vertex[nodes])
+        assert self.built.is_own is not None
+        own = self.built.is_own(self.lattice.node_of_vertex[nodes])
         return bool(len(nodes)) and bool(all_of(own[np.searchsorted(nodes, corners)]).any())
 
     def _corners(self, rows: np.ndarray) -> np.ndarray:
@@ -94,4 +109,15 @@ class Proof:
         return found
 
 
-__all__ = ["NotShown", "Proof"]
+def prover(built: Built, names: Sequence[str]) -> Callable[[TornLattice], Proof]:
+    """What makes the proof of a sheet from its lattice; `names` are those of its faults."""
+    return lambda lattice: Proof(built, names, lattice)
+
+
+def is_proven(sheets: Iterable[Sheet]) -> bool:
+    """Whether a model has looked at each of its uncut sheets, and so shown them to be closed."""
+    proofs = [sheet.surface.proof for sheet in sheets]
+    return all(proof is None or proof.done for proof in proofs)
+
+
+__all__ = ["NotShown", "Proof", "is_proven", "prover"]

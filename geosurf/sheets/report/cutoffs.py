@@ -49,16 +49,7 @@ def cutoff_lines(part: Part, state: Heights, torn: Torn, fault: int) -> dict[str
     parent = part.corners[patches.parent_of_triangle[triangle]]
     real = torn.anchored(parent)
     # all corners of a parent are on sheets of one side, but where a tear has healed
-    side = np.zeros(real.shape)
-    nearest = np.full(real.shape, np.inf)
-    for number, trace in enumerate(state.network.traces):
-        if trace.fault != fault:
-            continue
-        near = state.near[number]
-        at = near.look_up(real.ravel()).reshape(real.shape)
-        close = (at >= 0) & (near.distance[at] < nearest)
-        side = np.where(close, near.side[at], side)
-        nearest = np.where(close, near.distance[at], nearest)
+    side = state.sides_of(fault, real)
 
     # an edge of both walls is found twice
     found: dict[str, list[np.ndarray]] = {}

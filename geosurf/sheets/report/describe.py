@@ -8,6 +8,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.arrangement.threads import map_threads
+from geosurf.errors import GeosurfWarning
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import FALLING, RISING
@@ -50,6 +51,15 @@ def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict
     return {cut.fault: cut for cut in found}
 
 
+def no_cuts(faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
+    """Of each fault that it cuts nothing: of sheets that nobody has cut alone."""
+    none = np.empty(0)
+    return {
+        fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
+        for fault in faults
+    }
+
+
 def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stations (n, 3), dip directions (n, 2) and distance along the trace (n,), in metres."""
     vertex = np.arange(len(trace.line))
@@ -68,6 +78,17 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.column_stack([xy, line[:, 2]]), direction, (along - first) * frame.cell
 
 
+def warnings_only(closed: Closed) -> SheetReport:
+    """The warnings of a sheet, and no number: nobody reads those of a realisation."""
+    return SheetReport(warnings=_warnings(closed))
+
+
+def _warnings(closed: Closed) -> tuple[GeosurfWarning, ...]:
+    """What closed a sheet, and throw that it does not have."""
+    state, trim = closed.built.state, closed.trims.widest
+    return (*remedies(closed), *throw_at_tips(closed.picks, state, closed.faults, trim))
+
+
 def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
     """All numbers of a sheet."""
     picks, built, solver = closed.picks, closed.built, closed.rebuilt.solver
@@ -83,7 +104,7 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
-    warnings = [*remedies(closed), *throw_at_tips(picks, state, closed.faults, trim)]
+    warnings = _warnings(closed)
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,
@@ -102,7 +123,7 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         noise=None if solver.noise.weight is None else solver.noise.deviation,
         filled_blocks=[*closed.filled, *state.filled_blocks],
         notes=notes,
-        warnings=tuple(warnings),
+        warnings=warnings,
     )
 
 

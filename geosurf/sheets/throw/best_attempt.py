@@ -12,7 +12,6 @@ import numpy as np
 
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.mesh.build import Built, build, uncut
-from geosurf.sheets.mesh.cut import IsOwn
 from geosurf.sheets.mesh.finish import refuse_leaks
 from geosurf.sheets.mesh.rings import SPARE
 from geosurf.sheets.throw.attempt import Attempt, attempt
@@ -64,16 +63,15 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
     return one, replace(built, n_cut=n_cut)
 
 
-def first_uncut(movement: Movement) -> tuple[Attempt, Built | None, IsOwn | None]:
+def first_uncut(movement: Movement) -> tuple[Attempt, Built | None]:
     """The first attempt of `best_attempt` and its mesh, which nobody has cut; see `uncut`."""
     one = attempt(movement, LEANS[0], movement.first_branches())
     if not len(one.state.cuts.node):
-        return one, None, None
+        return one, None
     state = next(_with_spare_rings(one.state))
-    built, is_own = uncut(
+    return one, uncut(
         movement.picks, state, movement.faults, movement.rising, one.ghosts, one.walls_by_name
     )
-    return one, built, is_own
 
 
 def _with_spare_rings(state: Heights) -> Iterator[Heights]:

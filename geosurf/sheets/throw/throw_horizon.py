@@ -7,7 +7,7 @@ exact cut are those of sheets as picked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,9 +32,9 @@ from geosurf.sheets.mesh.finish import (
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.mesh.proof import Proof
+from geosurf.sheets.mesh.proof import prover
 from geosurf.sheets.report.cutoffs import longest
-from geosurf.sheets.report.describe import count_tips, fault_cuts
+from geosurf.sheets.report.describe import count_tips, fault_cuts, no_cuts
 from geosurf.sheets.throw.attempt import Attempt
 from geosurf.sheets.throw.best_attempt import best_attempt, first_uncut
 from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
@@ -156,7 +156,7 @@ def throw_horizon_uncut(
     -------
     Sheet
         With `Sheet.prove`, unless no fault tears it: a model that cannot show the sheet to be
-        closed raises `NotShown` then. See `is_proven`, too.
+        closed raises `NotShown` then. See `geosurf.sheets.mesh.proof`.
 
     Raises
     ------
@@ -166,21 +166,12 @@ def throw_horizon_uncut(
     movement, crs = _movement(
         horizon, faults, throw, name, reach, hanging_wall, direction, None, None
     )
-    first, built, is_own = first_uncut(movement)
-    if built is None or is_own is None:
+    first, built = first_uncut(movement)
+    if built is None:
         return replace(_untorn(first), crs=crs)
-    names = [fault.name for fault in movement.faults]
-    sheet = sheet_of(movement.picks, built, movement.faults, _no_cuts(movement), ThrowReport())
-    return replace(
-        sheet, crs=crs, sectors=sectors_of(first),
-        prove=lambda lattice: Proof(built, is_own, names, lattice),
-    )  # fmt: skip
-
-
-def is_proven(scene_sheets: Iterable[Sheet]) -> bool:
-    """Whether a model has looked at each of its uncut sheets, and so shown them to be closed."""
-    proofs = [sheet.surface.proof for sheet in scene_sheets]
-    return all(proof is None or proof.done for proof in proofs)
+    cuts = no_cuts(movement.faults)
+    sheet = sheet_of(movement.picks, built, movement.faults, cuts, ThrowReport())
+    return replace(sheet, crs=crs, sectors=sectors_of(first), prove=prover(built, [*cuts]))
 
 
 def _movement(
@@ -317,7 +308,7 @@ def _untorn(best: Attempt) -> Sheet:
     """The sheet where no fault has throw: the horizon itself."""
     movement, none = best.movement, np.empty(0)
     frame, values = movement.frame, best.state.values.reshape(movement.frame.shape)
-    cuts = _no_cuts(movement)
+    cuts = no_cuts(movement.faults)
     return Sheet(
         name=movement.picks.name,
         lattice=Lattice(frame.easting, frame.northing, values, movement.rising),
@@ -329,15 +320,6 @@ def _untorn(best: Attempt) -> Sheet:
         cuts=cuts,
         report=_report(best, best.state, cuts),
     )
-
-
-def _no_cuts(movement: Movement) -> dict[str, FaultCut]:
-    """Of each fault that it cuts nothing."""
-    none = np.empty(0)
-    return {
-        fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
-        for fault in movement.faults
-    }
 
 
 def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:
