@@ -88,7 +88,7 @@ class Cells:
             lambda asked: measures.below(self.pieces, self.face_of_element, asked, self.level),
         )
 
-    @property
+    @cached_property
     def level(self) -> float:
         """Local elevation that `below` refers to [m]: that of the middle of the box."""
         return float(box_of(self.patches)[:, 2].mean())

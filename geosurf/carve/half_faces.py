@@ -64,7 +64,7 @@ def find_parts(pieces: Pieces, bounds: np.ndarray, kept: Kept | None) -> Parts:
     """
     whole = kept is not None and _patches_are_parts(pieces, kept)
     if whole:
-        first = first_elements(pieces.patch, int(pieces.patch.max(initial=-1)) + 1)
+        first = first_elements(pieces.patch, pieces.n_patch)
         order = np.argsort(first)
         rank = np.empty_like(order)
         rank[order] = np.arange(len(order))

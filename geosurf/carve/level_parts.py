@@ -33,6 +33,52 @@ _RANK = re.compile(r" #\d+$")
 
 
 @dataclass(frozen=True)
+class _Wholes:
+    """What no contact changes of some units: kept with them, since contacts move often.
+
+    Attributes
+    ----------
+    units : list of Unit
+    faults : list of str
+    zones : list of str
+    words, on : list of tuple of str
+        Sides of faults that name the block of each unit, and those that it lies on.
+    ends : list of (float, float)
+        Lowest and highest local elevation of each unit [m].
+    margin, doubtful : float
+        How near a level rounding may decide [m], and up to which volume [m3].
+    """
+
+    units: list[Unit]
+    faults: list[str]
+    zones: list[str]
+    words: list[tuple[str, ...]]
+    on: list[tuple[str, ...]]
+    ends: list[tuple[float, float]]
+    margin: float
+    doubtful: float
+
+    @classmethod
+    def of(cls, patches: Patches, units: Units) -> _Wholes:
+        """Return those of units, which are of these patches."""
+        known: _Wholes | None = units.__dict__.get("_wholes")
+        if known is not None:
+            return known
+        faults = list(separators(patches.names, [source.role for source in patches.sources]))
+        listed, bounds = list(units.values()), box_of(patches)
+        shells = [unit.__dict__["_shell"] for unit in listed]
+        found = units.__dict__["_wholes"] = cls(
+            listed, faults,
+            [unit.zone for unit in listed],
+            [_words(unit.block, faults) for unit in listed],
+            [unit.fault_sides for unit in listed],
+            [of.heights(row) for of, row in shells],
+            _STEPS * float(np.spacing(np.abs(bounds).max())), doubtful_volume(bounds),
+        )  # fmt: skip
+        return found
+
+
+@dataclass(frozen=True)
 class _Split:
     """A unit, its contacts from the top down, how many lie above it, and those that cut it."""
 
@@ -77,11 +123,12 @@ def parts_at_levels(
     >>> {name: round(unit.volume, 9) for name, unit in parts.items()}
     {'above Top above OWC': 400.0, 'below Top above OWC': 200.0, 'below Top below OWC': 400.0}
     """
-    splits = _splits(patches, units, contacts)
+    wholes = _Wholes.of(patches, units)
+    splits = _splits(wholes, contacts, float(patches.origin[2]))
     if splits is None or not splits:
         return None
-    shells: Shells = next(iter(units.values())).__dict__["_shell"][0]
-    volumes = _volumes(shells, splits, doubtful_volume(box_of(patches)))
+    shells: Shells = wholes.units[0].__dict__["_shell"][0]
+    volumes = _volumes(shells, splits, wholes.doubtful)
     if volumes is None:
         return None
     parts = [
@@ -99,32 +146,24 @@ def parts_at_levels(
 
 
 def _splits(
-    patches: Patches, units: Units, contacts: Sequence[FluidContact]
+    wholes: _Wholes, contacts: Sequence[FluidContact], origin: float
 ) -> list[_Split] | None:
     """What contacts do to each unit; None where rounding could decide it."""
-    faults = list(separators(patches.names, [source.role for source in patches.sources]))
-    listed = list(units.values())
-    on = [unit.fault_sides for unit in listed]
-    words = [_words(unit.block, faults) for unit in listed]
-    zones = [unit.zone for unit in listed]
     try:
-        applied = contacts_of_units(contacts, zones, words, on, faults)
+        applied = contacts_of_units(contacts, wholes.zones, wholes.words, wholes.on, wholes.faults)
     except InputError:  # of several blocks to name, `carve_units` names the one it comes to first
         return None
 
-    bounds = box_of(patches)
-    margin = _STEPS * float(np.spacing(np.abs(bounds).max()))
-    found = []
-    for unit, rows in zip(listed, applied, strict=True):
-        shells, row = unit.__dict__["_shell"]
-        levels = [float(contacts[k].at) - float(patches.origin[2]) for k in rows]
+    margin, found = wholes.margin, []
+    for unit, rows, (lowest, highest) in zip(wholes.units, applied, wholes.ends, strict=True):
+        levels = [float(contacts[k].at) - origin for k in rows]
         if any(low >= high - margin for high, low in pairwise(levels)):
             return None
-        lowest, highest = shells.heights(row)
         if any(min(abs(level - lowest), abs(level - highest)) <= margin for level in levels):
             return None
         cuts = [level for level in levels if lowest < level < highest]
         first = sum(level > highest for level in levels)
+        row = unit.__dict__["_shell"][1]
         found.append(_Split(unit, row, [contacts[k].name for k in rows], first, cuts))
     return found
 

@@ -225,8 +225,7 @@ class Patches(Shown):
     @property
     def n_patch(self) -> int:
         """Number of patches."""
-        # Labels are consecutive, so the highest one tells their number.
-        return int(self.pieces.patch.max(initial=-1)) + 1
+        return self.pieces.n_patch
 
     @cached_property
     def vertices(self) -> np.ndarray:

@@ -131,6 +131,12 @@ class Pieces(Noun):
     first_run: np.ndarray
     patch: np.ndarray
 
+    @cached_property
+    def n_patch(self) -> int:
+        """Number of patches."""
+        # labels are consecutive, so the highest one tells their number
+        return int(self.patch.max(initial=-1)) + 1
+
     @property
     def coinciding(self) -> tuple[np.ndarray, np.ndarray]:
         """Triangles with the corners of an earlier one, rising, and the first of these; int64."""

@@ -262,7 +262,7 @@ def carry_patches(
     Links of half-edges that have changed are complete.
     """
     old = came.before.pieces
-    n_patch0 = int(old.patch.max(initial=-1)) + 1
+    n_patch0 = old.n_patch
     runs = *runs_of_all(strips, first_run), first_run
     patch = np.empty(len(surface) + int(first_run[-1]), dtype=np.int64)
     rows = []
