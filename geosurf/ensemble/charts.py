@@ -144,7 +144,7 @@ def map_chart(result: xarray.Dataset, layer: str) -> Figure:
         axes.set_aspect("equal")
         axes.set_xlabel("Easting [km]")
         for axis, bounds in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-            at = ticks(*bounds, N_TICK)
+            at = ticks(bounds[0], bounds[1], N_TICK)
             axis.set_ticks(at, tick_texts(at, 1000.0))
     figure.axes[0].set_ylabel("Northing [km]")
     return figure

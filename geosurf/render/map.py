@@ -30,7 +30,7 @@ from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import draw_on_map
 from geosurf.render.picture_style import PictureStyle
 from geosurf.render.remedies import draw_remedies
-from geosurf.render.surface_layers import thinned
+from geosurf.render.thin_surfaces import thinned
 from geosurf.render.views import SIZE, check_size
 from geosurf.render.virtual_lines import draw_virtual_walls
 from geosurf.render.wells import draw_wells_on_map, tops_on_map

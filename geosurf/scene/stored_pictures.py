@@ -90,7 +90,7 @@ def _own_inputs(picture: Picture, choice: Mapping[str, Any]) -> tuple[Any, ...]:
     for option in picture.options:
         value = choice.get(option)
         if option == "style":
-            value = replace(value, colours={}, asked=set())
+            value = replace(choice["style"], colours={}, asked=set())
         elif option == "overlay":
             found += overlay_of(value).arrays()
             continue

@@ -190,9 +190,9 @@ class Slip:
         s = np.linspace(0.0, self.section.length, 257)
         z = np.linspace(low, high, 33)
         if isinstance(self.amount, EvenThrow):
-            throw, section = self.amount.value, self.section
+            even, section = self.amount.value, self.section
             of = section.table.ravel(), *section.table.shape, section.shape
-            return abs(float(throw)), largest_heave(*of, s, z, throw)
+            return abs(float(even)), largest_heave(*of, s, z, even)
         s, z = (a.ravel() for a in np.meshgrid(s, z))
         here = self.section.across(s, z)
         throw = self.amount(s, z, self.section.places(s, here))

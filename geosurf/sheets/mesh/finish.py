@@ -52,9 +52,9 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
         made = tuple(triangulate_fault(fault) for fault in faults)
     names = [fault.name for fault in made]
     # Results are by name: two faults cannot share one.
-    for fault in names:
-        if names.count(fault) > 1:
-            raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{names.count(name)} faults are called {name!r}; rename them.")
     return made
 
 
