@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 
+_LOCK = Lock()
+_waiting: tuple[int, Executor] | None = None  # how many threads wait for work, and they
 _CORES: ContextVar[Callable[[], int] | None] = ContextVar("cores", default=None)
 
 
@@ -163,19 +164,29 @@ class _NoneBehind:
         return True
 
 
-@cache
 def _workers(n: int) -> Executor:
-    """So many threads, which wait for work as long as this process runs.
+    """At least so many threads, which wait for work as long as this process runs.
 
-    To start a thread for each call would cost a tenth of a millisecond, and a change asks 40 times.
+    To start a thread for each call would cost a tenth of a millisecond, and a change asks 30 times.
     """
     from concurrent.futures import ThreadPoolExecutor  # a tenth of a short process's own imports
 
-    return ThreadPoolExecutor(n, "geosurf")
+    global _waiting
+    with _LOCK:
+        # threads of fewer end once the last call that uses them is over
+        if _waiting is None or _waiting[0] < n:
+            _waiting = n, ThreadPoolExecutor(n, "geosurf")
+        return _waiting[1]
 
 
-if hasattr(os, "register_at_fork"):  # a forked process has none of these threads
-    os.register_at_fork(after_in_child=_workers.cache_clear)
+def _have_no_threads() -> None:
+    """Forget the threads of the process that this one was forked from: they are not here."""
+    global _LOCK, _waiting
+    _LOCK, _waiting = Lock(), None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_have_no_threads)
 
 
 def run_in_threads(

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import arrange, find_contacts, search
+from geosurf.arrangement import arrange, find_contacts, search, threads
 from geosurf.arrangement.threads import (
     in_turn,
     map_threads,
@@ -158,6 +158,7 @@ def test_rows_are_done_once_and_the_first_error_is_raised(monkeypatch, n):
 def test_threads_wait_for_the_next_call(monkeypatch):
     """No call begins threads of its own; what it was given goes with it, a busy thread or not."""
     monkeypatch.setenv("GEOSURF_THREADS", "2")
+    monkeypatch.setattr(threads, "_waiting", None)
     map_threads(abs, [(1,), (2,)])
     known = set(threading.enumerate())
     release, begun = Event(), Event()
