@@ -31,6 +31,7 @@ from geosurf.carve.outside import (
     walls_are_a_box,
 )
 from geosurf.carve.seams import Parents
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
 from geosurf.model.chunked import ChunkedLattice
@@ -319,7 +320,7 @@ def walls_of(pieces: Pieces) -> list[bytes]:
 
 def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndarray) -> np.ndarray:
     """The piece of walls that no other one can be around, as their array (1,)."""
-    found = np.unique(piece[is_wall])
+    found = distinct(piece[is_wall])
     if len(found) > 1:  # walls of several shells: the one that reaches highest
         # of the walls' triangles the highest decides: no shell around it can be lower
         part = parts.of_element[: len(pieces.triangles)]

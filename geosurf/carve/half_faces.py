@@ -135,7 +135,7 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
     n_core = len(pieces.triangles)
     n = np.searchsorted(elements, n_core)
     corners = [pieces.x[pieces.triangles[elements[:n]]]]
-    for i in np.unique(surface[n:]).tolist():
+    for i in distinct(surface[n:]).tolist():
         source, strips = pieces.sources[i], pieces.strips[i]
 
         # runs within their own surface

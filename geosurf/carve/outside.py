@@ -14,6 +14,7 @@ from geosurf.carve.rays import Rays
 from geosurf.carve.volume import volume_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.numbering import renumbered
 from geosurf.model import Patches
@@ -92,7 +93,7 @@ def outside_of_box(
     inward = (np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0).astype(np.int64)
 
     # what the wall sees beyond; nothing of the model may see the same, or the box is open
-    outside = np.unique(sides[rows, inward])
+    outside = distinct(sides[rows, inward])
     leaks = rows[np.isin(sides[rows, 1 - inward], outside)]
     if len(leaks):
         of = owners[owner[leaks[0]]]

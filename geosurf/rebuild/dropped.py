@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, frozen
@@ -177,7 +178,7 @@ def _areas(mesh: Listed, rows: np.ndarray) -> dict[int, np.ndarray]:
     """Areas of some triangles, by surface [m2]."""
     area = _area(mesh.local[mesh.triangles[rows]])
     surface = mesh.surface_of_triangle[rows]
-    return {int(i): area[surface == i] for i in np.unique(surface)}
+    return {i: area[surface == i] for i in distinct(surface).tolist()}
 
 
 def _areas_of_runs(pieces: Pieces, gone: np.ndarray) -> dict[int, np.ndarray]:

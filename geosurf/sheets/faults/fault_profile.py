@@ -20,6 +20,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.fault_table import values_on_triangles
 from geosurf.kernels.sheets.moved_rock import across_fault, distances_from_fault, values_in_table
 from geosurf.model import TriSurface
@@ -240,7 +241,7 @@ def _seen_along_strike(content: Content, corner: tuple[float, float]) -> _AlongS
 
     axes = np.array([[-dip[1], dip[0]], dip])
     triangles, normals = fault.triangles[ahead > 0], normals[ahead > 0]
-    used = np.unique(triangles)
+    used = distinct(triangles)
     s, r = axes @ points[:, :2].T
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     return _AlongStrike(
