@@ -36,6 +36,10 @@ def begin_to_load() -> None:
     begin_to_find()
     with _lock:
         if _loader is None and not missing_sentence("pictures need", *DRAWING):
+            # Here, since it replaces what all threads do with warnings for a moment: two threads
+            # that do so at once can leave all warnings unseen.
+            with quiet_matplotlib():
+                import matplotlib.style  # noqa: F401
             _loader = threading.Thread(target=_load, name="geosurf-load-ahead")
             _loader.start()
 

@@ -90,6 +90,23 @@ def test_what_draws_is_loaded_in_a_thread_while_a_model_is_built():
     assert not done.stderr
 
 
+def test_the_thread_that_loads_leaves_warnings_alone():
+    """What is done with warnings belongs to all threads; two that change it can lose it."""
+    done = run(
+        "import threading, warnings\n"
+        "from geosurf.render.load_ahead import begin_to_load, wait_until_loaded\n"
+        "enter, threads = warnings.catch_warnings.__enter__, set()\n"
+        "def note(self):\n"
+        "    threads.add(threading.current_thread().name)\n"
+        "    return enter(self)\n"
+        "warnings.catch_warnings.__enter__ = note\n"
+        "begin_to_load()\n"
+        "wait_until_loaded()\n"
+        "print(threads)"
+    )
+    assert done.stdout.strip() == "{'MainThread'}", done.stderr
+
+
 def test_what_cannot_be_loaded_ahead_is_an_error_for_those_who_draw(tmp_path):
     """The thread that loads says nothing: whoever draws tries again, and tells."""
     code = "import sys; sys.modules['vtkmodules.vtkCommonCore'] = None\n" + DRAW
