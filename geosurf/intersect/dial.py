@@ -12,7 +12,7 @@ from geosurf.arrangement.checked import check_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
-from geosurf.intersect.exact_route import exact_curves, judge
+from geosurf.intersect.exact_route import Judgement, exact_curves
 from geosurf.intersect.layers import are_apart
 from geosurf.intersect.lift import lift_strand
 from geosurf.intersect.link import total_cost
@@ -133,35 +133,34 @@ def _pair(
         bound = np.inf if coarse else 0.0
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
 
-    # Rough and dense lattices: the exact curve costs less, and is as near.
-    judged = None if coarse else judge(one, two, tolerance)
-    at_once = judged is not None and judged.first and judged.shown
+    # Where the exact curve costs less, it comes first. It is the answer, or smooth ones along it.
+    judged = None if coarse else Judgement(one, two, tolerance)
     given = one, two, origin, tolerance, linker, options, names
-    if judged is not None and at_once:
-        found = exact_curves(*given, judged)
-        if found is not None:
-            exact, followed = found
-            return exact if followed is None else followed.lines, [], [exact]
+    tried = judged is not None and judged.first
+    found = exact_curves(*given, judged) if judged is not None and tried else None
+    if found is not None and judged is not None and (found[1] is None or judged.shown):
+        exact, followed = found
+        return exact if followed is None else followed.lines, [], [exact]
 
     # Curves that triangles miss can only be in cells that the bounds of the cubics leave over.
     sides = sides_of(one, two, origin)
-    near = find_candidates(*sides, 0.0 if coarse else tolerance)
+    near = find_candidates(*sides, 0.0 if coarse or found is not None else tolerance)
     if not len(near.pairs):
         return [], coarse, []
     walked = walk_curves(sides, near, tolerance)
     # Both lattices are smooth wherever they may meet: done without triangles.
     if walked is not None:
         return walked, [], []
-    if judged is not None and not at_once and (judged.first or judged.last):
+    if judged is not None and judged.last and not tried:
         found = exact_curves(*given, judged)
-        if found is not None:
-            exact, followed = found
-            if followed is None:
-                return exact, [], [exact]
-            beside: tuple[list[Line], list[Found]] = [], []
-            if not judged.shown:
-                beside = find_lost(sides, near, followed.lines, followed.keys, tolerance)
-            return followed.lines + beside[0], beside[1], [exact]
+    if found is not None and judged is not None:
+        exact, followed = found
+        if followed is None:
+            return exact, [], [exact]
+        beside: tuple[list[Line], list[Found]] = [], []
+        if not judged.shown:
+            beside = find_lost(sides, near, followed.lines, followed.keys, tolerance)
+        return followed.lines + beside[0], beside[1], [exact]
 
     # Otherwise the exact curve of the remaining triangles is moved onto the cubics.
     lines, keys, plain_curves = _lifted(sides, near, origin, tolerance, linker, options)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import NamedTuple
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from geosurf.arrangement.search import Contacts
-from geosurf.intersect.sides import lattice_of, nodes_of
+from geosurf.intersect.sides import lattice_of
 from geosurf.intersect.strand import Line
 from geosurf.kernels.contacts.packed_contact import n_corners
 from geosurf.kernels.smooth.exact_chains import segments_near_holes
@@ -17,6 +17,7 @@ from geosurf.model import Curves
 
 _ARCS = 64  # that a curve has at least, where it has as many segments
 _SHORT, _LONG = 6, 32  # segments that an arc replaces at most: of short curves, of long ones
+SEGMENTS = 64  # of the exact curve at which its error is measured, at most
 _CELLS = 1 << 31  # above the number of cells or triangles of any surface
 
 
@@ -34,57 +35,78 @@ class Followed(NamedTuple):
     keys: np.ndarray
 
 
-def follow_curves(
-    plain: Curves, contacts: Contacts, tolerance: float, *, with_keys: bool
-) -> Followed | bool:
-    """Return smooth curves along the exact ones of a lattice and another surface.
+class Exact(NamedTuple):
+    """Exact curves of a lattice with cubics and another surface, for the kernels.
 
-    Parameters
+    Attributes
     ----------
     plain : Curves
         Of the contacts, without touching points and areas.
     contacts : Contacts
-        The first surface has cubics.
     tolerance : float
         [m]
-    with_keys : bool
-        Whether to list pairs of cells.
+    arrays : tuple
+        Nodes of both surfaces and all that follows from the curves.
+    whole : bool
+        Whether no node is absent.
+    """
 
-    Returns
-    -------
-    Followed or bool
+    plain: Curves
+    contacts: Contacts
+    tolerance: float
+    arrays: tuple[Any, ...]
+    whole: bool
+
+    @classmethod
+    def of(
+        cls, plain: Curves, contacts: Contacts, tolerance: float, nodes: tuple[np.ndarray, ...]
+    ) -> Exact:
+        """Gather what kernels read; `nodes` as from `nodes_of`, of both surfaces."""
+        first, second = (lattice_of(surface) for surface in contacts.surfaces)
+        assert first is not None
+        curves = plain.curves
+        chain = curves[0] if len(curves) == 1 else np.concatenate(curves)
+        offsets = np.array([0, *accumulate(map(len, curves))])
+        arrays = (
+            *nodes, first.rising, second is not None and second.rising, plain.local, chain,
+            offsets, contacts.rows, contacts.ids, contacts.x, contacts.t,
+            contacts.surface_of_face, contacts.key_of_face, contacts.origin,
+        )  # fmt: skip
+        whole = first.whole and (second is None or second.whole)
+        return cls(plain, contacts, tolerance, arrays, whole)
+
+    def run(self, task: int, *, with_keys: bool) -> tuple[Any, ...]:
+        """What `follow_exact` returns."""
+        n = len(self.arrays[9])
+        span = min(max(n // _ARCS, _SHORT), _LONG)
+        found: tuple[Any, ...] = follow_exact(
+            *self.arrays, not self.whole, span, self.tolerance, with_keys, SEGMENTS, task
+        )
+        return found
+
+    def lines(self, found: tuple[Any, ...], *, with_keys: bool) -> Followed | bool:
+        """Smooth curves from what `run` returned.
+
         True where noise is louder than the tolerance allows, False where a point could not be
         lifted.
-    """
-    one, two = contacts.surfaces
-    first, second = lattice_of(one), lattice_of(two)
-    assert first is not None
-    chain = np.concatenate(plain.curves)
-    offsets = np.append(0, np.cumsum([len(curve) for curve in plain.curves]))
-    span = min(max(len(chain) // _ARCS, _SHORT), _LONG)
-    holes = not first.whole or (second is not None and not second.whole)
-    points, stops, figures, spans, keys, status = follow_exact(
-        *nodes_of(first), *nodes_of(second), first.rising, second is not None and second.rising,
-        plain.local, chain, offsets, contacts.rows, contacts.ids, contacts.x, contacts.t,
-        contacts.surface_of_face, contacts.key_of_face, contacts.origin, holes, span, tolerance,
-        with_keys,
-    )  # fmt: skip
-    if status != FOLLOWED:
-        return bool(status == NOISY)
-
-    lines = []
-    for k, (a, b) in enumerate(pairwise(stops.tolist())):
-        bound, doubt = figures[k].tolist()
-        places = [("interpolation", points[a:b], doubt)] if bound > tolerance else []
-        gaps = spans[spans[:, 0] == k, 1:].tolist()
-        if gaps:
-            # next to a hole the exact curve stays
-            stays = np.concatenate([points[i:j] for i, j in gaps])
-            bound, places = np.inf, [*places, ("hole", stays, np.inf)]
-        lines.append(Line(points[a:b], bool(plain.closed[k]), bound, places))
-    if with_keys:
-        keys = np.concatenate([keys, _keys_of_contacts(contacts, smooth=second is not None)])
-    return Followed(lines, keys)
+        """
+        _, points, stops, figures, spans, keys, status = found
+        if status != FOLLOWED:
+            return bool(status == NOISY)
+        lines = []
+        for k, (a, b) in enumerate(pairwise(stops.tolist())):
+            bound, doubt = figures[k].tolist()
+            places = [("interpolation", points[a:b], doubt)] if bound > self.tolerance else []
+            gaps = spans[spans[:, 0] == k, 1:].tolist() if len(spans) else []
+            if gaps:
+                # next to a hole the exact curve stays
+                stays = np.concatenate([points[i:j] for i, j in gaps])
+                bound, places = np.inf, [*places, ("hole", stays, np.inf)]
+            lines.append(Line(points[a:b], bool(self.plain.closed[k]), bound, places))
+        if with_keys:
+            smooth = len(self.arrays[5]) > 1
+            keys = np.concatenate([keys, _keys_of_contacts(self.contacts, smooth=smooth)])
+        return Followed(lines, keys)
 
 
 def _keys_of_contacts(contacts: Contacts, smooth: bool) -> np.ndarray:
@@ -96,16 +118,13 @@ def _keys_of_contacts(contacts: Contacts, smooth: bool) -> np.ndarray:
     return (keys[:, 0] >> 1) * _CELLS + (keys[:, 1] >> 1 if smooth else keys[:, 1])
 
 
-def points_near_holes(plain: Curves, contacts: Contacts) -> list[np.ndarray] | None:
+def points_near_holes(exact: Exact) -> list[np.ndarray] | None:
     """Points of each exact curve next to holes (world) [m]; None where contacts are not known."""
-    first, second = (lattice_of(surface) for surface in contacts.surfaces)
-    assert first is not None
-    chain = np.concatenate(plain.curves)
-    offsets = np.append(0, np.cumsum([len(curve) for curve in plain.curves]))
+    plain, contacts, arrays = exact.plain, exact.contacts, exact.arrays
+    chain, offsets = arrays[9:11]
     near, known = segments_near_holes(
-        *nodes_of(first), *nodes_of(second), plain.local, chain, offsets, contacts.rows,
-        contacts.ids, contacts.x, contacts.surface_of_face, contacts.key_of_face,
-    )  # fmt: skip
+        *arrays[:6], *arrays[8:14], contacts.surface_of_face, contacts.key_of_face
+    )
     if not known:
         return None
     near[1:] |= near[:-1]  # both ends of a segment; the last point of a curve has none

@@ -10,27 +10,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.search import Contacts, find_contacts
-from geosurf.intersect.exact_follow import Followed, follow_curves, points_near_holes
+from geosurf.arrangement.search import find_contacts
+from geosurf.intersect.exact_follow import Exact, Followed, points_near_holes
+from geosurf.intersect.near_holes import meet_at_holes
 from geosurf.intersect.sides import lattice_of, nodes_of
-from geosurf.kernels.smooth.exact_error import error_of_exact, judge_lattices
+from geosurf.kernels.smooth.exact_error import judge_lattices
+from geosurf.kernels.smooth.exact_follow import CHOOSE, FOLLOW, MEASURE, MEASURED
+from geosurf.kernels.smooth.steady_rise import rises_steadily
 from geosurf.model import CurveIssue, Curves, TriSurface, frozen
 
 DENSE = 40_000  # nodes of a lattice from which on loops smaller than a cell are not looked for
 LARGE = 150_000  # nodes from which on the exact curve costs less than a walk along cubics
-SEGMENTS = 64  # of the exact curve at which its error is measured, at most
 SAMPLES = 5  # nodes along either axis by which a lattice is judged
 LOUD = 0.5  # part of the tolerance from which on noise keeps curves exact (`lift.doubt_along`)
 AUDIBLE = 0.1  # part of the tolerance from which on noise matters
 SPARE = 0.33  # part of the tolerance that triangles may take, by samples, to be kept
 
 
-class Judgement(NamedTuple):
-    """What some nodes of both lattices show.
+class Judgement:
+    """What is known of two surfaces before their curves are; the rest is found when needed.
 
     Attributes
     ----------
@@ -38,32 +41,56 @@ class Judgement(NamedTuple):
         Whether the exact curve is made first; otherwise walks along cubics may do without it.
     last : bool
         Whether it is made where walks were in vain.
-    shown : bool
-        Whether triangles show every curve that matters: what they miss is smaller than a cell of a
-        dense lattice, crosses by less than the tolerance, or is noise.
+    nodes : tuple of ndarray
+        Of both lattices, as `nodes_of` gives them.
     """
 
-    first: bool
-    last: bool
-    shown: bool
+    def __init__(self, one: TriSurface, two: TriSurface, tolerance: float) -> None:
+        lattices = lattice_of(one), lattice_of(two)
+        smooth = [x for x in lattices if x is not None]
+        self._pair, self._lattices, self._tolerance = (one, two), lattices, tolerance
+        self.nodes = (*nodes_of(lattices[0]), *nodes_of(lattices[1]))
+        self._size = max(lattice.n_node for lattice in smooth)
+        self._foreseen: tuple[bool, bool] | None = None
+        whole = all(lattice.whole for lattice in smooth)
 
+        # walks need no exact curve, but end at holes
+        at_holes = len(smooth) == 2 and not whole and meet_at_holes(one, two)
+        self.first = len(smooth) == 1 or at_holes or (whole and self._size >= LARGE)
+        self.last = self.first or not whole
+        if not self.first:
+            bends, noise = self._samples
+            loud, dense = noise > LOUD * tolerance, self._is_dense
+            self.first = loud or (whole and dense)
+            self.last |= bends <= tolerance or noise > 0.5 * LOUD * tolerance
 
-def judge(one: TriSurface, two: TriSurface, tolerance: float) -> Judgement:
-    """Judge the lattices of two surfaces, of which the first has cubics, by a tolerance [m]."""
-    smooth = [x for x in (lattice_of(one), lattice_of(two)) if x is not None]
-    other = smooth[-1] if len(smooth) > 1 else None
-    bends, noise = judge_lattices(*nodes_of(smooth[0]), *nodes_of(other), SAMPLES)
+    @cached_property
+    def _samples(self) -> tuple[float, float]:
+        """How far triangles leave both surfaces, and their noise, from some nodes [m]."""
+        bends, noise = judge_lattices(*self.nodes, SAMPLES)
+        return 0.125 * bends, noise  # an eighth of second differences
 
-    # triangles leave a surface by an eighth of its second differences
-    foreseen, loud = 0.125 * bends, noise > LOUD * tolerance
-    on_mesh, size = other is None, max(lattice.n_node for lattice in smooth)
-    whole = all(lattice.whole for lattice in smooth)
-    dense = (on_mesh or size >= DENSE) and foreseen <= SPARE * tolerance
+    @property
+    def _is_dense(self) -> bool:
+        """Whether triangles are near enough, by samples."""
+        dense = self._lattices[1] is None or self._size >= DENSE
+        return dense and self._samples[0] <= SPARE * self._tolerance
 
-    # walks need no exact curve: on lattices with holes, which the search lists, they cost half
-    first = loud or on_mesh or (whole and (dense or size >= LARGE))
-    last = not whole or foreseen <= tolerance or noise > 0.5 * LOUD * tolerance
-    return Judgement(first, last, shown=loud or dense or size >= DENSE)
+    @cached_property
+    def shown(self) -> bool:
+        """Whether triangles show every curve that matters: what they miss is smaller than a cell of
+        a dense lattice, crosses by less than the tolerance, is noise, or cannot be.
+        """
+        if self._size >= DENSE or self._rises_steadily():
+            return True
+        return self._samples[1] > LOUD * self._tolerance or self._is_dense
+
+    def _rises_steadily(self) -> bool:
+        """Whether triangles are known to show all curves of a lattice and a mesh."""
+        if self._lattices[1] is not None or len(self.nodes[0]) > 1:
+            return False
+        mesh = self._pair[1]
+        return bool(rises_steadily(*self.nodes[:3], mesh.vertices, mesh.triangles))
 
 
 def exact_curves(
@@ -111,21 +138,31 @@ def exact_curves(
         return None  # what touches is looked at more closely
     if not plain.n_curve:
         return (_with_bound(plain, 0.0, tolerance, names, None), None) if judged.shown else None
-    found, holes = _error_of(contacts), None
-    if found is None:
-        return None
-    error, noise, loudest = found
+    exact, keys = Exact.of(plain, contacts, tolerance, judged.nodes), not judged.shown
+    found, holes = exact.run(CHOOSE, with_keys=keys), None
+    if found[-1] == MEASURED:
+        measured = _error_in(found)
+        if measured is None:
+            return None
+        error, noise, loudest = measured
 
-    # others are nearer, or show loops that no triangle shows; noise anywhere keeps the exact curve
-    near = error <= tolerance and (judged.shown or noise > AUDIBLE * tolerance)
-    if not (near or max(noise, loudest if judged.shown else 0.0) > LOUD * tolerance):
-        followed = follow_curves(plain, contacts, tolerance, with_keys=not judged.shown)
+        # smooth ones are nearer, or show loops that no triangle shows; noise keeps the exact curve
+        near = error <= tolerance and (noise > AUDIBLE * tolerance or judged.shown)
+        loud = max(noise, loudest if judged.shown else 0.0) > LOUD * tolerance
+        if not (near or loud):
+            found = exact.run(FOLLOW, with_keys=keys)
+    if found[-1] != MEASURED:
+        followed = exact.lines(found, with_keys=keys)
         if followed is False:
             return None
         if not isinstance(followed, bool):
             return plain, followed
-    if not all(x is None or x.whole for x in map(lattice_of, (one, two))):
-        holes = points_near_holes(plain, contacts)
+        measured = _error_in(exact.run(MEASURE, with_keys=False))
+        if measured is None:
+            return None
+        error = measured[0]
+    if not exact.whole:
+        holes = points_near_holes(exact)
         if holes is None:
             return None
     return _with_bound(plain, error, tolerance, names, holes), None
@@ -154,21 +191,15 @@ def _with_bound(
     )
 
 
-def _error_of(contacts: Contacts) -> tuple[float, float, float] | None:
+def _error_in(found: tuple[Any, ...]) -> tuple[float, float, float] | None:
     """Largest error of the curves of two surfaces, noise at half of their segments, and most [m].
 
     Next to holes there is none; None where it is not known elsewhere.
     """
-    one, two = map(lattice_of, contacts.surfaces)
-    assert one is not None
-    error, typical, loudest, good, astray = error_of_exact(
-        *nodes_of(one), *nodes_of(two), one.rising, two is not None and two.rising,
-        contacts.rows, contacts.ids, contacts.x, contacts.t,
-        contacts.surface_of_face, contacts.key_of_face, contacts.origin, SEGMENTS,
-    )  # fmt: skip
+    error, typical, loudest, good, astray = found[0].tolist()
     if good:
         return (error, typical, loudest) if typical or not astray else None
     return None if astray else (0.0, 0.0, 0.0)
 
 
-__all__ = ["Judgement", "exact_curves", "judge"]
+__all__ = ["Judgement", "exact_curves"]

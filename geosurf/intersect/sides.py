@@ -166,19 +166,19 @@ def sides_of(one: TriSurface, two: TriSurface, origin: np.ndarray) -> tuple[Side
     cubics leave the extremes of their nodes by a known part, so boxes of nodes exclude most blocks.
     """
     assert one.lattice is not None
-    finest, levels = _boxes_of_cubics(one, origin)
+    finest, levels = cubic_boxes(one, origin)
     if len(finest) < _MANY:
         return side_of(one, origin), side_of(two, origin)
     if not has_cubics(two):
         mesh = side_of(two, origin)
         near = near_blocks(finest, levels, mesh.boxes, _NO_LEVELS, mesh.planes)
         return side_of(one, origin, near[0]), mesh
-    items = _boxes_of_cubics(two, origin)
+    items = cubic_boxes(two, origin)
     near = near_blocks(finest, levels, *items, _NO_PLANES)
     return side_of(one, origin, near[0]), side_of(two, origin, near[1])
 
 
-def _boxes_of_cubics(surface: TriSurface, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def cubic_boxes(surface: TriSurface, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Boxes (n, 6) around the cubics of the finest blocks of a lattice, and its levels."""
     assert surface.lattice is not None
     survey = surface.lattice.survey

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geosurf import TriSurface, intersect_surfaces
-from geosurf.intersect import dial, exact_route
+from geosurf.intersect import dial, exact_follow
 from geosurf.kernels.smooth.control_nets import lies_beside
 from tests.intersect.smooth_worlds import (
     SIDE,
@@ -161,7 +161,7 @@ def test_the_error_is_that_of_all_segments_where_they_are_few(monkeypatch, rng):
     pair = rough_pair(rng)
     found = []
     for most in (10, 10**6):
-        monkeypatch.setattr(exact_route, "SEGMENTS", most)
+        monkeypatch.setattr(exact_follow, "SEGMENTS", most)
         found.append(intersect_surfaces(pair, tolerance=0.01).error_bound.max())
     assert found[0] < 1.5 * found[1]
     assert found[1] < 10 * found[0]

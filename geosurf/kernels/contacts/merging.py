@@ -28,7 +28,7 @@ _PART = 24
 
 
 @scalar
-def _short_hash(x, bits, i):
+def short_hash(x, bits, i):
     """Hash of 62 bits of the coordinates of point i, equal for 0.0 and -0.0; use its upper bits.
 
     `bits` is x viewed as integers; a view per row would take as long as the products. The three
@@ -49,7 +49,7 @@ def _short_hash(x, bits, i):
 @scalar
 def _bit_of(x, bits, i, size):
     """Bit of point i in a filter of `size` bits, a power of two."""
-    return (_short_hash(x, bits, i) >> 8) & (size - 1)
+    return (short_hash(x, bits, i) >> 8) & (size - 1)
 
 
 @scalar
@@ -87,7 +87,7 @@ def bits_of_rows(x, some, n):
 
 @scalar
 def is_in_filter(x, bits, filled, i, size):
-    """Whether the bit of a row is set, with `bits` as in `_short_hash`."""
+    """Whether the bit of a row is set, with `bits` as in `short_hash`."""
     place = _bit_of(x, bits, i, size)
     return filled[place // _WORD] & np.uint32(1 << (place % _WORD)) != 0
 

@@ -17,22 +17,28 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.contacts.merging import short_hash
 from geosurf.kernels.contacts.packed_contact import HOW, n_corner_of
-from geosurf.kernels.exact.constructed_points import hash_of_row
 from geosurf.kernels.smooth.cubic_patch import node
 
 _MOST = 4  # contacts at a point: two, or more where a segment lies on an edge
 
 
 @scalar
+def _slot(x, bits, k, size):
+    """First slot of point k of x in a table."""
+    return (short_hash(x, bits, k) >> 8) & (size - 1)
+
+
+@scalar
 def _table_of(local):
     """Rows of points by their coordinates, in a table of twice as many slots; -1: free."""
-    size = 16
+    size, bits = 16, local.view(np.int64)
     while size < 2 * local.shape[0]:
         size *= 2
     table = np.full(size, -1, dtype=np.int64)
     for k in range(local.shape[0]):
-        at = hash_of_row(local, k) & (size - 1)
+        at = _slot(local, bits, k, size)
         while table[at] >= 0:
             at = (at + 1) & (size - 1)
         table[at] = k
@@ -40,10 +46,10 @@ def _table_of(local):
 
 
 @scalar
-def _find(table, local, x, k):
+def _find(table, local, x, bits, k):
     """Row of the point where point k of x is; -1: none."""
     last = table.shape[0] - 1
-    at = hash_of_row(x, k) & last
+    at = _slot(x, bits, k, table.shape[0])
     while table[at] >= 0:
         r = table[at]
         if local[r, 0] == x[k, 0] and local[r, 1] == x[k, 1] and local[r, 2] == x[k, 2]:
@@ -58,13 +64,17 @@ def contacts_of_points(local, x, rows, ids):
 
     No rows where an end is not among the points, or more lines meet in one.
     """
-    table = _table_of(local)
+    table, bits = _table_of(local), x.view(np.int64)
     of = np.full((local.shape[0], _MOST), -1, dtype=np.int64)
+    row_of = np.full(x.shape[0], -1, dtype=np.int64)  # nearly every end is that of two contacts
     for k in range(rows.shape[0]):
         if n_corner_of(rows[k, HOW]) != 2:
             continue
         for end in range(2):
-            r, place = _find(table, local, x, ids[k, end]), 0
+            point, place = ids[k, end], 0
+            r = row_of[point]
+            if r < 0:
+                r = row_of[point] = _find(table, local, x, bits, point)
             if r < 0:
                 return of[:0]
             while place < _MOST and of[r, place] >= 0:
@@ -80,8 +90,10 @@ def contact_of_segment(of, r, s):
     """The contact that ends at both points r and s; -1: none."""
     for i in range(_MOST):
         k = of[r, i]
+        if k < 0:  # contacts come first
+            return -1
         for j in range(_MOST):
-            if k >= 0 and k == of[s, j]:
+            if k == of[s, j]:
                 return k
     return -1
 
@@ -119,7 +131,7 @@ def _join_single(near, first, last):
 
 @scalar
 def trace_segments(
-    xa, ya, za, xb, yb, zb, local, chain, offsets, rows, ids, x, surface_of_face, key_of_face, holes
+    xa, ya, za, xb, yb, zb, chain, offsets, of, rows, surface_of_face, key_of_face, holes
 ):  # fmt: skip
     """The contact of the segment from each point of the curves on, and whether it is near a hole.
 
@@ -127,7 +139,6 @@ def trace_segments(
     """
     n = chain.shape[0]
     contact, near = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.bool_)
-    of = contacts_of_points(local, x, rows, ids)
     if of.shape[0] == 0:
         return contact[:0], near
     last, said = -1, False  # most segments are in the cell of the one before
@@ -156,8 +167,8 @@ def segments_near_holes(
     """Whether the segment from each point of the curves on is near a hole of a lattice, and 1; or
     0 where the contact of one cannot be found.
     """
+    of = contacts_of_points(local, x, rows, ids)
     contact, near = trace_segments(
-        xa, ya, za, xb, yb, zb, local, chain, offsets, rows, ids, x, surface_of_face,
-        key_of_face, 1
+        xa, ya, za, xb, yb, zb, chain, offsets, of, rows, surface_of_face, key_of_face, 1
     )  # fmt: skip
     return near, 1 if contact.shape[0] == chain.shape[0] else 0

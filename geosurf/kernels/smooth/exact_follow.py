@@ -14,21 +14,30 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.smooth.exact_chains import faces_of, trace_segments
-from geosurf.kernels.smooth.exact_error import corners_of_face
-from geosurf.kernels.smooth.exact_knots import DEEPEST, Chains, append_keys, follow_run, lift_row
+from geosurf.kernels.smooth.exact_chains import contacts_of_points, faces_of, trace_segments
+from geosurf.kernels.smooth.exact_error import corners_of_face, error_of_exact
+from geosurf.kernels.smooth.exact_knots import (
+    DEEPEST,
+    UNKNOWN,
+    Chains,
+    append_keys,
+    follow_run,
+    lift_row,
+)
 from geosurf.kernels.smooth.hermite_arcs import N_KNOT
 from geosurf.kernels.smooth.knots import cut_chords, with_room
 from geosurf.kernels.smooth.lift import LIFTED, N_WORK, SurfacePair
 
-FOLLOWED, LOST, NOISY = 0, 1, 2
+FOLLOWED, LOST, NOISY, MEASURED = 0, 1, 2, 3
+MEASURE, FOLLOW, CHOOSE = 0, 1, 2  # what is asked for
 
 
 @scalar
 def _end_of_run(chains, mesh, near, i, stop):
     """Where the run from point i on ends: at a hole, at an edge of the mesh, or at point `stop`."""
-    tri = faces_of(chains.rows, chains.surface_of_face, chains.contact[i])[1]
-    j = i + 1
+    j, tri = i + 1, 0
+    if mesh:
+        tri = faces_of(chains.rows, chains.surface_of_face, chains.contact[i])[1]
     while j < stop and not near[j]:
         if mesh and faces_of(chains.rows, chains.surface_of_face, chains.contact[j])[1] != tri:
             break
@@ -86,33 +95,63 @@ def _append_exact(chains, first, last, out, n):
     return out, n
 
 
-@entry("d2 d2 d2 d2 d2 d2 l l d2 l1 l1 l2 l2 d2 l2 l1 l1 d1 l l d l -> d2 l1 d2 l2 l1 l")
+@entry("d2 d2 d2 d2 d2 d2 l l d2 l1 l1 l2 l2 d2 l2 l1 l1 d1 l l d l l l -> d1 d2 l1 d2 l2 l1 l")
 def follow_exact(
+    xa, ya, za, xb, yb, zb, rising_a, rising_b, local, chain, offsets, rows, ids, x, t,
+    surface_of_face, key_of_face, origin, holes, span, tolerance, with_keys, most, task,
+):  # fmt: skip
+    """Error of the exact curves of a lattice and another surface, and smooth curves along them.
+
+    `offsets` (n_curve + 1,) of curves in `chain`; `holes`: whether nodes may be absent; `span`: the
+    most segments of an exact curve that an arc replaces; `most`: segments that are measured. The
+    task is MEASURE, FOLLOW, or CHOOSE: curves are followed where some segments show that the error
+    is above the tolerance and noise is not why.
+
+    Returns five numbers of `error_of_exact`, if measured; points (n, 3) less the origin, offsets of
+    curves in them, bound and estimate of each curve (`cut_chords`), rows (curve, first, last) of
+    points of the exact curve near holes, keys of the pairs of cells along the curves, with
+    triangles as keys of faces, if asked for; and FOLLOWED, or MEASURED, LOST or NOISY and nothing
+    to use.
+    """
+    error = np.zeros(5)
+    if task != FOLLOW:
+        error[0], error[1], error[2], error[3], error[4] = error_of_exact(
+            xa, ya, za, xb, yb, zb, rising_a, rising_b, rows, ids, x, t, surface_of_face,
+            key_of_face, origin, most, tolerance if task == CHOOSE else np.inf,
+        )  # fmt: skip
+    if task == MEASURE or (task == CHOOSE and not (error[0] > tolerance and error[2] == 0.0)):
+        keys, spans = np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64)
+        return error, np.empty((0, 3)), keys, np.empty((0, 2)), spans, keys, MEASURED
+    points, stops, figures, spans, keys, status = _follow(
+        xa, ya, za, xb, yb, zb, rising_a, rising_b, local, chain, offsets, rows, ids, x, t,
+        surface_of_face, key_of_face, origin, holes, span, tolerance, with_keys,
+    )  # fmt: skip
+    return error, points, stops, figures, spans, keys, status
+
+
+@scalar
+def _follow(
     xa, ya, za, xb, yb, zb, rising_a, rising_b, local, chain, offsets, rows, ids, x, t,
     surface_of_face, key_of_face, origin, holes, span, tolerance, with_keys,
 ):  # fmt: skip
-    """Smooth curves along the exact ones of a lattice and another surface.
-
-    `offsets` (n_curve + 1,) of curves in `chain`; `holes`: whether nodes may be absent; `span`: the
-    most segments of an exact curve that an arc replaces.
-
-    Returns points (n, 3) less the origin, offsets of curves in them, bound and estimate of each
-    curve (`cut_chords`), rows (curve, first, last) of points of the exact curve near holes, keys of
-    the pairs of cells along the curves, with triangles as keys of faces, if asked for; and
-    FOLLOWED, or LOST or NOISY and nothing to use.
-    """
+    """Smooth curves along exact ones: what `follow_exact` returns after the error."""
     out, n_out, offset = np.empty((256, 3)), 0, np.zeros(offsets.shape[0], dtype=np.int64)
     figures, spans = np.zeros((offsets.shape[0] - 1, 2)), np.empty((16, 3), dtype=np.int64)
     keys, n_key, n_span, status = np.empty(64, dtype=np.int64), 0, 0, FOLLOWED
-    contact, near = trace_segments(
-        xa, ya, za, xb, yb, zb, local, chain, offsets, rows, ids, x, surface_of_face, key_of_face,
-        holes,
-    )  # fmt: skip
-    if contact.shape[0] == 0:
+    of = contacts_of_points(local, x, rows, ids)
+    # between two whole lattices, contacts are needed at knots only
+    contact = np.full(chain.shape[0], UNKNOWN, dtype=np.int64)
+    near = np.zeros(chain.shape[0], dtype=np.bool_)
+    if holes == 1 or zb.shape[0] == 1:
+        contact, near = trace_segments(
+            xa, ya, za, xb, yb, zb, chain, offsets, of, rows, surface_of_face, key_of_face, holes
+        )  # fmt: skip
+    if contact.shape[0] == 0 or of.shape[0] == 0:
         return out[:0], offset, figures, spans[:0], keys[:0], LOST
     chains = Chains(
-        local, chain, rows, x, t, surface_of_face, key_of_face, origin, contact, rising_a, rising_b
-    )
+        local, chain, rows, x, t, surface_of_face, key_of_face, origin, of, contact, rising_a,
+        rising_b,
+    )  # fmt: skip
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, np.zeros((1, 3, 3)))
     knots, stack = np.empty((64, N_KNOT)), np.empty((DEEPEST + 1, N_KNOT))
     places, corners, row = np.empty(DEEPEST + 1, dtype=np.int64), np.empty((4, 5)), np.empty(7)

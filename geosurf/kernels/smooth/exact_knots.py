@@ -19,7 +19,7 @@ import numpy as np
 from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.smooth.coverage import key_of
 from geosurf.kernels.smooth.curve_walk import allowed_distance, measure_arc
-from geosurf.kernels.smooth.exact_chains import faces_of
+from geosurf.kernels.smooth.exact_chains import contact_of_segment, faces_of
 from geosurf.kernels.smooth.exact_error import on_lattice, parameters_in
 from geosurf.kernels.smooth.hermite_arcs import (
     K_DISTANCE,
@@ -50,11 +50,15 @@ from geosurf.kernels.smooth.lift import (
 _ON_RIM = 1e-9  # [cells]
 DEEPEST = 24  # divisions of an arc
 _FARTHEST = 2.0  # [cells] that a point may be lifted by; farther is another curve
+UNKNOWN = -2  # the contact of a segment, until it is asked for
 _PLACES = 8  # places of an arc at which its pair of cells is determined
 
 
 class Chains(NamedTuple):
-    """Exact curves and their contacts, as in `exact_chains`; `contact` of each segment."""
+    """Exact curves and their contacts, as in `exact_chains`.
+
+    `of`: contacts of each point; `contact`: that of each segment, or UNKNOWN.
+    """
 
     local: np.ndarray
     chain: np.ndarray
@@ -64,6 +68,7 @@ class Chains(NamedTuple):
     surface_of_face: np.ndarray
     key_of_face: np.ndarray
     origin: np.ndarray
+    of: np.ndarray
     contact: np.ndarray
     rising_a: int
     rising_b: int
@@ -109,9 +114,14 @@ def _finish_knot(surfaces, p, q, r, f, knot):
 @scalar
 def lift_row(surfaces, chains, i, segment, at_end, enough, knot, corners, f):
     """Lift point i of the chain, in the faces of a segment next to it, to a knot."""
-    one, two = faces_of(chains.rows, chains.surface_of_face, chains.contact[segment])
+    chain, contact = chains.chain, chains.contact
+    if contact[segment] == UNKNOWN:
+        contact[segment] = contact_of_segment(chains.of, chain[segment], chain[segment + 1])
+    if contact[segment] < 0:
+        return ASTRAY
+    one, two = faces_of(chains.rows, chains.surface_of_face, contact[segment])
     # the last row of `corners` is free
-    place, w, row = corners[3], knot[3:7], chains.local[chains.chain[i]]
+    place, w, row = corners[3], knot[3:7], chains.local[chain[i]]
     for k in range(3):
         place[k] = row[k] + chains.origin[k]
     xa, ya, za, xb, yb, zb, c = surfaces
@@ -135,7 +145,7 @@ def lift_row(surfaces, chains, i, segment, at_end, enough, knot, corners, f):
         far = max(far, abs(w[2] - s), abs(w[3] - t))
     if far > _FARTHEST:
         return ASTRAY
-    a, b = chains.local[chains.chain[segment]], chains.local[chains.chain[segment + 1]]
+    a, b = chains.local[chain[segment]], chains.local[chain[segment + 1]]
     return _finish_knot(surfaces, b[0] - a[0], b[1] - a[1], b[2] - a[2], f, knot)
 
 

@@ -8,9 +8,12 @@ Letters as in `patch_pyramid`; p, q are the boxes of all levels of two pyramids.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.smooth.cubic_patch import node
 from geosurf.kernels.smooth.patch_pyramid import SLACK, block_pairs, boxes_meet, join_boxes
 
 
@@ -97,6 +100,27 @@ def near_blocks(finest, shape, items, shape_items, planes):
         near_block[pairs[k, 0]] = True
         near_item[pairs[k, 1]] = True
     return near_block, near_item
+
+
+@entry("d2 d2 d2 l l l -> b1")
+def blocks_at_holes(x, y, z, n_row, n_col, cells):
+    """Whether a node is absent in a block (n_row * n_col,) of so many cells along a side, or in one
+    of the eight around it.
+    """
+    out = np.zeros(n_row * n_col, dtype=np.bool_)
+    for i in range(n_row):
+        last = min((i + 1) * cells + 1, z.shape[0])
+        for j in range(n_col):
+            total, stop = 0.0, min((j + 1) * cells + 1, z.shape[1])
+            for row in range(i * cells, last):
+                for col in range(j * cells, stop):
+                    total += node(x, row, col) + node(y, row, col) + z[row, col]
+            if math.isfinite(total):
+                continue
+            for k in range(max(i - 1, 0), min(i + 2, n_row)):
+                for m in range(max(j - 1, 0), min(j + 2, n_col)):
+                    out[k * n_col + m] = True
+    return out
 
 
 @entry("d2 d b2 l d2 -> .")
