@@ -54,9 +54,10 @@ class Judgement:
         self._foreseen: tuple[bool, bool] | None = None
         whole = all(lattice.whole for lattice in smooth)
 
-        # walks need no exact curve, but end at holes
-        at_holes = len(smooth) == 2 and not whole and meet_at_holes(one, two)
-        self.first = len(smooth) == 1 or at_holes or (whole and self._size >= LARGE)
+        # walks need no exact curve, but end at holes; small lattices are searched after both
+        self.first = len(smooth) == 1 or (whole and self._size >= LARGE)
+        if not (self.first or whole) and self._size >= DENSE:
+            self.first = meet_at_holes(one, two)
         self.last = self.first or not whole
         if not self.first:
             bends, noise = self._samples
@@ -138,8 +139,8 @@ def exact_curves(
         return None  # what touches is looked at more closely
     if not plain.n_curve:
         return (_with_bound(plain, 0.0, tolerance, names, None), None) if judged.shown else None
-    exact, keys = Exact.of(plain, contacts, tolerance, judged.nodes), not judged.shown
-    found, holes = exact.run(CHOOSE, with_keys=keys), None
+    exact, keys = Exact.of(plain, contacts, tolerance, judged.nodes), False
+    found, holes = exact.run(CHOOSE, with_keys=False), None
     if found[-1] == MEASURED:
         measured = _error_in(found)
         if measured is None:
@@ -148,9 +149,13 @@ def exact_curves(
 
         # smooth ones are nearer, or show loops that no triangle shows; noise keeps the exact curve
         near = error <= tolerance and (noise > AUDIBLE * tolerance or judged.shown)
-        loud = max(noise, loudest if judged.shown else 0.0) > LOUD * tolerance
+        loud = noise > LOUD * tolerance or (loudest > LOUD * tolerance and judged.shown)
         if not (near or loud):
+            keys = not judged.shown
             found = exact.run(FOLLOW, with_keys=keys)
+    elif not judged.shown:  # what is searched beside them needs keys
+        keys = True
+        found = exact.run(FOLLOW, with_keys=True)
     if found[-1] != MEASURED:
         followed = exact.lines(found, with_keys=keys)
         if followed is False:

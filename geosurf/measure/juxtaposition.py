@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.measure.cutoffs import contact_chains, cutoff_chains
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
 from geosurf.measure.lines import ragged, rings_of
@@ -74,7 +75,9 @@ def juxtaposed_pairs(patches: Patches, units: Units, fault: str) -> PlainDataset
     pairs, group, between = _pairs(faces)
 
     # fsum, so that the areas of all pairs and their total agree to the last digit
-    areas = [math.fsum(faces.areas[between][group == k].tolist()) for k in range(len(pairs))]
+    order, ends = _by_group(group, len(pairs))
+    of_pair = np.split(faces.areas[between][order], ends[:-1])[: len(pairs)]
+    areas = [math.fsum(some.tolist()) for some in of_pair]
     listed = faces.listed
     coords: dict[str, Any] = {}
 
@@ -106,8 +109,16 @@ def _pairs(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     # -1 in `sides` is outside the model
     between = np.flatnonzero((faces.sides >= 0).all(axis=1))
-    pairs, group = np.unique(faces.sides[between], axis=0, return_inverse=True)
-    return pairs.reshape(-1, 2), group.ravel(), between
+    n_unit = len(faces.listed)
+    keys, group = number_keys(faces.sides[between, 0] * n_unit + faces.sides[between, 1])
+    return np.stack(np.divmod(keys, n_unit), axis=1), group, between
+
+
+def _by_group(group: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows in the order of their groups, and where each of n groups ends."""
+    # numbers of 16 bits are sorted in a time that grows with their number only
+    order = np.argsort(group.astype(np.uint16) if n < 1 << 16 else group, kind="stable")
+    return order, np.cumsum(np.bincount(group, minlength=n))
 
 
 def _kind(listed: Sequence[Unit], a: int, b: int) -> str:
