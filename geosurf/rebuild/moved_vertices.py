@@ -17,6 +17,8 @@ from geosurf.model.base import in_crs_of
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.chunked_moves import with_moved_nodes
 from geosurf.model.moved_nodes import cells_around
+from geosurf.model.surfaces import torn_sheet
+from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
 
 
@@ -64,7 +66,8 @@ def moved_surface(
             nearest = _nearest(values, before[:, axis])
             near = np.abs(nearest - before[:, axis]) <= step
             there[:, axis] = np.where(near, nearest, there[:, axis])
-    made = _as_grid(surface, rows, there)
+    torn = surface.torn
+    made = _as_grid(surface, rows, there) if torn is None else _as_torn(surface, torn, rows, there)
     if made is None:
         made = _as_list(surface, rows, there)
     made.sectors, made.proof = surface.sectors, surface.proof
@@ -107,6 +110,23 @@ def _as_grid(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSur
     nodes = _nodes(lattice, rows)
     grid = _in_memory(lattice, nodes, there)
     return None if _shuts(grid, nodes) else _with_lattice(surface, grid)
+
+
+def _as_torn(
+    surface: TriSurface, torn: TornLattice, rows: np.ndarray, there: np.ndarray
+) -> TriSurface | None:
+    """The torn sheet with moved nodes and ghosts; None as for a grid."""
+    if first_of_equals(surface) is not None:
+        return None
+    nodes = torn.node_of_vertex[rows]
+    is_ghost = nodes >= torn.n_node
+    grid = _in_memory(torn, nodes[~is_ghost], there[~is_ghost])
+    if _shuts(grid, nodes[~is_ghost]):
+        return None
+    ghosts = torn.ghosts.copy()
+    ghosts[nodes[is_ghost] - torn.n_node] = there[is_ghost]
+    moved = TornLattice.of(grid, torn.gone, torn.copies, ghosts)
+    return torn_sheet(surface.name, moved, surface.vertex_data, surface.role)
 
 
 def _with_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:

@@ -1,11 +1,22 @@
 """Surfaces with vertices that a repair moved: grids stay grids, and nothing else changes."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-from geosurf import Lattice, Scene, TriSurface
+from geosurf import (
+    Lattice,
+    Scene,
+    TriSurface,
+    rebuild_surfaces,
+    throw_horizon,
+    triangulate_fault,
+    trim_sheets,
+)
 from geosurf.arrangement import search
-from geosurf.rebuild.moved_vertices import moved_surface, rounded
+from geosurf.model.torn_lattice import TornLattice
+from geosurf.rebuild.moved_vertices import moved_surface, rounded, shifted
 from geosurf.rebuild.repair import _of_unmoved
 from geosurf.synthetic import graben
 from tests.rebuild.worlds import as_list
@@ -111,3 +122,46 @@ def test_a_repair_searches_pairs_of_surfaces_that_move_only(monkeypatch):
     assert all(1 in pair for pair in asked if pair in first.searched)
     for part in ("x", "t", "rows", "ids", "near", "d"):
         assert np.array_equal(getattr(found, part), getattr(wanted, part))
+
+
+def torn_sheet(holes):
+    """A horizon that a fault tears, its ghosts, and the fault."""
+    world = graben(n=25)
+    data = world.horizons["Top"].copy()
+    if holes:
+        data[:4, :3] = np.nan
+    fault = world.faults["F1"]
+    return throw_horizon(data, {"F1": fault}, {"F1": 40.0}, name="Top").surface, fault
+
+
+@pytest.mark.parametrize("holes", [False, True])
+@pytest.mark.parametrize("step", [2.0**-28, 2.0**-4])
+def test_a_moved_torn_sheet_is_the_moved_list_and_stays_a_lattice(holes, step):
+    surface, fault = torn_sheet(holes)
+    rng = np.random.default_rng(7)
+    n_ghost = len(surface.torn.ghosts)
+    rows = np.sort(rng.choice(surface.n_vertex, 30, replace=False))
+    rows = np.union1d(rows, surface.n_vertex - n_ghost + rng.choice(n_ghost, 9, replace=False))
+
+    shaken = shifted if step < 1e-3 else rounded  # nodes are on round numbers
+    move = partial(shaken, draw=1) if shaken is shifted else shaken
+    ours = moved_surface(surface, rows, move, step, NONE)
+    marks, arrays = surface.vertex_data, (surface.vertices, surface.triangles)
+    given = TriSurface("Top", "horizon", *arrays, vertex_data=marks)
+    theirs = moved_surface(given, rows, move, step, NONE)
+    assert isinstance(ours.torn, TornLattice)
+    assert theirs.torn is None
+    assert ours.vertices.tobytes() == theirs.vertices.tobytes()
+    assert (ours.vertices != surface.vertices).any()
+    assert ours.triangles.tobytes() == theirs.triangles.tobytes()
+    assert all(np.array_equal(of, theirs.vertex_data[key]) for key, of in ours.vertex_data.items())
+
+    # and so is what a model makes of it
+    one, two = (trim_sheets(rebuild_surfaces([sheet, triangulate_fault(fault, name="F1")]))
+                for sheet in (ours, theirs))  # fmt: skip
+    assert one.pieces.strips[0] is not None
+    ends = [mesh.local[mesh.curve_edges].tobytes() for mesh in (one, two)]
+    assert ends[0] == ends[1]
+    assert one.local[one.triangles].tobytes() == two.local[two.triangles].tobytes()
+    for part in ("surface_of_triangle", "patch_of_triangle"):
+        assert getattr(one, part).tobytes() == getattr(two, part).tobytes()
