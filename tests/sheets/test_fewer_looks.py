@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.sheets.faults import last_edges
 from geosurf.sheets.faults.fault_distance import side_of_few, side_over
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.mesh.close import _lengthened
@@ -91,3 +92,25 @@ def test_a_fault_is_lengthened_in_one_order_of_its_sides():
     short = {0: Short(frozenset(words), np.zeros(3))}
     found = _lengthened([fault], short, {}, 50.0, lambda number, lengths: fault)
     assert list(found[0][0].lengths) == sorted(words)
+
+
+def test_four_halvings_at_once_end_where_one_after_the_other_do():
+    rng = np.random.default_rng(3)
+    n_call = 0
+    for _ in range(50):
+        height, other = rng.uniform(-2000.0, 2000.0, 2)
+        change = height + rng.uniform(0.0, 1.0) * (other - height)
+
+        def own(z, change=change, up=other > height):
+            nonlocal n_call
+            n_call += 1
+            return ((z >= change) == up).tolist()
+
+        found = last_edges._between(own, height, other, 0.01)
+        good, bad = other, height
+        for _ in range(60):
+            middle = 0.5 * (good + bad)
+            good, bad = (middle, bad) if own(np.array([middle]))[0] else (good, middle)
+            n_call -= 1
+        assert found == good + float(np.clip(other - good, -0.02, 0.02))
+    assert n_call <= 50 * 16

@@ -20,6 +20,7 @@ from geosurf.sheets.lattice.frame import Frame
 
 CLEAR = 1e-4  # cells above and below a node within which it is still on its own side
 HALVINGS = 60  # of the way between both walls, until the fault is found
+AT_ONCE = 4  # halvings for which the fault is asked once
 
 
 def last_link(
@@ -57,21 +58,34 @@ def on_own_side(
     if above or below:
         return height + 2.0 * clear if above else height - 2.0 * clear
 
-    def own(z: float) -> bool:
-        """Whether the node is on its side at an elevation."""
-        return bool(side_at(np.array([z]))[0] == side)
+    def own(z: np.ndarray) -> list[bool]:
+        """Whether the node is on its side at some elevations."""
+        found: list[bool] = (side_at(z) == side).tolist()
+        return found
 
     return _between(own, height, other, clear)
 
 
-def _between(own: Callable[[float], bool], height: float, other: float, clear: float) -> float:
+def _between(
+    own: Callable[[np.ndarray], list[bool]], height: float, other: float, clear: float
+) -> float:
     """The elevation nearest to a height, on the way to another one, that is on its own side."""
-    if not own(other):
+    if not own(np.array([other]))[0]:
         return height
 
     # bisection: the side changes once between both heights; 60 halvings reach the last digit
     good, bad = other, height
-    for _ in range(HALVINGS):
-        middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if own(middle) else (good, middle)
+    for _ in range(HALVINGS // AT_ONCE):
+        if 0.5 * (good + bad) in (good, bad):
+            break
+        # all elevations that the next halvings can come to; k is halved into 2 k + 1 and 2 k + 2
+        ends, middles = [(good, bad)], list[float]()
+        for one, two in ends:
+            middles.append(0.5 * (one + two))
+            if len(ends) < 2**AT_ONCE - 1:
+                ends += [(middles[-1], two), (one, middles[-1])]
+        is_own, k = own(np.array(middles)), 0
+        while k < len(middles):
+            good, bad = (middles[k], bad) if is_own[k] else (good, middles[k])
+            k = 2 * k + (1 if is_own[k] else 2)
     return good + float(np.clip(other - good, -2.0 * clear, 2.0 * clear))

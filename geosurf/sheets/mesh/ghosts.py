@@ -249,41 +249,43 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
     """Add pieces of new triangles; new corners over a common edge with a common end are one."""
     # New ghosts are numbered behind the old ones.
     n_old = torn.n_node + len(torn.anchor)
-    corners = triangles.corners(np.array([t for t, _ in pieces], dtype=np.int64))
-    lead: dict[tuple[int, int], tuple[int, int]] = {}
+    corners = triangles.corners(np.array([t for t, _ in pieces], dtype=np.int64)).tolist()
+    # corner k of piece p is 3 p + k; it is one with its lead, which is a corner of an earlier piece
+    lead = list(range(3 * len(pieces)))
 
-    def find(x: tuple[int, int]) -> tuple[int, int]:
+    def find(x: int) -> int:
         """The corner that stands for all that are one with x."""
-        while lead.get(x, x) != x:
+        while lead[x] != x:
             x = lead[x]
         return x
 
-    # (known node, other node, vertex over the known one) -> pieces with that edge
+    # (known node, other node, vertex over the known one) -> other corners of pieces with that edge
     edges: dict[tuple[int, int, int], list[int]] = {}
     for p, (_, known) in enumerate(pieces):
-        for m in corners[p].tolist():
-            for n in corners[p].tolist():
-                if m != n and m in known:
-                    edges.setdefault((m, n, known[m]), []).append(p)
+        for m, v in known.items():
+            for k, n in enumerate(corners[p]):
+                if m != n:
+                    edges.setdefault((m, n, v), []).append(3 * p + k)
 
     # union of corners: pieces that share an edge from a known end share its other end
-    for (_, n, _), members in edges.items():
-        for p in members[1:]:
-            a, b = find((members[0], n)), find((p, n))
-            if a != b:
-                lead[max(a, b)] = min(a, b)
+    for first, *others in edges.values():
+        for other in others:
+            a, b = find(first), find(other)
+            lead[max(a, b)] = min(a, b)
 
     # known corners keep their vertex; each other group becomes one new ghost
-    vertex: dict[tuple[int, int], int] = {}
+    vertex: dict[int, int] = {}
     for p, (_, known) in enumerate(pieces):
-        for n, v in known.items():
-            vertex[find((p, n))] = v
+        for k, n in enumerate(corners[p]):
+            if n in known:
+                vertex[find(3 * p + k)] = known[n]
     anchors: list[int] = []
     nodes: list[int] = []
     rows = []
     for p, (_, known) in enumerate(pieces):
-        for n in corners[p].tolist():
-            root = find((p, n))
+        row = []
+        for k, n in enumerate(corners[p]):
+            root = find(3 * p + k)
             if root not in vertex:
                 vertex[root] = n_old + len(nodes)
                 # The anchor of a new ghost is that of a vertex next to it: it is on the same sheet.
@@ -291,7 +293,8 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
                 of = some if some < torn.n_node else int(torn.anchor[some - torn.n_node])
                 anchors.append(of)
                 nodes.append(n)
-        rows.append([vertex[find((p, n))] for n in corners[p].tolist()])
+            row.append(vertex[root])
+        rows.append(row)
     # No ring to add.
     if not rows:
         return torn
