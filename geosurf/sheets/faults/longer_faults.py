@@ -19,7 +19,12 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.model import Lattice, Sheet, TriSurface
-from geosurf.sheets.faults.fault_distance import blocks_between, side_at_own_height
+from geosurf.sheets.faults.fault_distance import (
+    Blocks,
+    blocks_between,
+    side_at_own_height,
+    window,
+)
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.frame import frame_of_lattice
 
@@ -37,9 +42,10 @@ def is_unchanged(
     before, after : mapping of str to TriSurface
         Faults that it was torn at, and the same or longer ones.
     """
-    # nodes, and ghosts beyond them
-    points = sheet.surface.vertices
-    return all(_is_far(sheet.lattice, points, fault, after[name]) for name, fault in before.items())
+    if all(fault is after[name] for name, fault in before.items()):
+        return True
+    points = _Vertices(sheet)
+    return all(_is_far(points, fault, after[name]) for name, fault in before.items())
 
 
 def as_near(
@@ -54,17 +60,47 @@ def as_near(
     versions : mapping of str to sequence of TriSurface
         Each fault as it became longer.
     """
-    if horizon.lattice is None:
+    if horizon.lattice is None or all(len(known) == 1 for known in versions.values()):
         return {name: known[-1] for name, known in versions.items()}
-    lattice, points = horizon.lattice, horizon.vertices
+    points = _Nodes(horizon.lattice, horizon.name)
     return {
-        name: next(one for one in known if _is_far(lattice, points, one, known[-1]))
+        name: next(one for one in known if _is_far(points, one, known[-1]))
         for name, known in versions.items()
     }
 
 
-def _is_far(lattice: Lattice, points: np.ndarray, fault: TriSurface, longer: TriSurface) -> bool:
-    """Whether a fault became longer only where no point (n, 3) is near, or not at all."""
+class _Nodes:
+    """Nodes of a lattice; only those in some blocks are listed."""
+
+    def __init__(self, lattice: Lattice, name: str) -> None:
+        self.frame, z = frame_of_lattice(lattice, f"horizon {name!r}")
+        self._z = z.ravel()
+        self.low, self.high = float(np.nanmin(z)), float(np.nanmax(z))
+
+    def near(self, blocks: Blocks) -> np.ndarray:
+        """Columns and rows [cells], and elevations, of all that can be near (n, 3)."""
+        nodes = window(self.frame, blocks)
+        nodes = nodes[np.isfinite(self._z[nodes])]
+        return np.column_stack([self.frame.cells_of_node(nodes), self._z[nodes]])
+
+
+class _Vertices:
+    """Nodes of a sheet, and ghosts beyond them."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.frame, _ = frame_of_lattice(sheet.lattice, f"horizon {sheet.name!r}")
+        points = sheet.surface.vertices
+        uv = self.frame.to_lattice(points[:, :2]) * self.frame.stretch
+        self._places = np.column_stack([uv, points[:, 2]])
+        self.low, self.high = float(points[:, 2].min()), float(points[:, 2].max())
+
+    def near(self, blocks: Blocks) -> np.ndarray:
+        """Columns and rows [cells], and elevations, of all (n, 3)."""
+        return self._places
+
+
+def _is_far(points: _Nodes | _Vertices, fault: TriSurface, longer: TriSurface) -> bool:
+    """Whether a fault became longer only where no point is near, or not at all."""
     if fault is longer:
         return True
 
@@ -78,13 +114,10 @@ def _is_far(lattice: Lattice, points: np.ndarray, fault: TriSurface, longer: Tri
         return True
 
     # at their own height, as data are compared with a fault
-    frame, _ = frame_of_lattice(lattice, f"horizon at {fault.name!r}")
-    mesh = mesh_in_frame(longer, frame)
+    mesh = mesh_in_frame(longer, points.frame)
     mesh = replace(mesh, triangles=mesh.triangles[m:], normals=mesh.normals[m:])
-    uv = frame.to_lattice(points[:, :2]) * frame.stretch
-    z = points[:, 2]
-    added, blocks = blocks_between(mesh, NEAR, float(z.min()), float(z.max()))
+    added, blocks = blocks_between(mesh, NEAR, points.low, points.high)
     if blocks is None:
         return True
-    _, side = side_at_own_height(added, blocks, np.column_stack([uv, z]), NEAR)
+    _, side = side_at_own_height(added, blocks, points.near(blocks), NEAR)
     return not side.any()
