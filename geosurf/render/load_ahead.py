@@ -15,7 +15,6 @@ from contextlib import contextmanager, suppress
 
 from geosurf.conventions.memory import collect_later
 from geosurf.conventions.packages import DRAWING, missing_sentence
-from geosurf.render.backend import begin_to_find
 
 _lock = threading.Lock()
 _loader: threading.Thread | None = None  # that loads, or has loaded
@@ -33,6 +32,9 @@ def begin_to_load() -> None:
     >>> wait_until_loaded()
     """
     global _loader
+    # only for views: runs without pictures load this file, too
+    from geosurf.render.backend import begin_to_find
+
     begin_to_find()
     with _lock:
         if _loader is None and not missing_sentence("pictures need", *DRAWING):

@@ -6,6 +6,7 @@ import os
 import platform
 import subprocess
 import sys
+from types import MappingProxyType
 
 import pytest
 
@@ -29,7 +30,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def count_faults(first, count, **told):
+def count_faults(first, count, told=MappingProxyType({})):
     """Pages that a second call asks for, in a process of its own."""
     plain = {key: value for key, value in os.environ.items() if not key.startswith("MALLOC_")}
     code = CALLS.format(first=first, count=count)
@@ -54,4 +55,4 @@ def test_who_asks_for_more_keeps_more_and_the_user_decides():
     more = "from geosurf.kernels.compile.memory_pages import retain_more; retain_more(150 << 20)"
     assert count_faults("import geosurf.kernels", 130) > 10_000
     assert count_faults(more, 130) < 2000
-    assert count_faults(more, 130, MALLOC_TRIM_THRESHOLD_="131072") > 10_000
+    assert count_faults(more, 130, {"MALLOC_TRIM_THRESHOLD_": "131072"}) > 10_000
