@@ -28,8 +28,7 @@ LOOKS = {
         {"colour_by": "block", "camera": (200.0, 40.0), "zoom": 1.5},
         {"units_exploded", "view_camera"},
     ),
-    "some units": ({"only": ["Top/Base"]}, {"units_exploded"}),
-    "exaggeration": ({"exaggeration": 3.0}, VIEWS),
+    "some units, exaggeration": ({"only": ["Top/Base"], "exaggeration": 3.0}, VIEWS),
     "no clip, other line": ({"clip": False, "sections": [OTHER]}, {"view_top", "map", "section"}),
     "theme": ({"style": {"theme": "dark"}}, VIEWS | FLAT),
 }
@@ -71,7 +70,7 @@ def test_a_look_draws_what_it_changes(scene, tmp_path, monkeypatch):
         stored_pictures.draw_with_cache(scene, tmp_path / name, lambda _: None, choice, cache)
         return pictures(tmp_path / name)
 
-    stored(BASE, "base")
+    base = stored(BASE, "base")
     assert {name.split("_0")[0] for name in drawn} == VIEWS | FLAT
     for look, (change, expected) in LOOKS.items():
         choice = {**BASE, **change}
@@ -79,5 +78,8 @@ def test_a_look_draws_what_it_changes(scene, tmp_path, monkeypatch):
             choice["style"] = gs.PictureStyle(**change["style"])
         found = stored(choice, look)
         assert {name.split("_0")[0] for name in drawn} == expected, look
-        scene.render_pictures(tmp_path / f"{look}, plain", **choice)
-        assert found == pictures(tmp_path / f"{look}, plain"), look
+        plain = base  # compared by the other looks
+        if expected:
+            scene.render_pictures(tmp_path / f"{look}, plain", **choice)
+            plain = pictures(tmp_path / f"{look}, plain")
+        assert found == plain, look
