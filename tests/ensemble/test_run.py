@@ -126,8 +126,7 @@ def test_the_first_realisations_choose_processes_and_give_the_same_bytes(
     assert len(asked) == 1
 
 
-@pytest.mark.parametrize("many", [8, 50])
-@pytest.mark.parametrize("sent", [True, False])
+@pytest.mark.parametrize(("many", "sent"), [(8, True), (50, True), (50, False)])
 def test_workers_start_with_a_long_base_case_and_end_with_the_call(
     tmp_path, truth, monkeypatch, many, sent
 ):
