@@ -131,13 +131,14 @@ def _labels(result: xarray.Dataset, by: str) -> tuple[list[str], list[str]]:
     if by != "contact":
         return labels, list(dict.fromkeys(labels))
     zones = result.zone.values.tolist()
+    place = {zone: k for k, zone in enumerate(dict.fromkeys(zones))}
     rank = {"above": -1, "below": 1}
+    sums = [f"{zone} {part}".strip() for zone, part in zip(zones, labels, strict=True)]
     order = {
-        f"{zone} {part}".strip(): (zones.index(zone), rank.get(part.partition(" ")[0], 0))
-        for zone, part in zip(zones, labels, strict=True)
+        name: (place[zone], rank.get(part.partition(" ")[0], 0))
+        for name, zone, part in zip(sums, zones, labels, strict=True)
     }
-    labels = [f"{zone} {part}".strip() for zone, part in zip(zones, labels, strict=True)]
-    return labels, sorted(order, key=order.__getitem__)
+    return sums, sorted(order, key=order.__getitem__)
 
 
 def quantiles(

@@ -199,7 +199,7 @@ class EnsembleStore:
         if known > self.n:
             raise InputError(
                 f"{self.path} holds {known} realisations, more than n={self.n}. Give n={known} or "
-                "more, or another store."
+                "more (at the command line -n), or another store (at the command line -o)."
             )
         for name in ("volume", "status", "reason", "recut", "warnings", *TEARS, "drawn"):
             one = self.group[name]

@@ -54,8 +54,8 @@ class StoreFiles:
         if not same:
             raise HorizonError(
                 f"horizon {name!r}: its files in {self.paths[0]} have changed since they were "
-                "opened, so that results would be of both. Open the store again and make a new "
-                "scene.",
+                "opened. Results would mix old and new elevations. Open the store again and make "
+                "a new scene.",
                 surfaces=[name],
             )
 

@@ -138,12 +138,7 @@ def torn_horizons(
 
     changes: dict[str, Any] = {}
     if keeps_area(scenario, horizons) and scenario.box is None:
-        # sheets reach farther up and down than smeared grids: the default box would grow, and with
-        # it the extended faults, which the sheets end on
-        changes = {"box": scene.box, "aoi": scene.aoi}
-        for step in scene.steps:  # the torn scene is given the area, and would not state it
-            if step.stage == "area":
-                on_step(step.stage, step.subject, step.detail)
+        changes = _kept_area(scene, on_step)
     if any(faults[name] is not given[name] for name in given):
         # all of them as the sheets have them: rules would change them again
         changes |= {"faults": faults, "extend": (), "lengthen": None}
@@ -151,6 +146,18 @@ def torn_horizons(
     torn = torn_scene(scene, sheets, **changes)
     torn._take_warnings(found)
     return torn
+
+
+def _kept_area(scene: Scene, on_step: OnStep) -> dict[str, Any]:
+    """Box and area of a scene for its torn one, which would not state them.
+
+    Sheets reach farther up and down than smeared grids: the default box would grow, and with it the
+    extended faults, which the sheets end on.
+    """
+    for step in scene.steps:
+        if step.stage == "area":
+            on_step(step.stage, step.subject, step.detail)
+    return {"box": scene.box, "aoi": scene.aoi}
 
 
 def _throws_of(scenario: Scenario, name: str, reaching: Collection[str]) -> list[ThrowInput]:

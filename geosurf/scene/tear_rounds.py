@@ -191,23 +191,21 @@ class _Lengths:
         untorn: Callable[[str], TriSurface],
         needed: NeededFaults | None = None,
     ) -> Faults:
-        """Faults as short as a horizon can take them that needs some of a length.
+        """Faults for a horizon, as short as it can take them, but as long as it has needed them.
 
         What another horizon needs far away then makes no difference: a sheet is found in memory
         whatever that is.
         """
-        if all(len(known) == 1 for known in self._known.values()):
+        own = {} if needed is None else needed.faults
+        some = {
+            name: known[known.index(own[name]) if name in own else 0 :]
+            for name, known in self._known.items()
+        }
+        if all(len(known) == 1 for known in some.values()):
             return self.now
         from geosurf.sheets.faults.longer_faults import as_near  # loaded by those who tear
 
-        own = {} if needed is None else needed.faults
-        return as_near(
-            untorn(horizon),
-            {
-                name: known[known.index(own[name]) if name in own else 0 :]
-                for name, known in self._known.items()
-            },
-        )
+        return as_near(untorn(horizon), some)
 
 
 def _outermost_first(filling: Mapping[str, bool | str]) -> dict[str, bool | str]:

@@ -95,9 +95,9 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
 
 
 def _is_clear(outline: np.ndarray, horizon: TriSurface, near: float) -> bool:
-    """Whether no node of a grid along the axes is near a side of a box and inside it, by its axes.
+    """Whether the axes of a grid show that none of its nodes is just inside a side of a box.
 
-    False where that is not known so. It is for most realisations: their grids end at the box.
+    They do for most realisations, whose grids end at the box. False where they do not show it.
     """
     grid = horizon.lattice
     if grid is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:

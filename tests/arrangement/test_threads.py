@@ -150,6 +150,7 @@ def test_rows_are_done_once_and_the_first_error_is_raised(monkeypatch, n):
         == [[0, 1, 2, 3]] * 9
     )
     assert sorted(done) == sorted([0, 1, 2, 3] * 9)
+    done.clear()
     with pytest.raises(ValueError, match="5"):
         map_threads(inner, [(k,) for k in range(9)])
     assert {0, 1, 2, 3, 4} <= set(done)

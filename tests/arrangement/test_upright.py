@@ -72,7 +72,6 @@ def contacts_by_key(found):
     return {(*key, how) for key, how in zip(keys.tolist(), found.rows[:, 2].tolist(), strict=True)}
 
 
-@settings(max_examples=80, deadline=None)
 def compare_with_voxels(surfaces):
     """Contacts by cells and by voxels are the same, if the surfaces can be used."""
     if not usable(surfaces):
@@ -83,6 +82,7 @@ def compare_with_voxels(surfaces):
     np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
 
 
+@settings(max_examples=80, deadline=None)
 @given(pairs_of_grids())
 def test_contacts_are_those_of_voxels(surfaces):
     compare_with_voxels(surfaces)

@@ -109,5 +109,5 @@ def test_boxes_are_listed_by_the_blocks_that_they_reach():
     for bad in (np.nan, np.inf):
         with pytest.raises(ValueError, match="no size"):
             boxes_in_blocks(low, np.where(high == high[3], bad, high), 1.5, 4.0)
-    with pytest.raises(ValueError, match="no box"):
+    with pytest.raises(ValueError, match="no boxes"):
         boxes_in_blocks(low[:0], high[:0], 1.5, 4.0)

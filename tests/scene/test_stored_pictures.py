@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import geosurf as gs
@@ -15,6 +16,7 @@ pytest.importorskip("pyvista")
 
 LINE, OTHER = ([(0.0, 500.0), (4000.0, 500.0)], [(0.0, 900.0), (4000.0, 500.0)])
 BASE = {"views": ["top"], "sections": [LINE], "size": (200, 150)}
+OVERLAY = gs.PictureOverlay(points={"Top": np.array([[900.0, 600.0, -1000.0]])})
 VIEWS, FLAT = {"view_top", "units_exploded"}, {"map", "isochore", "allan", "throw", "section"}
 LOOKS = {
     "the same": ({}, set()),
@@ -29,7 +31,9 @@ LOOKS = {
         {"units_exploded", "view_camera"},
     ),
     "some units, exaggeration": ({"only": ["Top/Base"], "exaggeration": 3.0}, VIEWS),
-    "no clip, other line": ({"clip": False, "sections": [OTHER]}, {"view_top", "map", "section"}),
+    "no clip": ({"clip": False}, {"view_top", "map"}),
+    "other line": ({"sections": [OTHER]}, {"section"}),
+    "points on top": ({"overlay": OVERLAY}, {"view_top", "map", "section"}),
     "theme": ({"style": {"theme": "dark"}}, VIEWS | FLAT),
 }
 

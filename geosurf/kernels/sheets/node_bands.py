@@ -74,7 +74,7 @@ def boxes_in_blocks(low, high, reach, size):
                 raise ValueError("a box has no size")
             least, most = min(least, low[k, c]), max(most, high[k, c])
         if n == 0:
-            raise ValueError("there is no box")
+            raise ValueError("no boxes are given")
         corner[c] = np.floor((least - reach) / size)
         last[c] = np.floor((most + reach) / size)
     shape = np.empty(2, dtype=np.int64)

@@ -60,7 +60,7 @@ def as_near(
     versions : mapping of str to sequence of TriSurface
         Each fault as it became longer.
     """
-    if horizon.lattice is None or all(len(known) == 1 for known in versions.values()):
+    if horizon.lattice is None:
         return {name: known[-1] for name, known in versions.items()}
     points = _Nodes(horizon.lattice, horizon.name)
     return {

@@ -52,7 +52,7 @@ def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict
 
 
 def no_cuts(faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
-    """Of each fault that it cuts nothing: of sheets that nobody has cut alone."""
+    """Empty cut-offs for each fault: of a sheet that was not cut on its own."""
     none = np.empty(0)
     return {
         fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
@@ -79,7 +79,7 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 def warnings_only(closed: Closed) -> SheetReport:
-    """The warnings of a sheet, and no number: nobody reads those of a realisation."""
+    """The warnings of a sheet without its numbers, which nobody reads in a realisation."""
     return SheetReport(warnings=_warnings(closed))
 
 
