@@ -11,7 +11,7 @@ OLDEST := .venv-oldest/bin
 TESTED_OLDEST := $(wildcard $(addprefix tests/,arrangement carve faults files intersect measure model \
 	read rebuild render report scenario scene synthetic triangulate write))
 
-.PHONY: help demo test test-oldest lint docs gallery wheel clean
+.PHONY: help demo test test-oldest stress lint docs gallery wheel clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -33,6 +33,9 @@ test-oldest: ## run most tests with the oldest dependencies that are allowed, in
 	@echo "Compiling the kernels with the oldest numba ..."
 	@$(OLDEST)/geosurf warmup
 	@$(OLDEST)/python -m pytest -n auto --dist loadfile $(TESTED_OLDEST)
+
+stress: $(WARM) ## break the engine with difficult surfaces, judged in exact arithmetic (30 s)
+	@$(BIN)/python -m benchmarks.stress -o out/stress.json
 
 lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/ruff check .

@@ -16,7 +16,7 @@ import math
 from collections import Counter
 from fractions import Fraction
 
-from geosurf.prove.rational import cross, dot, meet, minus, normal_of, rational
+from benchmarks.stress.rational import cross, dot, meet, minus, normal_of, rational
 
 
 class Together:

@@ -16,7 +16,6 @@ codes.
 `info_command`        ``info``
 `install_commands`    ``doctor``, ``warmup``
 `installation`        packages, kernels and extras, checked
-`stress_command`      ``stress``
 `completion`          ``completion``
 `results`             parts of answers that several commands have
 `live`                progress, and the step that is running

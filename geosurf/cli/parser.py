@@ -24,7 +24,6 @@ from geosurf.cli.scenario_commands import (
     run_command,
     validate_command,
 )
-from geosurf.cli.stress_command import stress_command
 
 EXIT_CODES = """exit codes: 0 done, 2 invalid input, 3 impossible geometry or a failed check,
 4 a bug in geosurf, 128 + n stopped by signal n (Ctrl-C: 130)"""
@@ -90,7 +89,6 @@ def build_parser() -> Parser:
     completion.add_argument(
         "shell", type=one_of(*SHELLS), metavar="SHELL", help="bash, zsh or fish"
     )
-    _add_tests(add)
     return parser
 
 
@@ -353,27 +351,3 @@ def _example_kind(word: str) -> str:
         raise argparse.ArgumentTypeError(
             f"{error} The folder comes first: geosurf new {word} --example"
         ) from error
-
-
-def _add_tests(add: Callable[..., Any]) -> None:
-    """Add the commands that test geosurf."""
-    stress = add(
-        "stress",
-        stress_command,
-        "test the engine on difficult cases",
-        "--cases 20",
-    )
-    stress.add_argument(
-        "--cases",
-        type=whole_number(1),
-        default=70,
-        help="number of cases per family (default: 70, about 30 s)",
-    )
-    stress.add_argument(
-        "--seed", type=whole_number(0), default=0, help="seed of the random cases (default: 0)"
-    )
-    stress.add_argument(
-        "--family", action="append", metavar="NAME", help="test only this family; can be repeated"
-    )
-    stress.add_argument("-o", "--out", help="output file (.json) for the table and the failures")
-    stress.add_argument("--replay", metavar="FILE", help="repeat one failed case (.npz)")

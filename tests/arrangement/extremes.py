@@ -2,7 +2,7 @@
 
 Soups whose coordinates are tiny, huge, or both, from the least numbers that there are to the
 largest, axis by axis, corner by corner or digit by digit. What geosurf takes is judged as
-`geosurf stress` judges it; what it does not take is refused by a SurfaceError that states the
+`make stress` judges it; what it does not take is refused by a SurfaceError that states the
 sizes that can be used. Run it with NUMBA_BOUNDSCHECK=1 (and a GEOSURF_CACHE_DIR of its own), too:
 no index may leave its array. Ends with 1 if an answer is wrong or an error is another one.
 """
@@ -16,10 +16,10 @@ from collections import Counter
 
 import numpy as np
 
-from geosurf.prove.case import Case
-from geosurf.prove.rational import flat
-from geosurf.prove.shapes import soup
-from geosurf.prove.stress import run_case
+from benchmarks.stress.case import Case
+from benchmarks.stress.rational import flat
+from benchmarks.stress.shapes import soup
+from benchmarks.stress.stress import run_case
 
 SIZES = (
     "exact arithmetic takes 0 and sizes from",

@@ -24,10 +24,10 @@ from importlib import import_module
 
 import numpy as np
 
+from benchmarks.stress.shapes import grid
 from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.errors import GeosurfError, InvariantError
-from geosurf.prove.shapes import grid
 from tests import laws, oracles
 from tests.field_data import checked
 from tests.overlaps import together

@@ -60,7 +60,6 @@ MISTAKES = {
     "run a.toml -o b -q": "geosurf run: unknown option -q. Did you mean '--quiet'?",
     "new --example field": "geosurf new: --example: 'field' is not known. Give grids, points or network. The folder comes first: geosurf new field --example.",
     "convert a.gri b.gri --length-unit feeet": "geosurf convert: --length-unit: 'feeet' is not known. Give m, metre,",
-    "stress --cases 0": "geosurf stress: --cases: '0' is not a whole number of 1 or more.",
 }
 
 
@@ -165,7 +164,6 @@ def test_words_of_files_and_folders(scenario, tmp_path, capsys):
         ("new", tmp_path / "o", f"{tmp_path}/*.zmap"): "*.zmap: no file has such a name.",
         ("convert", top, tmp_path): f"{tmp_path}: this is a folder. Give the name of a file in it.",
         ("curves", empty, top, "-o", tmp_path / "a.vtp"): "the file is empty (0 bytes).",
-        ("stress", "--replay", top): "not a stress case (its content is another). Give a .npz",
     }.items():
         assert cli.main([*map(str, words)]) == 2, words
         said = capsys.readouterr()

@@ -366,7 +366,6 @@ NOT_FOR_ALL = (
     *(
         "geosurf.ensemble",
         "geosurf.grid",
-        "geosurf.prove",
         "geosurf.synthetic",
         "geosurf.tetrahedra",
     ),

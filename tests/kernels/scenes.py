@@ -12,6 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from benchmarks.stress.families import FAMILIES, make_case
 from geosurf import (
     TriSurface,
     carve_units,
@@ -21,7 +22,6 @@ from geosurf import (
     synthetic,
 )
 from geosurf.errors import GeosurfError
-from geosurf.prove import FAMILIES, make_case
 from geosurf.scene import Scene
 from tests.kernels.families import FAMILIES as POINTS
 from tests.kernels.families import PREDICATES, kernel_signs, tuples

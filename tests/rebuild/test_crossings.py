@@ -10,14 +10,14 @@ import itertools
 import numpy as np
 import pytest
 
+from benchmarks.stress.families import make_case
 from geosurf import build_walls, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.prove.families import make_case
 from geosurf.rebuild import repair
 from tests import laws, oracles
 from tests.strategies import soup
 
-# of thousands of cases of `geosurf stress`, those in which nothing but a crossing was wrong
+# of thousands of cases of `make stress`, those in which nothing but a crossing was wrong
 FOUND = [("near-degenerate", number) for number in (29, 65, 251, 435, 997)]
 FOUND += [("triple lines", 188)]
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks.stress.catalogue import random_turn, turned
 from geosurf import TriSurface, intersect_triangles
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.crossing import crossing_pairs
@@ -14,7 +15,6 @@ from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.stable_pairs import unstable_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld
-from geosurf.prove.catalogue import random_turn, turned
 from geosurf.rebuild.soundness import crossing_faces, near_pairs
 from tests.strategies import soup
 

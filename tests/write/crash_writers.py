@@ -14,9 +14,6 @@ from pathlib import Path, PurePosixPath
 import geosurf as gs
 from geosurf.files import folders
 from geosurf.kernels.compile import file_cache
-from geosurf.prove.families import make_case
-from geosurf.prove.reproducer import save_case
-from geosurf.prove.stress import write_json
 from geosurf.render.compose import save_png
 from geosurf.scenario import execute, output
 from geosurf.write import WRITERS as FORMATS
@@ -108,11 +105,6 @@ def _with(write: Callable[[Path, int], object]) -> tuple[Action, Action]:
 
 
 @cache
-def _case(k: int):
-    return make_case("random soups", k, 1)
-
-
-@cache
 def blocks(k: int) -> object:
     """A block model; the second one has other cells."""
     return scenes()[k].sample(cell=(1000, 1000, 200 + 100 * k), codes=True)
@@ -121,10 +113,6 @@ def blocks(k: int) -> object:
 OTHERS = [
     Writer("picture", *(_with(lambda place, k: save_png(bytes([k]) * 5000, place / "a.png")))),
     Writer("report", *(_with(lambda place, k: gs.report_scene(scenes()[k], place, {})))),
-    Writer("stress table", *(_with(lambda place, k: write_json([], place / "a.json", seed=k)))),
-    Writer("stress case",  # and its picture, a file of its own
-           *(_with(lambda place, k: save_case(_case(k), place / "case.npz"))),
-           may_be_unfinished=True, marked=lambda found: "case.png" not in found),
     Writer("block model .zarr", *(_with(lambda place, k: gs.write(blocks(k), place / "b.zarr"))),
            may_be_unfinished=True, marked=lambda found: not found),
     Writer("kernel cache", _keep(1), _keep(2), silent=True),
@@ -208,9 +196,9 @@ def warm() -> None:
     for kind in KINDS:
         thing(kind, 0), thing(kind, 1)
     for k in (0, 1):
-        _case(k), blocks(k)
+        blocks(k)
     with tempfile.TemporaryDirectory() as name:
-        for writer in [*SINGLE, OTHERS[1], OTHERS[3], VTM, RUNS[0]]:
+        for writer in [*SINGLE, OTHERS[1], VTM, RUNS[0]]:
             writer.write_old(Path(name))
 
 

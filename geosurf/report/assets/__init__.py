@@ -26,8 +26,8 @@ def asset(name: str) -> str:
 
 
 def viewer_script() -> str:
-    """Return the script of the interactive view: model, two ways to draw, controls."""
-    parts = ("model", "webgl", "software", "controls")
+    """Return the script of the interactive view: model, painter, controls."""
+    parts = ("model", "painter", "controls")
     code = "\n".join(asset(f"viewer_{part}.js") for part in parts)
     return f'"use strict";\n(() => {{\n{code}}})();\n'
 

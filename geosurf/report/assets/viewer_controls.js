@@ -1,34 +1,24 @@
 // Controls of the interactive view: mouse, fingers, keys, and the panel beside it.
 
-// WebGL 2 where the browser has it. A canvas serves one kind of drawing for ever, so the other
-// painter gets a new one.
-function painterFor(root, bodies, box, software) {
-  const canvas = root.querySelector("canvas");
-  if (!software) {
-    try {
-      return new WebGLPainter(canvas, bodies, box);
-    } catch (error) {
-      console.info(`${error.message}: the view is drawn without it.`);
-    }
-  }
-  const fresh = canvas.cloneNode();
-  canvas.replaceWith(fresh);
-  return new SoftwarePainter(fresh, bodies, box);
+// Show a sentence instead of the view.
+function explain(root, sentence) {
+  root.classList.remove("ready");
+  root.querySelector(".view3d-missing").textContent = sentence;
 }
 
-function connect(root, software = false) {
+function connect(root) {
   const head = JSON.parse(root.querySelector(".view3d-head").textContent);
   const bodies = decode(head, root.querySelector(".view3d-data").textContent);
-  const painter = painterFor(root, bodies, head.box, software), { canvas, state } = painter;
+  const canvas = root.querySelector("canvas");
+  const painter = new Painter(canvas, bodies, head.box), { state } = painter;
   root.classList.add("ready");
-  root.classList.toggle("slow", painter instanceof SoftwarePainter);
   state.exaggeration = head.exaggeration;
   state.explode = head.explode;
   const find = (name) => root.querySelector(`[data-do=${name}]`);
 
   function draw() {
     const size = [canvas.clientWidth, canvas.clientHeight];
-    const [width, height] = size.map((n) => Math.max(1, Math.round(n * painter.ratio)));
+    const [width, height] = size.map((n) => Math.max(1, Math.round(n * devicePixelRatio)));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const style = getComputedStyle(root);
     const colour = (name) => rgb(style.getPropertyValue(name).trim());
@@ -239,10 +229,7 @@ function connect(root, software = false) {
     redraw();
   });
   canvas.addEventListener("webglcontextlost", () => { // too many views in one browser, say
-    const again = root.cloneNode(true);
-    again.querySelector(".view3d-list").replaceChildren();
-    root.replaceWith(again);
-    connect(again, true);
+    explain(root, "The browser has closed this interactive view. Load the page again.");
   });
   const printed = document.createElement("img");
   Object.assign(printed, { className: "view3d-print", alt: "The model as the view shows it" });
@@ -268,7 +255,7 @@ document.querySelectorAll(".view3d").forEach((root) => {
   try {
     connect(root);
   } catch (error) {
-    root.classList.remove("ready");
-    console.error(error);
+    explain(root, "The interactive view needs WebGL 2, which this browser does not offer.");
+    console.info(error.message);
   }
 });

@@ -8,11 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
-from geosurf.errors import InputError
-from geosurf.model import Lattice, TriSurface
-from geosurf.prove.case import Case
-from geosurf.prove.catalogue import (
+from benchmarks.stress.case import Case
+from benchmarks.stress.catalogue import (
     BASE,
     CATALOGUE,
     ORDERS,
@@ -22,8 +19,8 @@ from geosurf.prove.catalogue import (
     region_corner,
     turned,
 )
-from geosurf.prove.rational import flat
-from geosurf.prove.shapes import (
+from benchmarks.stress.rational import flat
+from benchmarks.stress.shapes import (
     bumps,
     grid,
     make_wall,
@@ -32,6 +29,9 @@ from geosurf.prove.shapes import (
     soup,
     square_nodes,
 )
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
+from geosurf.model import Lattice, TriSurface
 
 Draw = tuple[list[TriSurface], dict[str, Any]]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.stress.rational import flat
 from geosurf.model import Lattice, TriSurface
-from geosurf.prove.rational import flat
 
 
 def soup(name: str, corners: Any) -> TriSurface:

@@ -1,8 +1,7 @@
-"""Cases as files: what reproduces a failure, and a picture of it."""
+"""Cases as files: what reproduces a failure."""
 
 from __future__ import annotations
 
-import io
 import json
 import os
 from pathlib import Path
@@ -10,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.errors import GeosurfError, InputError, OutputError
-from geosurf.files.atomic import write_whole
+from benchmarks.stress.case import Case
+from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.prove.case import Case
 
 
 def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
-    """Write a case as .npz that `replay` takes, and a picture of it where drawing works.
+    """Write a case as .npz that `replay` takes.
 
     Parameters
     ----------
@@ -28,11 +26,6 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
     Returns
     -------
     Path
-
-    Raises
-    ------
-    OutputError
-        If the file or its picture cannot be written.
     """
     path = Path(folder) / f"{case.family.replace(' ', '_')}_{case.seed}_{case.number}.npz"
     facts = {
@@ -51,34 +44,13 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
         if surface.lattice is not None:
             for key in ("easting", "northing", "elevation"):
                 arrays[f"{key}_{i}"] = getattr(surface.lattice, key)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-
-        # in memory first: a killed run leaves no half of a file
-        file = io.BytesIO()
-        np.savez(file, **arrays)
-        write_whole(path, file.getvalue())
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error}). Choose another folder.") from error
-    _draw(case, path.with_suffix(".png"))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez(path, **arrays)
     return path
 
 
 def _lattice_facts(lattice: Lattice | None) -> dict | None:
     return None if lattice is None else {"rising": lattice.rising, "reverse": lattice.reverse}
-
-
-def _draw(case: Case, path: Path) -> None:
-    """Draw a case; a machine that cannot draw still has the file, one without room is an error."""
-    from geosurf.render import render_surfaces
-
-    try:
-        render_surfaces(case.surfaces, path=path, title=f"{case.family} {case.number}")
-    except GeosurfError as error:
-        # a picture is a help only; where nothing can be drawn, the case alone is written
-        path.unlink(missing_ok=True)
-        if isinstance(error, OutputError):
-            raise
 
 
 def load_case(path: str | os.PathLike[str]) -> Case:
@@ -115,5 +87,5 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         # numpy's own sentence advises to unpickle the file
         reason = getattr(error, "strerror", None) or "its content is another"
         raise InputError(
-            f"{path}: not a stress case ({reason}). Give a .npz that geosurf stress has written."
+            f"{path}: not a stress case ({reason}). Give a .npz that the stress test has written."
         ) from error

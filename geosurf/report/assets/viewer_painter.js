@@ -1,4 +1,4 @@
-// Triangles and lines by WebGL 2.
+// Camera, cut and order of drawing; triangles and lines by WebGL 2.
 
 const VERTEX = `#version 300 es
   in vec3 place, normal;
@@ -35,12 +35,20 @@ const FRAGMENT = `#version 300 es
     paint = vec4(colour * light, 1.0);
   }`;
 
-class WebGLPainter extends Painter {
+class Painter {
   constructor(canvas, bodies, box) {
-    super(canvas, bodies, box);
+    Object.assign(this, { canvas, bodies, box });
+    this.frame = { places: new Float32Array(24), normals: new Float32Array(24),
+      triangles: new Uint16Array(0), lines: new Uint16Array(EDGES), shift: [0, 0, 0] };
+    for (let i = 0; i < 8; i += 1) {
+      for (let k = 0; k < 3; k += 1) this.frame.places[3 * i + k] = box[2 * k + (i >> k & 1)];
+    }
+    this.plane = { places: new Float32Array(12), normals: new Float32Array(12),
+      triangles: new Uint16Array([0, 1, 2, 1, 3, 2]), lines: new Uint16Array(0) };
+    this.state = { azimuth: 225, elevation: 28, zoom: 1, pan: [0, 0], explode: 0,
+      exaggeration: 1, axis: "", level: 0.5, flip: false, picked: -1 };
     this.gl = canvas.getContext("webgl2", { antialias: true, stencil: true });
-    if (!this.gl) throw new Error("WebGL 2 is missing");
-    this.ratio = devicePixelRatio; // pixels of the picture for each of the page
+    if (!this.gl) throw new Error("the browser has no WebGL 2");
     this.program = this.link();
     this.gl.useProgram(this.program);
     this.where = {};
@@ -49,6 +57,115 @@ class WebGLPainter extends Painter {
       this.where[name] = this.gl.getUniformLocation(this.program, name);
     }
     for (const body of [...bodies, this.frame, this.plane]) this.upload(body);
+  }
+
+  // Directions of the screen, and the scale at which all that is shown fits into it.
+  camera() {
+    const s = this.state, a = rad(s.azimuth), e = rad(s.elevation);
+    const towards = [Math.sin(a) * Math.cos(e), Math.cos(a) * Math.cos(e), Math.sin(e)];
+    const right = [-Math.cos(a), Math.sin(a), 0];
+    const up = [-Math.sin(a) * Math.sin(e), -Math.cos(a) * Math.sin(e), Math.cos(e)];
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const bounds = this.bodies.map((b) => [b.bounds, b.shift]);
+    bounds.push([[[0, 2, 4].map((k) => this.box[k]), [1, 3, 5].map((k) => this.box[k])],
+      [0, 0, 0]]);
+    const stretch = [1, 1, s.exaggeration], corners = [];
+    for (const [box, shift] of bounds) {
+      for (let i = 0; i < 8; i += 1) {
+        const p = [0, 1, 2].map((k) => (box[i >> k & 1][k] + s.explode * shift[k]) * stretch[k]);
+        corners.push(p);
+        for (let k = 0; k < 3; k += 1) {
+          low[k] = Math.min(low[k], p[k]);
+          high[k] = Math.max(high[k], p[k]);
+        }
+      }
+    }
+    const middle = [0, 1, 2].map((k) => (low[k] + high[k]) / 2);
+    const span = [right, up, towards].map((axis) => corners.reduce((most, p) =>
+      Math.max(most, Math.abs(dot(axis, p.map((x, k) => x - middle[k])))), 1e-9));
+    const { width, height } = this.canvas;
+    const fit = 0.92 * Math.min(width / span[0], height / span[1]) * s.zoom;
+    return { right, up, towards, stretch, depth: 0.9 / span[2],
+      centre: middle.map((x, k) => x / stretch[k]), scale: [fit / width, fit / height] };
+  }
+
+  cut() {
+    const { axis, level, flip } = this.state;
+    const plane = [0, 0, 0, 1e30];
+    if (axis) {
+      const k = AXES[axis], sign = flip ? -1 : 1;
+      plane[k] = sign;
+      plane[3] = sign * (this.box[2 * k] + level * (this.box[2 * k + 1] - this.box[2 * k]));
+    }
+    return plane;
+  }
+
+  // The corners of the plane of the cut, a little larger than the model.
+  place() {
+    const { box, state, plane } = this, k = AXES[state.axis];
+    if (k === undefined) return;
+    const [u, v] = [0, 1, 2].filter((axis) => axis !== k);
+    for (let i = 0; i < 4; i += 1) {
+      plane.places[3 * i + k] = box[2 * k] + state.level * (box[2 * k + 1] - box[2 * k]);
+      [u, v].forEach((axis, bit) => {
+        const [low, high] = [box[2 * axis], box[2 * axis + 1]], more = 0.01 * (high - low);
+        plane.places[3 * i + axis] = i >> bit & 1 ? high + more : low - more;
+      });
+    }
+    this.changed(plane);
+  }
+
+  draw(background, ink) {
+    const { state } = this;
+    this.begin(background);
+    this.bodies.forEach((body, i) => {
+      if (!body.shown) return;
+      const picked = i === state.picked;
+      this.solid(body, body.rgb.map((x) => picked ? 0.45 * x + 0.55 : x), true);
+      if (!body.triangles.length) this.thick(body, body.rgb, picked ? 2 : 1);
+      else this.part(body, "lines", picked ? [0.78, 0.06, 0.18] : [0.1, 0.11, 0.13], false, 2e-3);
+    });
+    if (!state.explode) this.boxBehind(ink); // an exploded model has no common box
+  }
+
+  // Bodies in the colours of their rows, for `pick`.
+  drawRows() {
+    this.begin([0, 0, 0]);
+    this.bodies.forEach((body, i) => {
+      const row = i + 1;
+      const code = [row & 255, row >> 8 & 255, row >> 16].map((v) => v / 255);
+      if (!body.shown) return;
+      this.solid(body, code, false);
+      if (!body.triangles.length) this.thick(body, code, 3); // easier to hit
+    });
+  }
+
+  // The triangles of a body, and its section where it is cut.
+  solid(body, colour, shaded) {
+    this.part(body, "triangles", colour, shaded, 0);
+    if (body.closed && this.state.axis) this.section(body, colour.map((x) => shaded ? 0.9 * x : x));
+  }
+
+  // Curves and fault sticks: WebGL has lines of one pixel, so they are drawn side by side.
+  thick(body, colour, width) {
+    for (const [i, j] of [[0, 0], [width, 0], [-width, 0], [0, width], [0, -width]]) {
+      this.moved(i, j);
+      this.part(body, "lines", colour, false, 3e-3);
+    }
+    this.moved(0, 0);
+  }
+
+  // The edges of the box, except those at the corner next to the viewer.
+  boxBehind(ink) {
+    const nearest = this.camera().towards.reduce((row, x, k) => row | (x > 1e-6) << k, 0);
+    const behind = [];
+    for (let i = 0; i < EDGES.length; i += 2) {
+      if (EDGES[i] !== nearest && EDGES[i + 1] !== nearest) behind.push(EDGES[i], EDGES[i + 1]);
+    }
+    this.frame.lines = new Uint16Array(behind);
+    this.changed(this.frame);
+    this.cutting(UNCUT);
+    this.part(this.frame, "lines", ink, false, 0);
   }
 
   link() {
@@ -127,8 +244,6 @@ class WebGLPainter extends Painter {
     const [x, y] = this.state.pan, { width, height } = this.canvas;
     this.gl.uniform2f(this.where.pan, x + 2 * i / width, y + 2 * j / height);
   }
-
-  finish() {} // the browser shows what is drawn
 
   part(body, name, colour, shaded, bias) {
     const { gl, where } = this, index = body[name];

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.model import Curves, TriSurface
-from geosurf.prove import rational as exact
-from geosurf.prove.verdict import (
+from benchmarks.stress import rational as exact
+from benchmarks.stress.verdict import (
     NEAR,
     Meeting,
     Verdict,
@@ -19,6 +18,7 @@ from geosurf.prove.verdict import (
     nearest,
     ulp_of,
 )
+from geosurf.model import Curves, TriSurface
 
 
 def judge_curves(

@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.model import Curves, Patches, TriangleContact, TriSurface
-from geosurf.prove import rational as exact
-from geosurf.prove.judge_curves import judge_curves
-from geosurf.prove.verdict import (
+from benchmarks.stress import rational as exact
+from benchmarks.stress.judge_curves import judge_curves
+from benchmarks.stress.verdict import (
     TINY,
     Meeting,
     Verdict,
@@ -27,6 +25,8 @@ from geosurf.prove.verdict import (
     nearest,
     ulp_of,
 )
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.model import Curves, Patches, TriangleContact, TriSurface
 
 __all__ = [
     "Meeting",

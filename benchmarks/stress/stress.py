@@ -1,25 +1,21 @@
-"""`geosurf stress`: many cases, a table, and a file for each one that fails."""
+"""Many cases, a table, and a file for each one that fails."""
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any
 
+from benchmarks.stress import judge
+from benchmarks.stress.case import Case, shuffled
+from benchmarks.stress.families import FAMILIES, make_case
+from benchmarks.stress.reproducer import load_case, save_case
 from geosurf.arrangement import intersect_triangles
-from geosurf.errors import InputError, OutputError, RoundingError
-from geosurf.files.atomic import write_whole
+from geosurf.errors import InputError, RoundingError
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Patches
-from geosurf.prove import judge
-from geosurf.prove.case import Case, shuffled
-from geosurf.prove.families import FAMILIES, make_case
-from geosurf.prove.reproducer import load_case, save_case
 from geosurf.rebuild import rebuild_surfaces
 
 CASES = 70
@@ -211,9 +207,9 @@ def run_stress(
     seed : int
         Other cases for another one; the same ones for the same.
     families : sequence of str, optional
-        Default: all of `geosurf.prove.FAMILIES`.
+        Default: all of `FAMILIES`.
     keep : path-like, optional
-        Folder for a file (and a picture, where that works) of each case that fails.
+        Folder for a file of each case that fails.
     progress : callable, optional
         Called with each line of the table.
 
@@ -258,38 +254,6 @@ def run_stress(
         report(row.line())
         results.append(row)
     return results
-
-
-def write_json(
-    results: Sequence[FamilyResult], path: str | os.PathLike[str], **settings: Any
-) -> Path:
-    """Write the table and everything that failed or was refused as JSON.
-
-    Parameters
-    ----------
-    results : sequence of FamilyResult
-    path : path-like
-        Its folder is created.
-    **settings
-        Written in addition to the families: seed, cases ...
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    path = Path(path)
-    text = json.dumps({**settings, "families": [asdict(row) for row in results]}, indent=1)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, f"{text}\n".encode())
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error}). Choose another -o.") from error
-    return path
 
 
 def replay(path: str | os.PathLike[str]) -> tuple[Case, Outcome]:

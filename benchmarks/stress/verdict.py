@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks.stress import rational as exact
 from geosurf.model import TriSurface
-from geosurf.prove import rational as exact
 
 BOUND = 1.0  # ulp between a constructed coordinate and the exact one; correct rounding gives 0.5
 TINY = 1e-300  # instead of a division by zero
