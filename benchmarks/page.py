@@ -36,8 +36,7 @@ WORDS = {
     "targets": (
         "faster: their time over ours, at least as asked. slower: our time over theirs, at most. "
         "exponent: of our time over two decades, at most. per edge: our microseconds for each "
-        "edge, at most. dial: time of the plain curve over that of the dial with the same error, "
-        "at least. memory: the inputs and the peak beyond them over the inputs, at most."
+        "edge, at most. memory: the inputs and the peak beyond them over the inputs, at most."
     ),
 }
 PICTURES = {

@@ -8,12 +8,9 @@ from typing import Any
 from benchmarks.installed import installed
 from benchmarks.jobs import Job
 from benchmarks.measure import Measuring
-from benchmarks.stats import exponent, metres_text, seconds_text
-from benchmarks.tables import NO_DIAL
+from benchmarks.stats import exponent, seconds_text
 from benchmarks.targets import UNSCALED, Target, select
-from benchmarks.tasks import has_tolerance
 
-_COARSER = (100.0, 140.0, 200.0, 280.0, 400.0)  # grids of the dial, until the bound is too large
 Row = dict[str, Any]
 
 
@@ -56,7 +53,7 @@ def _measure(run: Measuring, target: Target, scale: float) -> Row:
            "ours": "", "theirs": "", "ratio": None, "met": None, "why": ""}  # fmt: skip
     row |= _HOW[target.kind](run, target, job)
     if row["ratio"] is not None and target.asked is not None and scale == 1.0:
-        at_least = target.kind in ("faster", "dial")
+        at_least = target.kind == "faster"
         met = row["ratio"] >= target.asked if at_least else row["ratio"] <= target.asked
         row["met"] = bool(met)
     if target.within is not None and scale == 1.0 and row.get("measured"):
@@ -163,48 +160,12 @@ def _exponent(run: Measuring, target: Target, job: Job) -> Row:
     return found
 
 
-def _dial(run: Measuring, target: Target, job: Job) -> Row:
-    if not has_tolerance():
-        return {"why": NO_DIAL}
-    [plain] = run.rows([job])
-    if plain["error"]:
-        return {"why": plain["error"], "measured": [plain]}
-    error = max(plain["answer"]["strays"], plain["answer"]["misses"])
-    tried = _dials(run, job, error)
-    met = [row for row in tried if not row["error"] and row["answer"]["bound"] <= error]
-    dial = met[-1] if met else tried[-1]
-    words = f"plain curve, error {metres_text(error)}"
-    found: Row = {"ours": figure(dial), "theirs": figure(plain), "peer": words}
-    found |= {"measured": [plain, *tried], "why": dial["error"]}
-    if not (dial["error"] or met):
-        found["why"] = f"bound {metres_text(dial['answer']['bound'])}, asked {metres_text(error)}"
-    elif not dial["error"]:
-        reached = max(dial["answer"]["strays"], dial["answer"]["misses"])
-        if reached > error:
-            found["why"] = f"error {metres_text(reached)}, asked {metres_text(error)}"
-            run.wrong.append(f"dial: {found['why']}")
-        else:
-            found["ratio"] = plain["seconds"] / dial["seconds"]
-    return found
-
-
-def _dials(run: Measuring, job: Job, error: float) -> list[Row]:
-    """The dial on coarser and coarser grids, until its own bound is above the error."""
-    tried: list[Row] = []
-    for coarser in _COARSER:
-        tried += run.rows([run.job("curve", job.scene, job.size / coarser, tolerance=error)])
-        if tried[-1]["error"] or not tried[-1]["answer"]["bound"] <= error:
-            break
-    return tried
-
-
 _HOW: dict[str, Callable[[Measuring, Target, Job], Row]] = {
     "faster": _faster,
     "slower": _slower,
     "per edge": _per_edge,
     "alone": _alone,
     "exponent": _exponent,
-    "dial": _dial,
     "memory": _memory,
     "start": _start,
 }

@@ -8,12 +8,9 @@ from typing import Any
 from benchmarks.jobs import Job
 from benchmarks.measure import Measuring
 from benchmarks.stats import SEEN_BYTES, exponent
-from benchmarks.tasks import has_tolerance
 
 Row = dict[str, Any]
-TOLERANCES = (1.0, 0.1, 1e-2, 1e-3)  # [m]
-DIAL_SHARE = 0.1  # of the largest grid, for the dial: it needs no fine one
-NO_DIAL = "intersect_surfaces has no tolerance= here, so the dial is not measured."
+TOLERANCES = (1.0, 0.1, 1e-2)  # [m]
 QUESTIONS = ("one curve", "all curves", "one unit", "units", "one picture")
 
 
@@ -43,14 +40,11 @@ def error_jobs(run: Measuring, sizes: Sequence[float]) -> list[Job]:
     """
     jobs = [run.job("curve", "waves", size, method=m) for m in ("auto", "tree", "voxels")
             for size in sizes]  # fmt: skip
-    if has_tolerance():
-        dial = sorted({min(sizes, key=lambda s: abs(s - DIAL_SHARE * sizes[-1])), sizes[0]})
-        jobs += [run.job("curve", "waves", s, tolerance=t) for s in dial for t in TOLERANCES]
     jobs += [run.job("curve", "waves", size, peer) for peer in ("compas_cgal", "vtk")
              for size in sizes]  # fmt: skip
     few = [size for size in sizes if size <= 1e6]
     jobs += [run.job("units", "waves", size, peer) for peer in ("", "manifold3d") for size in few]
-    return jobs
+    return jobs + [run.job("units", "waves", few[-1], tolerance=t) for t in TOLERANCES if few]
 
 
 def error_table(rows: list[Row]) -> dict[str, Any]:
@@ -75,7 +69,7 @@ def error_table(rows: list[Row]) -> dict[str, Any]:
             row["error_m"] = max(answer["strays"], answer["misses"])
         if "volume_error" in answer:
             row["volume_error"] = answer["volume_error"]
-    return {"rows": rows, "notes": [] if has_tolerance() else [NO_DIAL]}
+    return {"rows": rows, "notes": []}
 
 
 def route_name(row: Row) -> str:
@@ -88,7 +82,7 @@ def route_name(row: Row) -> str:
     """
     options = row["options"]
     if "tolerance" in options:
-        return f"geosurf, dial on {row['size']:.0e}".replace("e+0", "e")
+        return f"geosurf, tolerance on {row['size']:.0e}".replace("e+0", "e")
     method = options.get("method", "auto")
     return row["who"] if method == "auto" else f"{row['who']}, {method}"
 

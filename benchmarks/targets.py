@@ -34,8 +34,7 @@ class Target:
     kind : str
         ``"faster"``: their time over ours, at least; ``"slower"``: our time over theirs, at
         most; ``"alone"``: our time only; ``"exponent"``: of our time over two decades, at
-        most; ``"per edge"``: our microseconds for each edge, at most; ``"dial"``: the plain
-        curve's time over that of the dial with the same error, at least; ``"start"``: a
+        most; ``"per edge"``: our microseconds for each edge, at most; ``"start"``: a
         process, of an installed wheel where one can be built; ``"memory"``: the inputs and the
         peak beyond them over the inputs, at most.
     within : float or None
@@ -166,13 +165,6 @@ TARGETS = (
         ("curve, kept search", "S1", 2e7),
         kind="exponent",
         asked=0.65,
-    ),
-    Target(
-        "dial",
-        "The dial against the plain curve of 9.5e6 triangles, same error",
-        ("curve", "waves", 9.5e6),
-        kind="dial",
-        asked=10.0,
     ),
     Target(
         "memory",

@@ -6,7 +6,6 @@ clock; `run` is timed; `answer` measures what came out, so that it can be judged
 
 from __future__ import annotations
 
-import inspect
 import math
 import tempfile
 from collections.abc import Callable
@@ -64,11 +63,6 @@ class Task:
     answer: Callable[[Setting, Any], dict[str, Any]]
 
 
-def has_tolerance() -> bool:
-    """Return whether `intersect_surfaces` has the dial: run time against error."""
-    return "tolerance" in inspect.signature(intersect_surfaces).parameters
-
-
 # ---- steps -----------------------------------------------------------------------------
 
 
@@ -102,7 +96,8 @@ def _full(setting: Setting, options: dict) -> Patches:
 
 
 def _scene(setting: Setting, options: dict) -> Scene:
-    return Scene(setting.by_role("horizon"), setting.by_role("fault"), setting.box)
+    surfaces = setting.by_role("horizon"), setting.by_role("fault"), setting.box
+    return Scene(*surfaces, tolerance=options.get("tolerance"))
 
 
 def _first_pair(scene: Scene) -> tuple[str, str]:
@@ -144,8 +139,6 @@ def segments_answer(setting: Setting, segments: np.ndarray) -> dict[str, Any]:
 
 def _curves_answer(setting: Setting, curves: Curves) -> dict[str, Any]:
     found = segments_answer(setting, curves.points[curves.segments])
-    if curves.error_bound is not None:
-        found["bound"] = float(curves.error_bound.max(initial=0.0))
     return found | {"curves": curves.n_curve}
 
 

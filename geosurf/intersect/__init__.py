@@ -1,4 +1,4 @@
-"""Intersect surfaces: the curves along which they meet, exact or smooth to a tolerance.
+"""Intersect surfaces: the curves along which they meet.
 
 ==============  =======================================================================
 curves.py       `intersect_surfaces`: contacts of triangles -> curves
@@ -7,12 +7,6 @@ runs.py         collinear runs of segments
 collinear.py    segments on one line that overlap, split at common ends
 overlap.py      areas where surfaces coincide, and their outlines
 shared.py       curves of torn horizons, which end on faults
-dial.py         smooth curves to a tolerance: which method applies where
-sides.py        lattices as smooth surfaces (cubic patches), with bounds of their error
-loops.py        closed loops that no lattice line crosses
-walk.py         curves followed by Newton's method between starting points
-strand.py       curves of triangles, with parameters on both smooth surfaces
-lift.py         curves of triangles lifted onto the smooth surfaces
 ==============  =======================================================================
 
 The search follows Lo & Wang (2004, Eng. Comput. 20), the contacts of triangles Guigue & Devillers

@@ -9,7 +9,6 @@ import numpy as np
 
 from geosurf.arrangement.checked import check_surfaces
 from geosurf.arrangement.search import Contacts, find_contacts
-from geosurf.conventions import is_number
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
     are_plain,
@@ -36,7 +35,6 @@ def intersect_surfaces(
     method: str = "auto",
     voxel_size: float | None = None,
     self_intersections: bool = False,
-    tolerance: float = 0.0,
 ) -> Curves:
     """
     Find the curves along which surfaces meet.
@@ -64,13 +62,6 @@ def intersect_surfaces(
     self_intersections : bool
         Whether to look for curves of each surface with itself, too. Edges and corners that
         neighbouring triangles share are not contacts.
-    tolerance : float
-        0: the curves of the triangles, which are the definition. Above 0 [m]: where surfaces
-        have a lattice of at least 8 x 8 nodes, the curves of smooth surfaces through its nodes,
-        with as few points as the tolerance allows; ``Curves.error_bound`` and ``Curves.places``
-        list what was found. Where the curves of the triangles are near enough, on rough lattices,
-        and near absent nodes, they are returned, since they cost less. Surfaces without a lattice
-        are taken as their triangles.
 
     Returns
     -------
@@ -81,8 +72,7 @@ def intersect_surfaces(
     Raises
     ------
     InputError
-        For fewer surfaces than needed, an unknown method, a tolerance that is not a
-        length, or a tolerance together with `self_intersections`.
+        For fewer surfaces than needed, or an unknown method.
     SurfaceError
         If a surface is empty or has triangles without area.
 
@@ -104,26 +94,8 @@ def intersect_surfaces(
     >>> curves = intersect_surfaces([flat, wall])
     >>> curves.n_curve, curves.names, bool(curves.closed[0])
     (1, ('Top', 'F1'), False)
-
-    A dome of 50 m cells, cut in a circle of 1000 m radius, to a centimetre:
-
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.dome_and_flat_fault(n=81, semi_axes=(1000, 1000), height=25)
-    >>> top = gs.triangulate_horizon(world.horizons["Top"])
-    >>> flat = gs.triangulate_fault(world.faults["Flat"])
-    >>> smooth = intersect_surfaces([top, flat], tolerance=0.01)
-    >>> radii = np.linalg.norm(smooth.points[:, :2] - 2000.0, axis=1)
-    >>> bool(np.abs(radii - 1000.0).max() <= smooth.error_bound[0] <= 0.01), smooth.places
-    (True, ())
     """
     self_intersections = flag_of(self_intersections, "self_intersections")
-    if not is_number(tolerance) or tolerance != 0:  # other values are refused there
-        from geosurf.intersect.dial import check_tolerance, smooth_curves  # with many kernels
-
-        tolerance = check_tolerance(tolerance, self_intersections)
-        smooth = smooth_curves(surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size)
-        return in_crs_of(smooth, surfaces)
-
     surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
     contacts = find_contacts(
         surfaces, method=method, voxel_size=voxel_size, self_intersections=self_intersections
@@ -184,8 +156,6 @@ def merge_curves(
     names: tuple[str, ...],
     origin: np.ndarray,
     parts: Sequence[tuple[tuple[int, int], Curves]],
-    *,
-    smooth: bool = False,
 ) -> Curves:
     """Put the curves of single pairs of surfaces together.
 
@@ -197,9 +167,6 @@ def merge_curves(
         Of the common frame [m].
     parts : sequence of ((int, int), Curves)
         Rows of `names` (lower first), and the curves of those two surfaces.
-    smooth : bool
-        Whether the curves have a tolerance: they have error bounds and places, and no segments
-        in common.
 
     Returns
     -------
@@ -208,11 +175,6 @@ def merge_curves(
     """
     touches = [replace(touch, surfaces=pair) for pair, part in parts for touch in part.contacts]
     cost = total_cost(part.cost for _, part in parts)
-    if smooth:
-        from geosurf.intersect.dial import merge_lines  # with many kernels
-
-        return merge_lines(names, origin, parts, touches, cost)
-
     # Parts have origins of their own; all move to the common frame.
     local, segments, surfaces = (
         [np.empty((0, 3))],

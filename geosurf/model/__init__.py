@@ -20,7 +20,6 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.column import FluidContact as FluidContact
     from geosurf.model.column import Remnant as Remnant
     from geosurf.model.column import check_column as check_column
-    from geosurf.model.curves import CurveIssue as CurveIssue
     from geosurf.model.curves import Curves as Curves
     from geosurf.model.curves import Touch as Touch
     from geosurf.model.curves import TriangleContact as TriangleContact
@@ -59,7 +58,6 @@ else:
             "FluidContact": "column",
             "Remnant": "column",
             "check_column": "column",
-            "CurveIssue": "curves",
             "Curves": "curves",
             "Touch": "curves",
             "TriangleContact": "curves",
@@ -97,7 +95,6 @@ __all__ = [
     "Check",
     "Clipped",
     "CornerPointGrid",
-    "CurveIssue",
     "Curves",
     "ExtendedFault",
     "Extension",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import is_word, known_names, length_text, place
+from geosurf.conventions import is_word, known_names, length_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, Shown, frozen, polydata
@@ -67,39 +67,6 @@ class Touch(Noun):
 
 
 @dataclass(frozen=True, eq=False)
-class CurveIssue:
-    """A position where a curve does not meet the requested tolerance, and the reason.
-
-    Attributes
-    ----------
-    reason : str
-        In words: ``"noise"``, ``"hole"``, ``"tangency"``, ``"rim"``, ``"interpolation"``,
-        ``"touching"``, ``"coarse lattice"``, ``"overlap"``;
-        docs/how_it_works/tolerance.md explains them.
-    surfaces : (int, int)
-        Rows of `Curves.names`.
-    points : ndarray of float64, shape (n, 3)
-        World coordinates [m]: the part of the curve, or the place of a possible contact.
-    error_bound : float
-        Estimated error there [m]; inf where no rule gives one.
-    curve : int
-        Row of `Curves.curves`, or -1 where there is none.
-    """
-
-    reason: str
-    surfaces: tuple[int, int]
-    points: np.ndarray
-    error_bound: float
-    curve: int = -1
-
-    def __str__(self) -> str:
-        # The middle of the part is more telling than its end, which may be at a boundary.
-        where = place(self.points[len(self.points) // 2])
-        size = "unknown" if np.isinf(self.error_bound) else f"about {self.error_bound:.2g} m"
-        return f"{self.reason} at {where}: error {size}"
-
-
-@dataclass(frozen=True, eq=False)
 class Curves(Shown):
     """The curves along which surfaces meet.
 
@@ -123,14 +90,7 @@ class Curves(Shown):
     contacts : tuple of Touch
         Touching points and overlap areas.
     cost : dict
-        What it took: numbers of voxels, candidate faces, pairs tested, pairs meeting. With a
-        tolerance, ``exact_pairs``: pairs of surfaces whose exact curve is near enough, or rough.
-    error_bound : ndarray of float64, shape (n_curve,), or None
-        With a tolerance: how far each curve can be from that of the smooth surfaces [m]; 0 for
-        plain curves of surfaces other than lattices, inf where a part is not known, and for
-        exact curves of grids in their store. None for plain curves.
-    places : tuple of CurveIssue
-        With a tolerance: where it is not met, or not known to be, and why.
+        What it took: numbers of voxels, candidate faces, pairs tested, pairs meeting.
     """
 
     names: tuple[str, ...]
@@ -143,8 +103,6 @@ class Curves(Shown):
     closed: np.ndarray
     contacts: tuple[Touch, ...] = ()
     cost: dict[str, int] = field(default_factory=dict)
-    error_bound: np.ndarray | None = None
-    places: tuple[CurveIssue, ...] = ()
 
     def _card(self) -> Card:
         """Return a row for each pair of surfaces: number of curves and their length."""

@@ -226,7 +226,7 @@ def balance(units: Units) -> str:
 
 
 def accuracy(scene: ReportedModel) -> list[str]:
-    """Return what horizons with fewer nodes do to volumes, and how near lines are."""
+    """Return what horizons with fewer nodes do to volumes."""
     found = []
     if math.isinf(scene.volume_error_bound):
         found.append(
@@ -241,22 +241,6 @@ def accuracy(scene: ReportedModel) -> list[str]:
             "changes the volume of any unit, or of several units together, by at most "
             f"{bound} million m³."
         )
-    tolerance = scene.tolerance
-    if tolerance is None:
-        return found
-
-    # inf or NaN marks lines whose error has no bound; the largest of the others would mislead
-    bounds = scene.curves.error_bound
-    if bounds is not None and len(bounds) and np.isinf(bounds).all() and not scene.curves.places:
-        found.append("Intersection lines are exact, of all nodes, which stay in their store.")
-        return found
-    lines = "unknown in some places, see Curves.places"
-    if bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all():
-        lines = f"{bounds.max():.3g} m"
-    found.append(
-        f"Intersection lines are those of smooth surfaces, to a tolerance of {tolerance:g} m. "
-        f"Largest error of a line: {lines}."
-    )
     return found
 
 

@@ -231,10 +231,8 @@ class Scenario:
     # What concerns the whole model.
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
     tolerance_m: float | None = key(
-        "Largest error of intersection lines, which are those of smooth surfaces through all "
-        "nodes, and largest vertical error of horizons, of which the model may have every k-th "
-        "node. The report states what that changes. Left out: all nodes and their triangles, "
-        "exactly.",
+        "Largest vertical error of horizons, of which the model may have every k-th node. The "
+        "report states what that changes. Left out: all nodes.",
         values.above_zero,
         unit="m",
         default=None,

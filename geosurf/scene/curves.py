@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.conventions import counted
-from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
+from geosurf.intersect import curves_of, merge_curves
 from geosurf.model import Curves, TriSurface
-from geosurf.model.base import frozen, in_crs_of
+from geosurf.model.base import in_crs_of
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.scene.area import boxes_meet
 from geosurf.scene.inputs import SceneInputs
@@ -26,7 +25,6 @@ def curves_of_pair(
     origin: np.ndarray,
     *,
     voxel_size: float | None,
-    tolerance: float | None,
     known: Callable[[Sequence[TriSurface]], KnownPairs],
 ) -> Curves:
     """Return the curves of two surfaces, or along which one surface crosses itself.
@@ -35,26 +33,18 @@ def curves_of_pair(
     ----------
     pair : one or two TriSurface
     origin : ndarray of float64, shape (3,)
-        Of the local frame; without a tolerance only.
-    voxel_size, tolerance : float or None
+        Of the local frame.
+    voxel_size : float or None
         As for `Scene`.
     known : callable
         Where candidates of a pair are held, for the model that is built later: only those of
         horizons in their store are worth the memory.
     """
-    alone = len(pair) == 1
     stored = any(isinstance(one.lattice, ChunkedLattice) for one in pair)
-    if tolerance is not None and not stored:  # from a store, exact curves read the fewest chunks
-        return intersect_surfaces(
-            pair, tolerance=tolerance, voxel_size=voxel_size, self_intersections=alone
-        )
-    pairs = [(0, len(pair) - 1)]
     held = known(pair) if stored else None
+    pairs = [(0, len(pair) - 1)]
     how: dict[str, Any] = {"pairs": pairs, "origin": origin, "voxel_size": voxel_size}
-    found = curves_of(find_contacts(pair, known=held, **how))
-    if tolerance is None:
-        return found
-    return replace(found, error_bound=frozen(np.full(found.n_curve, np.inf), np.float64))
+    return curves_of(find_contacts(pair, known=held, **how))
 
 
 def remembered_curves(
@@ -88,12 +78,12 @@ def remembered_curves(
         memory.note("curves", subject, "skipped", f"{boxes} do not meet")
         return None
 
-    # the key: both surfaces, their frame, and the options of the search
+    # the key: both surfaces, their frame, and the voxels of the search
     origin, keys = origin_for(pair), map(memory.key_of, pair)
-    options = {"voxel_size": inputs.voxel_size, "tolerance": inputs.tolerance}
     return memory.get_or_compute(
-        "curves", subject, ("curves", *keys, origin.tobytes(), *options.values()),
-        lambda: curves_of_pair(pair, origin, known=memory.known_pairs, **options),
+        "curves", subject, ("curves", *keys, origin.tobytes(), inputs.voxel_size),
+        lambda: curves_of_pair(pair, origin, known=memory.known_pairs,
+                               voxel_size=inputs.voxel_size),
         lambda curves: counted(curves.n_curve, "curve"),
     )  # fmt: skip
 
@@ -123,12 +113,10 @@ def curves_of_all(
     searched : callable
         One or two surfaces, and whether they are near -> their curves; None where they are apart.
     """
-    n, smooth = len(surfaces), inputs.tolerance is not None
-    alone = inputs.self_intersections and not smooth
+    n, alone = len(surfaces), inputs.self_intersections
     pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or (alone and not inside[i])]
     asked = [(i, j) for i, j in pairs if not inside[i] and not inside[j]]
-    by_trees = inputs.voxel_size is None and not smooth
-    near = set(meeting_surfaces(surfaces, asked) if by_trees else asked)
+    near = set(meeting_surfaces(surfaces, asked) if inputs.voxel_size is None else asked)
 
     # the same curves whatever was computed first
     parts = []
@@ -141,9 +129,7 @@ def curves_of_all(
         if part is not None:
             parts.append(((i, j), part))
 
-    # smooth curves have no segments in common
-    merged = merge_curves(inputs.names, origin, parts, smooth=smooth)
-    return in_crs_of(merged, surfaces)
+    return in_crs_of(merge_curves(inputs.names, origin, parts), surfaces)
 
 
 __all__ = ["curves_of_all", "curves_of_pair", "remembered_curves"]

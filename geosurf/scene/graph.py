@@ -11,8 +11,8 @@
                      v                │
                      └─> surfaces <───┘
                            │    │
- tolerance ─> curves  <────┘    └─────> enclosed <── fluid contacts, walls of the box
-        pair by pair                       │         (with a tolerance: every k-th node)
+              curves  <────┘    └─────> enclosed <── fluid contacts, walls of the box
+        pair by pair                       │
                                         patches, faults ended at horizons      horizon_ends.py
                                            │
                                          units ──> measures                measures.py
@@ -295,15 +295,16 @@ class Graph:
     @cached_property
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
-        wholes, inside = self.wholes, [self._ends_inside(name) for name in self.inputs.names]
-        how = self.origin_for(wholes), inside, self._shared, self._searched
-        return curves_of_all(self.inputs, wholes, *how)
+        surfaces = tuple(map(self._in_model, self.inputs.names))
+        inside = [self._ends_inside(name) for name in self.inputs.names]
+        how = self.origin_for(surfaces), inside, self._shared, self._searched
+        return curves_of_all(self.inputs, surfaces, *how)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet."""
         first, second = name_of(first, "surface"), name_of(second, "surface")
 
-        pair = tuple(self.whole(name) for name in dict.fromkeys((first, second)))
+        pair = tuple(self._in_model(name) for name in dict.fromkeys((first, second)))
         if self._ends_inside(first) or self._ends_inside(second):
             return self._shared(first, second)
         return self._searched(pair, True)

@@ -51,8 +51,8 @@ def _refuse_together(
     """Refuse settings that exclude each other, and one that would have no effect."""
     if tear is not None and tolerance is not None:
         raise InputError(
-            f"tear and tolerance={tolerance:g} exclude each other: curves of torn "
-            "horizons are exact, and end on their faults. Leave one of them out."
+            f"tear and tolerance={tolerance:g} exclude each other: torn horizons keep "
+            "all of their nodes. Leave one of them out."
         )
     if at_horizons and tolerance is not None:
         raise InputError(
@@ -407,16 +407,15 @@ def check_scene_tolerance(tolerance: Any, horizons: Mapping[str, Any]) -> float 
         return None
     if not (is_number(tolerance) and tolerance > 0):
         raise InputError(
-            f"tolerance is {tolerance!r}; give a length above 0 m, or None for all nodes and exact "
-            "curves."
+            f"tolerance is {tolerance!r}; give a length above 0 m, or None for all nodes."
         )
 
     # ghosts mark a torn mesh that came as triangles
     for name, value in horizons.items():
         if isinstance(value, Sheet) or "ghost" in getattr(value, "vertex_data", ()):
             raise InputError(
-                f"horizon {name!r} is a sheet torn at faults, and its curves are exact. Leave "
-                "tolerance out, or give the horizon as a grid that is not torn."
+                f"horizon {name!r} is a sheet torn at faults, and keeps all of its nodes. "
+                "Leave tolerance out, or give the horizon as a grid that is not torn."
             )
     return float(tolerance)
 

@@ -101,9 +101,8 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         F1, or up or down to the horizon. ``("F1", "both")`` keeps both parts of an older fault, as
         faults ``F2 (1)`` and ``F2 (2)``. See docs/guides/fault_ends.md.
     tolerance : float, optional
-        [m]. `curves` are those of smooth surfaces through all nodes, to this error, instead of
-        the exact ones of their triangles. The model has every k-th node only of large horizons
-        that are nowhere farther off than this, vertically; `volume_error_bound` states the effect.
+        [m]. The model has only every k-th node of large horizons, which are nowhere farther than
+        this from all of their nodes, vertically; `volume_error_bound` states the effect.
         See docs/how_it_works/tolerance.md.
     tops : xarray.Dataset, table or path, optional
         Well tops, as from `read_tops`: `misfit` compares them with the horizons.
@@ -417,10 +416,9 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
 
     @property
     def curves(self) -> Curves:
-        """Curves of all pairs of surfaces; with a tolerance, see `curves_between`.
+        """Curves of all pairs of surfaces.
 
-        With `self_intersections` also of each surface with itself: not with a tolerance, and not
-        of torn sheets.
+        With `self_intersections` also of each surface with itself, but not of torn sheets.
         """
         return self._graph.curves
 
@@ -435,9 +433,6 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         Returns
         -------
         Curves or None
-            With a tolerance, those of the smooth surfaces through all nodes (`intersect_surfaces`):
-            ``Curves.error_bound`` and ``Curves.places`` have their accuracy. Patches and units
-            meet in the curves of the triangles that they have.
 
         Raises
         ------

@@ -16,13 +16,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from geosurf.kernels.smooth.near_blocks import near_blocks
+from geosurf.kernels.lattices.near_cells import near_cells
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.triangulate.coarsen import volume_error
 from geosurf.triangulate.decimate import IN_VERTEX_DATA
 
-_NO_LEVELS, _NO_PLANES = np.empty((0, 3), dtype=np.int64), np.empty((0, 4))
+_NO_PLANES = np.empty((0, 4))
 _UP_AND_DOWN = np.array([0, 0, -1, 0, 0, 1])  # of the corners of a box
 
 
@@ -117,7 +117,6 @@ def _cells_near(
     corner = np.array([x[0, 0], y[0, 0], 0.0])
     (west, east), (south, north) = _extremes(x - corner[0]), _extremes(y - corner[1])
     boxes = np.stack([west, south, low, east, north, high], axis=-1).reshape(-1, 6)
-    levels = _levels_of(*low.shape)
 
     near = np.zeros(low.shape, dtype=bool)
     for other in others:
@@ -126,7 +125,7 @@ def _cells_near(
             near |= (low <= above) & (below <= high)
             continue
         items, planes = _items_of(other, corner)
-        near |= near_blocks(boxes, levels, items, _NO_LEVELS, planes)[0].reshape(low.shape)
+        near |= near_cells(boxes, *low.shape, items, planes)
     return near
 
 
@@ -153,16 +152,6 @@ def _items_of(surface: TriSurface, corner: np.ndarray) -> tuple[np.ndarray, np.n
         planes = _NO_PLANES
     boxes = np.hstack([np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)])
     return boxes + off * _UP_AND_DOWN, planes
-
-
-def _levels_of(n_row: int, n_col: int) -> np.ndarray:
-    """First cell, rows and columns of each level of a pyramid, the finest first."""
-    found: list[tuple[int, int, int]] = [(0, n_row, n_col)]
-    while n_row * n_col > 1:
-        first = found[-1][0] + n_row * n_col
-        n_row, n_col = (n_row + 1) // 2, (n_col + 1) // 2
-        found.append((first, n_row, n_col))
-    return np.array(found, dtype=np.int64)
 
 
 __all__ = ["bound_of_change"]

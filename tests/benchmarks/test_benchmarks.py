@@ -108,16 +108,11 @@ def test_errors_shrink_with_the_cells(without_processes):
     assert 10 < rough["volume_error"] / smooth["volume_error"] < 25
 
 
-def test_the_dial_is_measured_when_there_is_one(monkeypatch):
-    run = Measuring()
-    assert (
-        not any("tolerance" in job.options for job in benchmarks.tables.error_jobs(run, [1e4, 1e6]))
-        or tasks.has_tolerance()
-    )
-    monkeypatch.setattr(tasks, "intersect_surfaces", lambda surfaces, *, tolerance=0: None)
-    dialled = [j for j in benchmarks.tables.error_jobs(run, [1e4, 1e6]) if "tolerance" in j.options]
+def test_a_tolerance_is_measured_on_the_largest_model():
+    jobs = [j for j in benchmarks.tables.error_jobs(Measuring(), [1e4, 1e6]) if j.options]
+    dialled = [job for job in jobs if "tolerance" in job.options]
     assert {job.options["tolerance"] for job in dialled} == set(benchmarks.tables.TOLERANCES)
-    assert {job.size for job in dialled} == {1e4}
+    assert {(job.task, job.size) for job in dialled} == {("units", 1e6)}
 
 
 # ---- processes ---------------------------------------------------------------------------
@@ -346,7 +341,7 @@ def test_versions_of_peers_are_known_without_an_import():
 # ---- targets -------------------------------------------------------------------------------
 
 
-def fixed(seconds_of, bound_of=lambda job: 2e-3):
+def fixed(seconds_of):
     """`run_jobs` that measures nothing."""
 
     def run(jobs, **settings):
@@ -358,7 +353,7 @@ def fixed(seconds_of, bound_of=lambda job: 2e-3):
                 [0.0],
                 n_triangle=int(job.size),
                 input_bytes=5,
-                answer=answer | {"bound": bound_of(job)},
+                answer=answer,
             )
             for job in jobs
         ]
@@ -366,8 +361,8 @@ def fixed(seconds_of, bound_of=lambda job: 2e-3):
     return run
 
 
-def measured(monkeypatch, seconds_of, target, scale=1.0, bound_of=lambda job: 2e-3):
-    monkeypatch.setattr(measure, "run_jobs", fixed(seconds_of, bound_of))
+def measured(monkeypatch, seconds_of, target, scale=1.0):
+    monkeypatch.setattr(measure, "run_jobs", fixed(seconds_of))
     monkeypatch.setattr(measure, "known_truth", lambda *scene: {"length": 1.0, "segments": 2})
     monkeypatch.setattr(peers, "find_spec", lambda name: name)
     monkeypatch.setattr(targets, "TARGETS", (target,))
@@ -439,41 +434,6 @@ def test_a_target_without_its_peer_says_how_to_get_it(monkeypatch):
     assert (row["ratio"], row["met"]) == (None, None)
     assert row["why"] == "not installed: pip install -r benchmarks/requirements.txt"
     assert row["ours"]
-
-
-def test_the_dial_must_reach_the_error_of_the_plain_curve(monkeypatch):
-    target = replace(targets.select(["dial"])[0], asked=3.0)
-    monkeypatch.setattr(reached, "has_tolerance", lambda: False)
-    row = measured(monkeypatch, lambda job: 1.0, target)
-    assert "no tolerance=" in row["why"]
-    monkeypatch.setattr(reached, "has_tolerance", lambda: True)
-
-    def seconds(job):
-        return 0.1 if job.options else 1.0
-
-    row = measured(monkeypatch, seconds, target)
-    assert row["met"] is True
-    assert row["ratio"] == pytest.approx(10.0)
-    assert row["peer"] == "plain curve, error 2 mm"
-
-
-@pytest.mark.parametrize(("last", "took"), [(95_000.0, 0.5), (47_500.0, 0.25), (1.0, 0.125)])
-def test_the_dial_has_the_coarsest_grids_whose_bound_meets_the_error(monkeypatch, last, took):
-    """Grids of fewer than `last` triangles are too coarse."""
-
-    def seconds(job):
-        return job.size / 9.5e6 * 50.0 if job.options else 1.0
-
-    def bound(job):
-        return 0.002 if job.size >= last else 0.0021
-
-    target = replace(targets.select(["dial"])[0], asked=3.0)
-    row = measured(monkeypatch, seconds, target, bound_of=bound)
-    assert row["ratio"] == pytest.approx(1.0 / took)
-    assert row["why"] == ""
-    row = measured(monkeypatch, seconds, target, bound_of=lambda job: 0.0021)
-    assert row["ratio"] is None
-    assert row["why"] == "bound 2.1 mm, asked 2 mm"
 
 
 def test_targets_are_measured(without_processes, monkeypatch, capsys):

@@ -198,9 +198,6 @@ BUILDING = {
         lambda g, v: gs.intersect_surfaces(g.surfaces, voxel_size=v),
         lambda g: [*wrong.lengths(), 0],
     ),
-    "intersect_surfaces.tolerance": (
-        lambda g, v: gs.intersect_surfaces(g.surfaces, tolerance=v), lambda g: wrong.lengths(),
-    ),
     "intersect_surfaces.self_intersections": (
         lambda g, v: gs.intersect_surfaces(g.surfaces, self_intersections=v), lambda g: FLAGS,
     ),

@@ -13,7 +13,6 @@ from geosurf.synthetic import tilted_planes
 NO_NUMBERS = ["25", [25.0], np.nan, np.inf, True, -1.0]
 CALLS = {
     "voxel_size": lambda s, v: gs.intersect_surfaces(s, voxel_size=v),
-    "tolerance": lambda s, v: gs.intersect_surfaces(s, tolerance=v),
     "reach": lambda s, v: gs.propose_network(
         gs.rebuild_surfaces([x for x in s if x.role == "fault"]), reach=v
     ),

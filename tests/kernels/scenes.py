@@ -36,22 +36,9 @@ def scenes() -> Iterator[tuple[str, str]]:
         for number in range(6):
             case = make_case(family, number, seed=11)
             yield f"{family} {number}", _case(case.surfaces, case.self_intersections)
-    for world in (synthetic.waves(n=15), synthetic.egg_box(n=17), synthetic.noisy(n=13)):
-        yield f"{world.name} to a tolerance", _smooth(world)
     worlds = [synthetic.tilted_planes(n=9), synthetic.graben(n=7), synthetic.egg_box(n=17)]
     for world in [*worlds, synthetic.faulted_reservoir(n=15)]:
         yield world.name, _model(Scene(world.horizons, world.faults, world.box))
-
-
-def _smooth(world: synthetic.World) -> str:
-    """Curves to tolerances: walked, lifted, traced or left plain, with bounds and places."""
-    held: list[object] = []
-    scene = Scene(world.horizons, world.faults, world.box)
-    for tolerance in (0.05, 2.0):
-        curves = intersect_surfaces(scene.surfaces, tolerance=tolerance)
-        held += [curves.local, *curves.curves, curves.error_bound]
-        held += [str(curves.places), *(place.points for place in curves.places)]
-    return _hash(*held)
 
 
 def _case(surfaces: tuple[TriSurface, ...], itself: bool) -> str:

@@ -43,7 +43,6 @@ GIVEN = {
     "Lattice",
     "FaultSticks",
     "Curves",
-    "CurveIssue",
     "Patches",
     "Unit",
     "Units",

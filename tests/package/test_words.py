@@ -61,7 +61,6 @@ OLD_NAMES = {
     r"\blies_on\b": "fault_sides",
     r"\bcarry=": "fill_empty_blocks=",
     r"\b(read_\w+|triangulate_\w+|tear_horizon|Scene)\([^()]*\bunits=": "length_unit=",
-    r"\b(gs|geosurf)\.Place\b|`Place`|\bPlace\(": "CurveIssue",
     r"\b(gs|geosurf)\.Contact\b|`Contact`|(?<!\w)Contact\(": "FluidContact",
     r"\bside_by_side\b": "map_threads",
 }

@@ -123,10 +123,10 @@ def test_boxes_with_frames_of_their_own():
 
 
 def test_tolerances():
-    """Curves, in turn, of triangles and of smooth surfaces."""
-    world = synthetic.waves(n=41)
+    """Models, in turn, of all nodes and of every k-th."""
+    world = synthetic.waves(n=301)
     family = Scene(world.horizons, world.faults, world.box)
-    tolerances = (None, 0.5, 8.0, None)
+    tolerances = (None, 0.05, 8.0, None)
     found = [seen(family.replace(tolerance=tolerance)) for tolerance in tolerances]
     for tolerance, one in zip(tolerances[:3], found, strict=False):
         assert one == seen(Scene(world.horizons, world.faults, world.box, tolerance=tolerance))

@@ -1,4 +1,4 @@
-"""Scenes of simplified horizons: volumes within their bound. Scenes with a tolerance: curves."""
+"""Scenes of simplified horizons: volumes within their bound."""
 
 from __future__ import annotations
 
@@ -71,34 +71,6 @@ def test_no_tolerance_changes_no_byte():
     for key in ("vertices", "triangles", "surface_of_triangle", "parent_of_triangle"):
         assert getattr(one.patches, key).tobytes() == getattr(two.patches, key).tobytes()
     assert one.curves.points.tobytes() == two.curves.points.tobytes()
-    assert one.curves.error_bound is None
-    assert two.curves.error_bound is None
-
-
-def test_curves_are_those_of_all_nodes_to_the_tolerance():
-    world = synthetic.waves(n=141)
-    scene = Scene(world.horizons, world.faults, world.box, tolerance=0.05)
-    alone = gs.intersect_surfaces(
-        [
-            gs.triangulate_horizon(world.horizons["Top"], name="Top"),
-            gs.triangulate_fault(world.faults["F1"], name="F1"),
-        ],
-        tolerance=0.05,
-    )
-    assert scene.curves.n_curve == alone.n_curve == 1
-    assert scene.curves.error_bound.tolist() == alone.error_bound.tolist()
-    assert 0.0 < scene.curves.error_bound[0] <= 0.05
-    first, second = (c.points[c.curves[0]] for c in (scene.curves, alone))
-    np.testing.assert_allclose(first, second, atol=1e-9)
-    assert scene.curves_between("Top", "F1").places == alone.places == ()
-
-
-def test_places_keep_their_curve_among_those_of_all_pairs():
-    world = synthetic.waves(n=41)
-    scene = Scene(world.horizons, world.faults, world.box, tolerance=1e-3)
-    (place,) = scene.curves.places
-    assert (place.reason, place.surfaces, place.curve) == ("interpolation", (0, 1), 0)
-    np.testing.assert_allclose(place.points[0], scene.curves.points[scene.curves.curves[0][0]])
 
 
 def test_the_default_box_is_that_of_all_nodes():
@@ -107,21 +79,10 @@ def test_the_default_box_is_that_of_all_nodes():
     assert boxes[0] == boxes[1]
 
 
-def test_a_tolerance_changes_curves_only():
-    world = synthetic.waves(n=41)
-    exact = Scene(world.horizons, world.faults, world.box)
-    smooth = exact.replace(tolerance=0.5)
-    assert smooth.patches is exact.patches
-    assert smooth.volume_error_bound == 0.0
-    assert smooth.curves.points.tobytes() != exact.curves.points.tobytes()
-
-
 def test_reports_state_the_effect():
     few, exact = pair_of("waves", 8.0)
     (line,) = accuracy(few)
     assert line.startswith("Horizons have fewer nodes than their grids, and are at most ")
-    (line,) = accuracy(exact.replace(tolerance=0.5))
-    assert line.startswith("Intersection lines are those of smooth surfaces, to a tolerance of 0.5")
     assert accuracy(exact) == []
 
 
