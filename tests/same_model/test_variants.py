@@ -289,3 +289,33 @@ def test_faults_two_cells_apart_keep_the_strip_between_them(plain):
     assert strip.keys() == totals.keys()
     for name, volume in totals.items():
         assert strip[name] == pytest.approx(volume, rel=2e-3), name
+
+
+# ---- torn at W: what the data say of it is known ---------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    top = worlds.picked_horizons()["Top"]
+    return top + np.random.default_rng(1).normal(0.0, 3.0, top.shape)
+
+
+def test_one_outlier_among_thousands_moves_no_estimate(noisy):
+    spiked = noisy.copy()
+    spiked[100, 180] += 400.0
+    faults = {"W": worlds.faults()["W"]}
+    one, two = (gs.tear_horizon(data, faults, name="Top") for data in (noisy, spiked))
+    assert one.report.noise == pytest.approx(3.0, rel=0.05)
+    assert two.report.noise == pytest.approx(one.report.noise, rel=0.01)
+    inside = slice(10, -10)
+    assert np.median(one.cuts["W"].throw[inside]) == pytest.approx(55.0, abs=6.0)
+    np.testing.assert_allclose(two.cuts["W"].throw[inside], one.cuts["W"].throw[inside], atol=0.05)
+
+
+def test_a_well_with_a_repeated_station_is_followed_to_its_end(plain):
+    once = np.array([(1777, 2999, -1650.0), (1900, 3100, -1900.0), (2900, 3700, -2450.0)])
+    path = once[[0, 1, 1, 2]]
+    length = np.linalg.norm(np.diff(once, axis=0), axis=1).sum()
+    found = plain.well_intervals(path)
+    assert np.ptp(found.md.values, axis=1).sum() == pytest.approx(length, rel=1e-12)
+    assert worlds.plain(found) == worlds.plain(plain.well_intervals(once))

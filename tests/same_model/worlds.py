@@ -56,7 +56,8 @@ def elevation(x: np.ndarray, y: np.ndarray, base: float, dip: float, wave: float
     """A tilted, folded horizon with a throw of 60 m at W, smeared over some nodes."""
     x, y = np.meshgrid(x - MIDDLE_EAST, y - MIDDLE_NORTH)
     bent = base + dip * x + wave * np.sin(x / 700.0) * np.cos(y / 900.0)
-    step = 60.0 / (1.0 + np.exp((x - (EAST[60] - MIDDLE_EAST)) / 25.0))
+    at_fault = EAST[60] + 5.0 - 350.0 * (base + 2100.0) / 800.0 - MIDDLE_EAST  # where W is there
+    step = 60.0 / (1.0 + np.exp((x - at_fault) / 25.0))
     return np.round((bent + step) * 64.0) / 64.0
 
 

@@ -1,0 +1,51 @@
+"""Realisations that cannot be built count in no mean, no map and no quantile."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.ensemble import DepthShift
+from geosurf.errors import GeometryError
+from tests.ensemble.worlds import AREA, layer_cake
+
+N = 23  # more than two regions
+
+
+def sometimes(stream):
+    """A layer cake whose top moves, and which cannot be built every third time or so."""
+    number = stream.random()
+    if number < 0.35:
+        raise GeometryError("it cannot be built.")
+    shift = DepthShift("Top", 100.0 * number)
+    return gs.ensemble.realize(layer_cake(), 0, uncertain=[shift])
+
+
+@pytest.fixture(scope="module")
+def result():
+    with pytest.warns(gs.GeosurfWarning, match="could not be built"):
+        return gs.run_ensemble(sometimes, N, maps=500.0)
+
+
+def test_maps_are_those_of_the_realisations_that_were_built(result):
+    built = result.status.values == 1
+    assert 3 < (~built).sum() < N - 3
+    zone = [name for name in result.unit.values if "Top/Base" in str(name)]
+    thickness = result.volume.sel(unit=zone).values.sum(axis=1)[built] / AREA
+    assert np.ptp(thickness) > 1.0
+    layer = next(name for name in result.layer.values if "Top/Base" in str(name))
+    maps = result.sel(layer=layer)
+    np.testing.assert_allclose(maps.thickness_mean, thickness.mean(), rtol=1e-9)
+    np.testing.assert_allclose(maps.thickness_sd, thickness.std(ddof=1), rtol=1e-6)
+    np.testing.assert_allclose(maps.probability, 1.0)
+
+
+def test_quantiles_and_convergence_leave_failures_out(result):
+    built = result.status.values == 1
+    volumes = gs.ensemble.volumes_by(result, "zone").sel(zone="Top/Base").values
+    kept = volumes[np.isfinite(volumes)]
+    assert len(kept) == built.sum()
+    found = gs.ensemble.quantiles(result, by="zone").sel(zone="Top/Base")
+    for name, share in (("P90", 0.1), ("P50", 0.5), ("P10", 0.9)):
+        assert float(found[name]) == pytest.approx(np.quantile(kept, share), rel=1e-12)
