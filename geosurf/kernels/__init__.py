@@ -14,7 +14,6 @@ room          content
 `cutting`     Cutting: the exact constrained Delaunay triangulation of each face that is cut
 `meshes`      Meshes: welding, edges, parts, chains, orders and volumes, by integer keys
 `location`    Location: which unit is at a point, and how far is the nearest boundary?
-`text`        Text: numbers in bulk, each rounded to the nearest double
 `sheets`      Sheets: the smoothest surface through data, cut where faults pass
 ============  ==================================================================================
 

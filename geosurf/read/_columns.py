@@ -110,10 +110,6 @@ class Draft:
                     for k, word in enumerate(words)
                 ]
             )
-        self.take_values(values, lines)
-
-    def take_values(self, values: np.ndarray, lines: np.ndarray) -> None:
-        """Add x, y, z of some rows: three numbers for each of their lines."""
         self.points.append(values.reshape(-1, 3))
         self.lines.append(lines)
 

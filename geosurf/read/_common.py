@@ -18,10 +18,8 @@ import numpy as np
 from geosurf.conventions import elevation_sign, first_given, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.read._blocks import BLOCK, TextBlocks
-from geosurf.read._decimals import plain_decimals
 from geosurf.read._noted import noted
 
-FEW = 1 << 14  # characters that need no kernels
 WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 COMMA = re.compile(r"[0-9],[0-9]")
 
@@ -70,20 +68,6 @@ def numbers(words: Sequence[str]) -> np.ndarray | None:
     if "_" in joined or not joined.isascii() or not np.isfinite(values).all():
         return None
     return values
-
-
-def plain_numbers(text: str) -> np.ndarray | None:
-    """Return all words of a text as finite float64, or None where `numbers` has to look.
-
-    A tenth of the time of `numbers`: each word is rounded as Python does, without an object for
-    it. Small texts are left to `numbers`, which needs no kernels.
-
-    Examples
-    --------
-    >>> plain_numbers("1 -2.5e3 " * 9999).tolist()[:2], plain_numbers("1-2 " * 9999)
-    ([1.0, -2500.0], None)
-    """
-    return plain_decimals(text.encode()) if len(text) >= FEW else None
 
 
 def is_number(word: str) -> bool:
@@ -153,9 +137,7 @@ def number_text(text: str, path: Path, first: int, what: str) -> np.ndarray:
 
 def piece_numbers(piece: str, path: Path, first: int, what: str) -> np.ndarray:
     """Return the words of some lines as finite float64, or name the first wrong one."""
-    values = plain_numbers(piece)
-    # the fast way refused a word: the slow one knows whether it is right, and where it is
-    values = numbers(piece.split()) if values is None else values
+    values = numbers(piece.split())
     if values is not None:
         return values
     for i, row in enumerate(piece.split("\n"), start=first):

@@ -31,8 +31,7 @@ from geosurf.read._columns import (
     numbered_places,
     three_words,
 )
-from geosurf.read._common import COMMA, FEW
-from geosurf.read._decimals import decimal_rows
+from geosurf.read._common import COMMA
 
 ROWS = 50_000  # of csv that are taken apart at a time
 
@@ -87,12 +86,6 @@ def _take_piece(draft: Draft, first: int, piece: str) -> None:
     # The fast way: three bare numbers on each line that is not empty.
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
-        in_bulk = draft.decimal == "." and len(piece) >= FEW
-        rows = decimal_rows(piece.encode(), 3, first) if in_bulk else None
-        if rows is not None:
-            if len(rows[1]):
-                draft.take_values(*rows)
-            return
         # three words on each line that is not empty, counted over the bytes of the whole piece
         count = words_per_line(piece)
         whole = 3 * np.count_nonzero(count) == count.sum() and count.max() == 3

@@ -24,7 +24,6 @@ from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError, InputError
 from geosurf.model import TriSurface
 from geosurf.read._common import read_text
-from geosurf.read._gocad_bulk import PlainObject, plain_objects
 from geosurf.read._gocad_draft import Draft, bodies, fill
 from geosurf.read._guard import refuse_large
 
@@ -126,13 +125,6 @@ def read_tsurf(
     [0.0, 9.0, -9.0]
     """
     path = Path(path)
-    # large plain files in bulk; whatever is unusual in them goes line by line
-    plain = plain_objects(path)
-    if plain is not None:
-        try:
-            return _from_bulk(path, path.stat().st_size, plain, positive, length_unit)
-        except FormatError:
-            pass  # read again by lines, so that the error names its line
     text = read_text(path, final_line_end=False)
     surfaces = []
     for i, kind, body in bodies(path, text):
@@ -151,44 +143,14 @@ def read_tsurf(
     return surfaces
 
 
-def _from_bulk(
-    path: Path,
-    size: int,
-    plain: list[PlainObject],
-    positive: str | None,
-    length_unit: str | None,
-) -> list[TriSurface]:
-    """Return the surfaces of vertices and triangles that were read in bulk."""
-    surfaces = []
-    for one in plain:
-        for i, kind, body in bodies(path, one.others):
-            draft = Draft(path, size, i)
-            if kind == "tsurf":
-                fill(draft, body)
-                draft.points, draft.n_vertex = [one.points], len(one.points)
-                surfaces.append(_finish(draft, positive, length_unit, one.triangles))
-            else:
-                for _ in body:  # another kind of object: pass over it
-                    pass
-    if not surfaces:
-        raise FormatError(f"{path}: the file has no TSurf object.")
-    return surfaces
-
-
-def _finish(
-    draft: Draft,
-    positive: str | None,
-    length_unit: str | None,
-    triangles: np.ndarray | None = None,
-) -> TriSurface:
-    """Turn a draft, and triangles if it has none, into a surface in metres, elevation up."""
+def _finish(draft: Draft, positive: str | None, length_unit: str | None) -> TriSurface:
+    """Turn a draft into a surface in metres, elevation up."""
     path, header = draft.path, draft.header
     name = header.name or path.stem
     what = f"{path.name}: surface {name!r}"
 
     # points alone are no surface
-    if triangles is None:
-        triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
+    triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
     if not len(triangles):
         raise FormatError(
             f"{path}: surface {name!r}, which begins on line {draft.line}, has no TRGL lines. "
@@ -196,8 +158,7 @@ def _finish(
         )
 
     # order, units and direction of the axes are settled here, once for all vertices
-    points = draft.points[0] if len(draft.points) == 1 else np.concatenate(draft.points)
-    points = header.to_metres(points, positive, length_unit, what)
+    points = header.to_metres(np.concatenate(draft.points), positive, length_unit, what)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
     surface.crs = header.crs
     return surface

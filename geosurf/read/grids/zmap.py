@@ -24,7 +24,6 @@ from geosurf.read._common import (
     is_number,
     number,
     numbers,
-    plain_numbers,
 )
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes, nodes_from_grid
@@ -141,12 +140,6 @@ class _Pieces:
         # comments among values are rare
         if "!" in piece or "+" in piece:
             piece = PASSED_OVER.sub("", piece)
-
-        # all are numbers: undefined ones are known by their value, at the end
-        plain = plain_numbers(piece)
-        if plain is not None:
-            self.has_point = self.has_point or "." in piece
-            return plain
 
         # words that mean no value are taken out, and the others become numbers at once;
         # kept (n,): words that are numbers
