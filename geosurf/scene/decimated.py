@@ -5,18 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from geosurf.arrangement.threads import map_threads
 from geosurf.model import Lattice, TriSurface
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.triangulate.decimate import (
-    Differences,
-    Frame,
-    can_be_decimated,
-    decimate_horizon,
-    measure_differences,
-    strides_of,
-)
+from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
 from geosurf.triangulate.decimate_stored import decimate_stored, is_in_store, strides_in_store
 
 
@@ -99,48 +91,8 @@ def _needs_all(frame: list[TriSurface]) -> str | None:
 
 def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
     """The horizons of one frame with as few nodes as the tolerance allows; none if it needs all."""
-    lattices = [one.lattice for one in frame if one.lattice is not None]
-    if any(map(is_in_store, lattices)):
-        return decimate_stored(frame, tolerance)
-    shape = lattices[0].shape
-    worst, first = 0, 0.5
-    for stride in strides_of(shape):
-        nodes = Frame.of(lattices[0], stride)
-        if nodes.uneven[0] == float("inf"):
-            break  # 2-D coordinates without even steps
-        found = _all_within(lattices, nodes, tolerance, worst, first)
-        if isinstance(found, list):
-            return [decimate_horizon(one, nodes, differences)
-                    for one, differences in zip(frame, found, strict=True)]  # fmt: skip
-        worst, first = found
-    return []
-
-
-def _all_within(
-    lattices: list[Lattice],
-    nodes: Frame,
-    tolerance: float,
-    worst: int,
-    first: float,
-) -> list[Differences] | tuple[int, float]:
-    """Differences of all lattices; or one that is farther off than the tolerance, and where.
-
-    What failed with fewer nodes is asked first, where it failed: with these it mostly fails again.
-    """
-    order = [worst, *(k for k in range(len(lattices)) if k != worst)]
-
-    def ask(k: int) -> Differences | float:
-        return measure_differences(lattices[k], nodes, tolerance, first)
-
-    found = {worst: ask(worst)}
-    if isinstance(found[worst], Differences):
-        found.update(zip(order[1:], map_threads(ask, [(k,) for k in order[1:]]), strict=True))
-    passed = []
-    for k, one in sorted(found.items()):
-        if not isinstance(one, Differences):
-            return k, one
-        passed.append(one)
-    return passed
+    in_store = any(is_in_store(one.lattice) for one in frame)
+    return (decimate_stored if in_store else decimate_frame)(frame, tolerance)
 
 
 def _in_words(made: list[TriSurface]) -> str:

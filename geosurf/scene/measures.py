@@ -59,7 +59,7 @@ def volume_error_bound(graph: Graph) -> float:
     Examples
     --------
     >>> import geosurf as gs
-    >>> world = gs.synthetic.waves(n=41)
+    >>> world = gs.synthetic.waves(n=301)
     >>> exact = gs.Scene(world.horizons, world.faults, world.box)
     >>> few = {name: gs.triangulate_horizon(world.horizons[name], tolerance=5.0)
     ...        for name in world.horizons}

@@ -483,7 +483,7 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         Examples
         --------
         >>> import geosurf as gs
-        >>> world = gs.synthetic.waves(n=41)
+        >>> world = gs.synthetic.waves(n=301)
         >>> exact = gs.Scene(world.horizons, world.faults, world.box)
         >>> few = {name: gs.triangulate_horizon(world.horizons[name], tolerance=5.0)
         ...        for name in world.horizons}

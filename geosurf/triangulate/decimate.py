@@ -15,10 +15,12 @@ linear. Its nodes and the corners of coarse cells may both be off by rounding.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.arrangement.threads import map_threads
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkedLattice
 from geosurf.triangulate.decimate_bands import differences_in_bands
@@ -301,10 +303,68 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
     return made
 
 
+def decimate_frame(frame: Sequence[TriSurface], tolerance: float) -> list[TriSurface]:
+    """
+    Return horizons with as few nodes as a tolerance allows; none if they need all.
+
+    Parameters
+    ----------
+    frame : sequence of TriSurface
+        For which `can_be_decimated` holds, with the same nodes in the map, in memory.
+    tolerance : float
+        [m].
+
+    Returns
+    -------
+    list of TriSurface
+        As `decimate_horizon` makes them, all with the same rows and columns.
+    """
+    lattices = [one.lattice for one in frame if one.lattice is not None]
+    worst, first = 0, 0.5
+    for stride in strides_of(lattices[0].shape):
+        nodes = Frame.of(lattices[0], stride)
+        if nodes.uneven[0] == float("inf"):
+            break  # 2-D coordinates without even steps
+        found = _all_within(lattices, nodes, tolerance, worst, first)
+        if isinstance(found, list):
+            return [decimate_horizon(one, nodes, differences)
+                    for one, differences in zip(frame, found, strict=True)]  # fmt: skip
+        worst, first = found
+    return []
+
+
+def _all_within(
+    lattices: list[Lattice],
+    nodes: Frame,
+    tolerance: float,
+    worst: int,
+    first: float,
+) -> list[Differences] | tuple[int, float]:
+    """Differences of all lattices; or one that is farther off than the tolerance, and where.
+
+    What failed with fewer nodes is asked first, where it failed: with these it mostly fails again.
+    """
+    order = [worst, *(k for k in range(len(lattices)) if k != worst)]
+
+    def ask(k: int) -> Differences | float:
+        return measure_differences(lattices[k], nodes, tolerance, first)
+
+    found = {worst: ask(worst)}
+    if isinstance(found[worst], Differences):
+        found.update(zip(order[1:], map_threads(ask, [(k,) for k in order[1:]]), strict=True))
+    passed = []
+    for k, one in sorted(found.items()):
+        if not isinstance(one, Differences):
+            return k, one
+        passed.append(one)
+    return passed
+
+
 __all__ = [
     "Differences",
     "Frame",
     "can_be_decimated",
+    "decimate_frame",
     "decimate_horizon",
     "kept_nodes",
     "least_nodes",

@@ -19,7 +19,6 @@ import numpy as np
 from geosurf.kernels.lattices.near_cells import near_cells
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.chunked import ChunkedLattice
-from geosurf.triangulate.coarsen import volume_error
 from geosurf.triangulate.decimate import IN_VERTEX_DATA
 
 _NO_PLANES = np.empty((0, 4))
@@ -35,7 +34,7 @@ def bound_of_change(
     Parameters
     ----------
     surface : TriSurface
-        Of `geosurf.triangulate.decimate` or `coarsen`; any other has all of its nodes.
+        Of `geosurf.triangulate.decimate`.
     others : iterable of TriSurface
         All that bounds units besides: horizons, faults, fluid contacts, walls of the model.
     sides : (west, east, south, north)
@@ -61,7 +60,7 @@ def bound_of_change(
     """
     lattice = surface.lattice
     if lattice is None or not _has_signs(surface):
-        return volume_error(surface, sides)
+        return float(surface.vertex_data["volume_error"].sum())
     largest, *of_cells = (surface.vertex_data[key] for key in IN_VERTEX_DATA)
     shape = lattice.shape
     between, change, doubt = (values.reshape(shape)[:-1, :-1] for values in of_cells)
@@ -147,11 +146,7 @@ def _items_of(surface: TriSurface, corner: np.ndarray) -> tuple[np.ndarray, np.n
     size = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, size, out=np.zeros_like(normals), where=size > 0)
     planes = np.column_stack([normals, (normals * a).sum(axis=1)])
-    off = surface.vertex_data.get(IN_VERTEX_DATA[0], np.zeros(1)).max(initial=0.0)
-    if off > 0.0:  # all nodes of a mesh of fewer triangles are beside these
-        planes = _NO_PLANES
-    boxes = np.hstack([np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)])
-    return boxes + off * _UP_AND_DOWN, planes
+    return np.hstack([np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)]), planes
 
 
 __all__ = ["bound_of_change"]

@@ -126,7 +126,7 @@ def test_tolerances():
     """Models, in turn, of all nodes and of every k-th."""
     world = synthetic.waves(n=301)
     family = Scene(world.horizons, world.faults, world.box)
-    tolerances = (None, 0.05, 8.0, None)
+    tolerances = (None, 0.25, 8.0, None)
     found = [seen(family.replace(tolerance=tolerance)) for tolerance in tolerances]
     for tolerance, one in zip(tolerances[:3], found, strict=False):
         assert one == seen(Scene(world.horizons, world.faults, world.box, tolerance=tolerance))

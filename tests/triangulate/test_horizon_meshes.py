@@ -61,7 +61,7 @@ def test_depths_in_feet_are_turned(top, truth):
 
 
 def test_a_gridded_surface_can_still_be_simplified():
-    dome = gs.synthetic.dome_and_flat_fault(n=33).horizons["Top"]
+    dome = gs.synthetic.dome_and_flat_fault(n=301).horizons["Top"]
     grid = gs.triangulate_horizon(dome)
     coarse = gs.triangulate_horizon(grid, tolerance=0.5)
     assert coarse.n_triangle == gs.triangulate_horizon(dome, tolerance=0.5).n_triangle

@@ -11,7 +11,6 @@ file                 question                                                  s
 `strip_links`        Which runs lie behind the edges of listed triangles?
 `strip_triangles`    Which triangles and points do runs stand for?
 `triangle_list`      The same for a list of triangles, in Morton order.        Morton 1966
-`coarsen`            Which fewer triangles stay within a tolerance?            Evans et al. 2001
 `near_cells`        Which cells come near another surface?
 `third_differences`  How rough is a grid? Third differences.
 `sets`               Which whole numbers, nodes, links, edges, occur? With numpy.
