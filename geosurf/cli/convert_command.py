@@ -241,9 +241,9 @@ def _attributes(source: Source) -> None:
 def _features(source: Source) -> None:
     """Lines of GeoJSON and shapefiles with their attributes, and their reference system."""
     from geosurf.measure.lines import ragged
-    from geosurf.read.features import geojson, shapefile
+    from geosurf.read.features import features
 
-    found = (geojson if source.key == "geojson" else shapefile).features(source.path)
+    found = features(source.path)
     source.crs = found.crs
     items = [one for one in found.items if one.kind != "point"]
     if source.function != "read_polygons" or len(items) != len(source.obj):

@@ -12,6 +12,7 @@ from geosurf.conventions.packages import (
     DRAWING,
     EXTRAS,
     REQUIRED,
+    distribution,
     install_line,
     is_installed,
     missing_sentence,
@@ -74,8 +75,8 @@ def installation() -> list[Part]:
 
 
 def _version(package: str) -> str:
-    """Name and version of a package; the modules of VTK have the name of none."""
-    name = package.replace("vtkmodules", "vtk")
+    """Name and version of a package."""
+    name = distribution(package)
     try:
         return f"{name} {importlib.metadata.version(name)}"
     except importlib.metadata.PackageNotFoundError:  # not installed by an installer
@@ -93,7 +94,7 @@ def _extra(name: str, packages: tuple[str, ...]) -> Part:
     missing = [package for package in packages if not is_installed(package)]
     if not missing:
         return Part(name, True, f"{', '.join(map(_version, packages))}.", extra=True)
-    names = ", ".join(missing).replace("vtkmodules", "vtk")
+    names = ", ".join(map(distribution, missing))
     detail = f"not installed: {names}. To add: {install_line(missing[0])}"
     return Part(name, False, detail, extra=True)
 

@@ -13,7 +13,7 @@ from geosurf.errors import DependencyError, GeosurfWarning
 # extra -> its packages, by the names that Python imports; pyproject.toml has their versions
 EXTRAS = {
     "render": ("matplotlib", "pyvista", "vtkmodules"),
-    "io": ("h5netcdf", "h5py"),
+    "io": ("h5netcdf", "h5py", "shapefile"),
     "table": ("pyarrow",),
     "crs": ("pyproj",),
     "gis": ("geopandas", "rasterio", "shapely"),
@@ -22,12 +22,18 @@ EXTRAS = {
     "tet": ("tetgen",),
 }
 REQUIRED = ("numpy", "numba", "xarray", "pandas", "scipy", "meshio")
+DISTRIBUTIONS = {"vtkmodules": "vtk", "shapefile": "pyshp"}  # where the names differ
 DRAWING = ("matplotlib", "pyvista", "vtkmodules")
 
 
 def is_installed(package: str) -> bool:
     """Whether a package can be imported; nothing is imported to find out."""
     return find_spec(package) is not None
+
+
+def distribution(package: str) -> str:
+    """Return the name by which an installer knows a package."""
+    return DISTRIBUTIONS.get(package, package)
 
 
 def install_line(package: str) -> str:
@@ -59,8 +65,8 @@ def missing_sentence(what: str, *packages: str) -> str:
     missing = [package for package in packages if not is_installed(package)]
     if not missing:
         return ""
-    name = missing[0].replace("vtkmodules", "vtk")
-    return f"{what} {name}, which is not installed. Install it with: {install_line(missing[0])}"
+    name, remedy = distribution(missing[0]), install_line(missing[0])
+    return f"{what} {name}, which is not installed. Install it with: {remedy}"
 
 
 def need(what: str, *packages: str) -> None:
@@ -109,6 +115,7 @@ __all__ = [
     "DRAWING",
     "EXTRAS",
     "REQUIRED",
+    "distribution",
     "install_line",
     "is_installed",
     "missing_sentence",

@@ -1,15 +1,35 @@
-"""The file ``.prj`` next to another one: its coordinate reference system."""
+"""Coordinate reference systems as files state them, and the file ``.prj`` next to another one."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from geosurf.conventions.crs import label
+from geosurf.conventions.crs import EPSG, crs_of, label
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import noted
-from geosurf.read.features.collection import crs_from
 
 SUFFIXES = (".prj", ".PRJ")
+
+
+class _Declared:
+    """What `crs_of` looks at."""
+
+    def __init__(self, crs: str | None) -> None:
+        self.attrs = {"crs": crs}
+
+
+def crs_from(text: str) -> str | None:
+    """
+    Return a reference system as geosurf has it: an EPSG code where the text has one.
+
+    Examples
+    --------
+    >>> crs_from("urn:ogc:def:crs:EPSG::23031"), crs_from(" ")
+    ('EPSG:23031', None)
+    """
+    found = crs_of(_Declared(" ".join(text.split()) or None))
+    code = EPSG.fullmatch(found or "")
+    return f"EPSG:{code[1]}" if code else found
 
 
 def crs_of_prj(path: Path) -> str | None:
@@ -46,4 +66,4 @@ def _with_code(crs: str) -> str:
     return crs if code is None else f"EPSG:{code}"
 
 
-__all__ = ["crs_of_prj"]
+__all__ = ["crs_from", "crs_of_prj"]

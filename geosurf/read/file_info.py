@@ -166,7 +166,7 @@ def kind_of_file(path: Path) -> tuple[str, str]:
         ends = END_MARK.search(head_of(path)) or LABEL.search(head_of(path))
         return key, "read_polygons or read_fault" if ends else "read_points"
     if key in ("geojson", "shapefile"):
-        return key, "read_points" if _holds_points(path, key) else "read_polygons or read_fault"
+        return key, "read_points" if _holds_points(path) else "read_polygons or read_fault"
     other = {
         **OF_ONE_FUNCTION,
         "pline": "read_polygons or read_fault",
@@ -203,12 +203,12 @@ def _resqml_function(path: Path) -> str:
         return "read_horizon"
 
 
-def _holds_points(path: Path, key: str) -> bool:
+def _holds_points(path: Path) -> bool:
     """Whether a file of features begins with a point; damaged ones are left to their reader."""
-    from geosurf.read.features import geojson, shapefile
+    from geosurf.read.features import features
 
     try:
-        found = (geojson if key == "geojson" else shapefile).features(path)
+        found = features(path)
     except GeosurfError:
         return False
     return bool(found.items) and found.items[0].kind == "point"

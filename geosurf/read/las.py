@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
 # NAME.UNIT value : description
-LINE = re.compile(r"\s*([^.\s][^.]*?)\s*\.(\S*)\s*(.*?)\s*(?::[^:]*)?$")
+LINE = re.compile(r"\s*([^.\s][^.]*?)?\s*\.(\S*)\s*(.*?)\s*(?::[^:]*)?$")
 CURVES = {
     "x": ("x", "easting", "east", "xcoord", "x_utme", "utmx", "x_coord"),
     "y": ("y", "northing", "north", "ycoord", "y_utmn", "utmy", "y_coord"),
@@ -36,6 +36,7 @@ CURVES = {
 TOPS = {"name": ("topn", "name", "top", "topname", "surface"), "md": ("topt", "tops", "md", "depth",
         "dept", "topdepth", "topd")}  # fmt: skip
 NULL = "-999.25"
+NEEDED = ("version", "well", "curve", "tops")  # sections
 
 
 @dataclass
@@ -183,7 +184,7 @@ def holds_tops(path: Path) -> bool:
 def _sections(path: Path) -> dict[str, Section]:
     """Sections by their names: version, well, curve, ascii, tops ..."""
     found: dict[str, Section] = {}
-    current, data, sign = Section(), False, None
+    current, key, data, sign = Section(), "", False, None
     for i, line in enumerate(read_text(path, final_line_end=False).split("\n"), start=1):
         text = line.strip()
         if not text or text.startswith("#"):
@@ -198,14 +199,19 @@ def _sections(path: Path) -> dict[str, Section]:
             words = text.split(sign) if sign else text.split()
             current.rows.append((i, [word.strip() for word in words]))
             continue
+        if key not in NEEDED:  # parameters and notes, which may be free text
+            continue
         match = LINE.match(line)
         if match is None:
             raise FormatError(
                 f"{path}, line {i}: found {text[:40]!r}, expected NAME.UNIT value : description. "
                 "Correct that line or export the LAS file again."
             )
-        current.words[match[1]] = (match[2], match[3])
-        if match[1].upper() == "DLM":
+        name = match[1] or "UNKNOWN"
+        # a name that is there twice is one column more
+        taken = name if name not in current.words else f"{name}:{len(current.words)}"
+        current.words[taken] = (match[2], match[3])
+        if name.upper() == "DLM":
             sign = {"COMMA": ",", "TAB": "\t"}.get(match[3].upper())
     return found
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from geosurf.errors import FormatError
 from geosurf.read.charisma import read_charisma
-from geosurf.read.features import geojson, shapefile
+from geosurf.read.features import features
 
 # formats whose files may hold the sticks of several faults
 NAMED_LINES = ("charisma", "geojson", "shapefile")
@@ -37,7 +37,7 @@ def fault_names(path: Path, key: str) -> list[str]:
     """
     if key == "charisma":
         return list(dict.fromkeys(read_charisma(path).names or []))
-    found = (geojson if key == "geojson" else shapefile).features(path).checked()
+    found = features(path).checked()
     names = [one.name for one in found.only(("line",), "read_fault")]
     if not names:
         raise FormatError(f"{path}: the file has no lines. Export it again.")

@@ -90,7 +90,7 @@ def _of_file(path: Path) -> str | None:
     if not path.is_file():
         return None
     from geosurf.read._detect import detect
-    from geosurf.read.features import geojson, shapefile
+    from geosurf.read.features import features
     from geosurf.read.gocad_lines import crs_of_gocad_lines
 
     key = detect(path)
@@ -98,8 +98,7 @@ def _of_file(path: Path) -> str | None:
         return crs_of_gocad_lines(path)
     if key not in FEATURES:
         return None
-    found: str | None = (geojson if key == "geojson" else shapefile).features(path).crs
-    return found
+    return features(path).crs
 
 
 __all__ = ["check_system_of_places", "crs_of_outline", "refuse_other_systems"]

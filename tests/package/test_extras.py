@@ -13,7 +13,7 @@ from geosurf.conventions.packages import EXTRAS, REQUIRED
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-DISTRIBUTION = {"vtkmodules": "vtk"}  # import name -> name of the distribution, where they differ
+DISTRIBUTION = {"vtkmodules": "vtk", "shapefile": "pyshp"}  # where imports have other names
 
 # A module that is None in sys.modules counts as not installed.
 WITHOUT = """
