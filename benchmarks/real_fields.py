@@ -61,7 +61,8 @@ numbers are of commit 8057bedd, memory of the exports of 34e91450; the last thre
 - Covered places are searched in trapezoids: `Delaunay.find_simplex` took five minutes for the nodes
   of a rotated grid, and more for Reek, so that this page took longer than all its commands.
 - The default area of rotated grids is 0.05 m narrower at two sides
-  ([decision 99](../decisions/0099-repairs-in-their-store.md)): 1 part in 100 000 of each volume.
+  ([decision 99](../decisions/0099-default-areas-of-rotated-grids.md)): 1 part in 100 000 of each
+  volume.
 - Each fault that was too short is listed once, and where a fault ends at another one by a rule, a
   warning states what tears added beyond it
   ([decision 100](../decisions/0100-proposals-come-before-tears.md)).

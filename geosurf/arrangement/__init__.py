@@ -11,7 +11,6 @@ broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
 aligned.py         candidate pairs of horizons of one survey
 upright.py         candidate pairs of grids with straight axes
 straight.py        rotated grids with even steps as grids with straight axes
-chunked.py         candidate pairs of grids in a store, tile by tile
 torn.py            self-contacts of torn sheets
 torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
 lattice_maps.py    candidate pairs of two torn sheets over one lattice

@@ -27,14 +27,13 @@ def of_one_map(one: TriSurface, two: TriSurface) -> bool:
 def pairs_of_one_map(
     lattices: tuple[Lattice, Lattice],
     trees: tuple[Tree, Tree],
-    wholes: tuple[Tree, Tree] | None = None,
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of keys that may meet, and what they cost, as `tree.candidate_pairs` returns them.
 
-    The lattices share their map. Where they are windows, `wholes` are the trees of whole ones.
+    The lattices share their map.
     """
     one, two = lattices
-    slip = _SLIP * float(max(np.abs(of.bounds).max() for of in wholes or trees))
+    slip = _SLIP * float(max(np.abs(of.bounds).max() for of in trees))
     sides = [(of.coordinates[2], of.places, of.nodes) for of in trees]
     whole = one.whole and two.whole
     # Cells with holes need another rule. One over the height of a triangle bounds its slope.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from geosurf.arrangement import tree
 from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.broad import candidate_pairs
-from geosurf.arrangement.chunked import is_chunked, pairs_by_tiles
 from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
 from geosurf.arrangement.known_pairs import Known
 from geosurf.arrangement.lattice_maps import pairs_over_lattice
@@ -72,13 +70,7 @@ def find_candidates(
             if i == j:
                 return tree.candidate_pairs(*[tree.tree_of(surfaces[i])] * 2, same=True)
             both: Any = (surfaces[i], surfaces[j]), (trees[i], trees[j])
-            if not (is_chunked(surfaces[i]) or is_chunked(surfaces[j])):
-                return _pairs_of_two(one_map, origin, both[1], *both)
-            # next to a hole, pairs of cells count that may be in different tiles
-            one_map = one_map and all(one.lattice.whole for one in both[0] if one.lattice)
-            return pairs_by_tiles(
-                both[0], both[1], one_map, partial(_pairs_of_two, one_map, origin, both[1])
-            )
+            return _pairs_of_two(one_map, origin, *both)
 
         # both surfaces have one where they share a map
         lattices: Any = surfaces[i].lattice, surfaces[j].lattice
@@ -112,14 +104,13 @@ def find_candidates(
 def _pairs_of_two(
     one_map: bool,
     origin: np.ndarray,
-    wholes: tuple[Any, Any],
     surfaces: tuple[TriSurface, TriSurface],
     trees: tuple[Any, Any],
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Candidates of two surfaces, or of windows of them; `wholes` are the trees of whole ones."""
+    """Candidates of two surfaces."""
     if one_map:
         lattices: Any = surfaces[0].lattice, surfaces[1].lattice
-        return pairs_of_one_map(lattices, trees, wholes)
+        return pairs_of_one_map(lattices, trees)
     torn = pairs_over_lattice(surfaces, origin)
     if torn is not None:
         return torn

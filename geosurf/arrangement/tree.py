@@ -19,11 +19,9 @@ from geosurf.kernels.search.tree import BLOCK, FAN, IS_LATTICE, LEAF, N_COL, N_P
 from geosurf.kernels.search.tree_tops import tops_overlap
 from geosurf.kernels.search.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
-NO_NUMBERS = np.empty(0), np.empty(0), np.empty(0)  # of what stays in a store: a box alone
 _NO_LEVELS = np.empty((0, 5), dtype=np.int64)
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
@@ -180,8 +178,7 @@ def tree_of_list(vertices: np.ndarray, triangles: np.ndarray) -> Tree:
 def tree_of_lattice(lattice: Lattice) -> Tree:
     """The tree over a lattice, which its survey has made."""
     survey = lattice.survey
-    coordinates = NO_NUMBERS if isinstance(lattice, ChunkedLattice) else lattice.coordinates
-    given = coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
+    given = lattice.coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
     return Tree(*given, survey.nodes, survey.levels)
 
 

@@ -37,7 +37,7 @@ def direction_of(surfaces: Iterable[TriSurface]) -> Direction | None:
     """
     for surface in surfaces:
         lattice = surface.lattice
-        if surface.role != "horizon" or lattice is None or lattice.reads_map:
+        if surface.role != "horizon" or lattice is None:
             continue
         if lattice.easting.ndim == 1:
             return None

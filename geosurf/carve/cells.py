@@ -20,7 +20,6 @@ import numpy as np
 from geosurf.arrangement.earlier import Earlier
 from geosurf.carve import measures
 from geosurf.carve.face_sums import FaceSums
-from geosurf.carve.floating_in_store import place_in_store
 from geosurf.carve.half_faces import Parts, find_parts, joined_sides
 from geosurf.carve.isolated import place_floating
 from geosurf.carve.outside import (
@@ -34,7 +33,6 @@ from geosurf.carve.seams import Parents
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, same_turn
 
 # surfaces that own a part, and how each is turned: 1 as the part's triangles are, -1 against them
@@ -132,12 +130,8 @@ class Cells:
         )
 
     def extent_of(self, faces: np.ndarray) -> np.ndarray:
-        """Rows of `extent` for some faces: only these are measured if none has been before.
-
-        Where horizons stay in their store, one pass over it measures all faces.
-        """
-        stored = any(isinstance(one.lattice, ChunkedLattice) for one in self.pieces.sources)
-        if not stored and "extent" not in self.__dict__:
+        """Rows of `extent` for some faces: only these are measured if none has been before."""
+        if "extent" not in self.__dict__:
             wanted = np.zeros(len(self.surface_of), dtype=bool)
             wanted[faces] = True
             found: np.ndarray = measures.extent(self.pieces, self.face_of_element, wanted)[faces]
@@ -297,9 +291,6 @@ def _seen(
         floats = not np.isin(piece, fixed).all()
         if not _asks_triangles(pieces, floats):
             break
-        if any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources):
-            sides = place_in_store(pieces, parts, piece, fixed, sides)
-            return pieces, parts, sides, parents, owners, owner
         pieces = patches.changed().pieces
 
     # pieces that touch nothing: a ray from each finds the cell that it floats in

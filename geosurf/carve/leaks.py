@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import NoReturn
 
 import numpy as np
 
-from geosurf.carve import measures
 from geosurf.carve.beyond import first_beyond
 from geosurf.carve.cells import Cells
 from geosurf.carve.zones import own_sides, owned_by
 from geosurf.conventions import length_text, place
 from geosurf.errors import OpenUnitError
 from geosurf.model import Patches
-from geosurf.model.chunked import ChunkedLattice
 
 
 def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -> None:
     """State where the rim of a horizon or contact is open, inside cells where that matters."""
     source = patches.sources[surface]
     what, name = source.role, source.name
-    if any(isinstance(one.lattice, ChunkedLattice) for one in patches.sources):
-        _raise_leak_of_stored(patches, cells, surface, torn)
     if not torn[own_sides(cells, surface)[2]].any():
         cells = cells.in_full
         rows = torn[cells.cell_of_side].any(axis=1)
@@ -59,28 +54,6 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         f"inside the model box, for example at {place(middle)}.{_gap(patches, middle, surface)} "
         f"Shrink the box to the {what}, or extend or fill the {what}.",
         place=middle,
-        surfaces=(name,),
-    )
-
-
-def _raise_leak_of_stored(
-    patches: Patches, cells: Cells, surface: int, torn: np.ndarray
-) -> NoReturn:
-    """The same for horizons that stay in their store, whose rim is not measured."""
-    what, name = patches.sources[surface].role, patches.sources[surface].name
-    faces = owned_by(cells, surface)
-    faces = faces[torn[cells.cell_of_side[faces]].any(axis=1)]
-    rim = "The rim of the"
-    if not len(faces):
-        faces = np.flatnonzero(torn[cells.cell_of_side].any(axis=1))
-        rim = "A block without the"
-    found = cells.extent_of(faces[:1])[0]
-    where = 0.5 * (found[measures.LOWER] + found[measures.UPPER]) + patches.origin
-    raise OpenUnitError(
-        f"units leak around {what} {name!r}, which does not separate the space above from the "
-        f"space below everywhere. {rim} {what} is near {place(where)}. Shrink the box to the "
-        f"{what}, or extend or fill the {what}.",
-        place=where,
         surfaces=(name,),
     )
 

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.threads import in_ranges, map_threads
-from geosurf.kernels.lattices.strips import ROW
 from geosurf.kernels.meshes import level_volumes
 from geosurf.kernels.meshes import volumes as kernels
 from geosurf.model import Lattice
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
 
 # columns of `below`: six times the volume as two numbers, twice the area in the map
@@ -110,7 +108,6 @@ def beside_level(
     found = np.zeros((len(asked), 4))
     wanted = np.unique(surface[asked])
     ends = np.searchsorted(pieces.surface, [wanted, wanted + 1]).T.tolist()
-    stored = _stays_in_store(pieces)
 
     def add(i: int, j: int, runs: Iterable[tuple[Lattice, np.ndarray, np.ndarray]]) -> None:
         """Add triangles i to j - 1, then runs."""
@@ -125,13 +122,10 @@ def beside_level(
 
     # surfaces have no face in common, so that each is a task
     of_surface: dict[int, list[tuple[Lattice, np.ndarray, np.ndarray]]] = {}
-    if not stored:
-        for lattice, some, of in _runs(pieces, face, asked):
-            of_surface.setdefault(int(surface[of[0]]), []).append((lattice, some, of))
+    for lattice, some, of in _runs(pieces, face, asked):
+        of_surface.setdefault(int(surface[of[0]]), []).append((lattice, some, of))
     rows = [(*row, of_surface.get(one, ())) for one, row in zip(wanted.tolist(), ends, strict=True)]
     map_threads(add, rows, worth=sum(j - i for i, j in ends) > _TRIANGLES)
-    if stored:  # one band in memory at a time
-        add(0, 0, _runs(pieces, face, asked))
     return found
 
 
@@ -145,10 +139,6 @@ def heights(pieces: Pieces, face: np.ndarray, asked: np.ndarray) -> np.ndarray:
     for _, of, ends in _sums(pieces, face, asked, first=first):
         level_volumes.widen_by_runs(ends, of, float(pieces.origin[2]), found)
     return found
-
-
-def _stays_in_store(pieces: Pieces) -> bool:
-    return any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources)
 
 
 def _triangles(pieces: Pieces, face: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -176,12 +166,6 @@ def _sums(
 
     The tasks `first` are done before, or in other threads.
     """
-    if _stays_in_store(pieces):
-        for task in first:
-            task()
-        for lattice, runs, of in _runs(pieces, face, asked):  # one band in memory at a time
-            yield lattice, of, _of_runs(lattice, runs, level)
-        return
     parts = list(_runs(pieces, face, asked))
     worth = bool(pieces.first_run[-1] > _MANY_RUNS)
     tasks = [*first, *(partial(_of_runs, one, runs, level) for one, runs, _ in parts)]
@@ -226,21 +210,4 @@ def _runs(
                 continue
             lattice = pieces.sources[i].lattice
             assert lattice is not None  # only lattices have strips
-            if isinstance(lattice, ChunkedLattice):
-                yield from _bands(lattice, strips.runs[rows], of[rows])
-            else:
-                yield lattice, strips.runs[rows], of[rows]
-
-
-def _bands(
-    lattice: ChunkedLattice, runs: np.ndarray, of: np.ndarray
-) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
-    """The same for what stays in a store, band by band; sums are taken in the order of runs."""
-    wanted = np.zeros(lattice.shape[0] - 1, dtype=bool)
-    wanted[runs[:, ROW]] = True
-    for first, band in lattice.bands(wanted):
-        # runs are sorted by row
-        rows = slice(*np.searchsorted(runs[:, ROW], (first, first + band.shape[0] - 1)))
-        some = runs[rows].copy()
-        some[:, ROW] -= first
-        yield band, some, of[rows]
+            yield lattice, strips.runs[rows], of[rows]

@@ -16,7 +16,6 @@ from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.parts import mark_around, number_parents, open_edges
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
 from geosurf.model import Patches, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
 
 # least work of a thread, a millisecond each, which is ten times what a thread costs
@@ -163,8 +162,7 @@ def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
         np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
 
     rows = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
-    stored = any(isinstance(source.lattice, ChunkedLattice) for source in pieces.sources)
-    map_threads(write, rows, worth=len(first) > _PARENTS and not stored)
+    map_threads(write, rows, worth=len(first) > _PARENTS)
     return Parents(number, corners.reshape(-1, 3, 3))
 
 

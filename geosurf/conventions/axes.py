@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -131,45 +130,6 @@ def _rising_by_every_cell(x: np.ndarray, y: np.ndarray) -> bool:
         first = np.lexsort((south, west))[:1]
         choice = _compare_diagonals(rising[whole][first], falling[whole][first])
     return choice >= 0
-
-
-def sums_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float]:
-    """Return sums over all cells, for `compare_sums`; all nodes have a place (n_row, n_col).
-
-    They are ``dx * dy`` of rising and of falling diagonals, ``dy * dy`` of both, and the sum of all
-    squared diagonals.
-    """
-    rising = x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1]
-    falling = x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:]
-    found = [float((of[0] * of[1]).sum()) for of in (rising, falling)]
-    found += [float((of[1] ** 2).sum()) for of in (rising, falling)]
-    size = sum(float((part**2).sum()) for of in (rising, falling) for part in of)
-    one, two, three, four = found
-    return one, two, three, four, size
-
-
-def compare_sums(sums: Sequence[float]) -> int | None:
-    """Return +1 or -1 for the diagonals that the rule takes; None if rounding could decide.
-
-    Parameters
-    ----------
-    sums : sequence of float
-        As `sums_of_diagonals` returns them, of all cells.
-
-    Examples
-    --------
-    >>> x, y = np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0])
-    >>> compare_sums(sums_of_diagonals(x, y)), compare_sums(sums_of_diagonals(x + y, y - x))
-    (1, -1)
-    """
-    size = sums[4]
-    for plus, minus in ((sums[0], sums[1]), (sums[2], sums[3])):
-        gain = plus - minus
-        if abs(abs(gain) - 1e-6 * size) < 1e-9 * size:
-            return None
-        if abs(gain) > 1e-6 * size:
-            return 1 if gain > 0 else -1
-    return None
 
 
 def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:

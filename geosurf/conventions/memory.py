@@ -12,8 +12,6 @@ from pathlib import Path
 
 from geosurf.kernels.compile.memory_pages import of_glibc
 
-_ARENA_MAX = -8  # option of `mallopt`, from malloc.h
-
 
 def free_memory() -> int | None:
     """Return how many bytes of memory this process can still use, or None if that is unknown.
@@ -95,21 +93,6 @@ def give_back_memory() -> None:
     trim = of_glibc("malloc_trim")
     if trim is not None:
         trim(0)
-
-
-def share_one_heap() -> None:
-    """Let all threads that begin from now on take memory from one heap, if the C library knows how.
-
-    Else each thread has its own, and holds the chunks that it has read last until it ends: a store
-    is read by eight threads of other libraries.
-
-    Examples
-    --------
-    >>> share_one_heap()
-    """
-    set_option = of_glibc("mallopt")
-    if set_option is not None:
-        set_option(_ARENA_MAX, 1)
 
 
 @contextmanager

@@ -72,16 +72,9 @@ def boundaries_of(patches: Patches, units: Units) -> Boundaries:
     [3.0]
     """
     rows = np.flatnonzero(units.sides[:, 0] != units.sides[:, 1])
-    return Boundaries(patches.origin, *tree_over(patches.local, patches.triangles[rows]))
-
-
-def tree_over(
-    x: np.ndarray, triangles: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return points, triangles, their boxes and a tree of these, as `Boundaries` has them."""
-    triangles = np.ascontiguousarray(triangles)
+    x, triangles = patches.local, np.ascontiguousarray(patches.triangles[rows])
     boxes, codes, _, _ = survey_list(x, triangles)
-    return x, triangles, boxes, build_list_tree(boxes, codes)
+    return Boundaries(patches.origin, x, triangles, boxes, build_list_tree(boxes, codes))
 
 
-__all__ = ["Boundaries", "boundaries_of", "tree_over"]
+__all__ = ["Boundaries", "boundaries_of"]

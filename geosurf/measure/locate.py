@@ -18,12 +18,9 @@ from geosurf.kernels.location.pushed import digits_of, frame_with, sum_from_top
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.measure.columns import signs_of_turns
 from geosurf.measure.grid_cells import cell_guess
-from geosurf.measure.parts import groups_by_tile, stays_in_store
 from geosurf.measure.voxels import Voxels, voxels_of
 from geosurf.model import Lattice, Units
-from geosurf.model.excerpt import list_near
 from geosurf.model.pieces import Pieces, Strips
-from geosurf.model.regions import Feet
 
 AT_ONCE = 1 << 19  # points that are looked up together, by one thread
 IN_VOXELS = 1 << 22  # where voxels answer most of them
@@ -210,49 +207,6 @@ class Locator:
         return unit
 
 
-@dataclass(frozen=True, eq=False)
-class StoredLocator(Locator):
-    """The same for a model whose horizons stay in their store: read near the points alone.
-
-    Attributes
-    ----------
-    pieces : Pieces
-    sides : ndarray of int64, shape (n_piece, 2)
-        As `Units.piece_sides` has them.
-    """
-
-    pieces: Pieces
-    sides: np.ndarray
-
-    @property
-    def n_triangle(self) -> int:
-        """Too many for voxels."""
-        return 1 << 62
-
-    def find(self, points: np.ndarray, voxels: Voxels | None = None) -> np.ndarray:
-        """Return the unit at each point, as `Locator.find`."""
-        found = np.empty(len(points), dtype=np.int64)
-        for rows in groups_by_tile(self.pieces, points[:, :2]):
-            found[rows] = self._near(points[rows, :2]).find(points[rows])
-        return found
-
-    def find_on_lines(self, feet: np.ndarray, levels: np.ndarray) -> np.ndarray:
-        """Return the unit at each level of each vertical line, as `Locator.find_on_lines`."""
-        found = np.empty((len(feet), len(levels)), dtype=np.int64)
-        for rows in groups_by_tile(self.pieces, feet):
-            found[rows] = self._near(feet[rows]).find_on_lines(feet[rows], levels)
-        return found
-
-    def _near(self, feet: np.ndarray) -> Locator:
-        """The model near some vertical lines."""
-        listed = list_near(self.pieces, Feet.rounded(feet))
-        front, behind = self.sides[listed.element].T
-        rows = np.flatnonzero(front != behind)
-        corners = listed.x[listed.triangles[rows]]
-        bins, vertical = _bins(corners, behind[rows] - front[rows])
-        return Locator(self.origin, self.rule, (), bins, vertical, self.box)
-
-
 def locator_of(units: Units) -> Locator:
     """
     Make the surfaces of a model ready for vertical lines.
@@ -274,9 +228,6 @@ def locator_of(units: Units) -> Locator:
     low, high = np.reshape(units.box, (3, 2)).T - pieces.origin
     rule = np.array([*(0.5 * (low + high))[:2], low[2]])
     box = np.stack([low, high])
-    if stays_in_store(units):
-        none = _bins(np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))
-        return StoredLocator(pieces.origin, rule, (), *none, box, pieces, sides)
 
     # runs of grids stay grids where no two points of the grid share a place on the map
     maps: list[list[tuple[Lattice, np.ndarray]]] = []

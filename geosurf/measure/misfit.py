@@ -9,11 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.measure.faces import check_model
-from geosurf.measure.parts import stays_in_store
 from geosurf.measure.well_columns import Columns, columns_through, fault_between, nearest_first
 from geosurf.model import Patches, Units
-from geosurf.model.excerpt import model_near
-from geosurf.model.regions import Feet
 from geosurf.model.tops import Tops, tops_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -86,8 +83,6 @@ def well_misfit(patches: Patches, units: Units, tops: Any) -> xarray.Dataset:
     """
     check_model(patches, units)
     checked = tops_of(tops)
-    if stays_in_store(units):  # what is above and below the tops is all that counts
-        patches, units = model_near(units, Feet.rounded(checked.points[:, :2]))
     inside = np.flatnonzero((units.sides >= 0).any(axis=1))
     columns = columns_through(patches, checked.points, inside)
     zones = [unit.zone_index for unit in units.values()] or [0]

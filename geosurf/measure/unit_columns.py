@@ -15,11 +15,8 @@ from geosurf.errors import InputError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.measure.columns import cross_columns, elevations
 from geosurf.measure.grid_cells import keys_at, runs_of_keys
-from geosurf.measure.parts import groups_by_tile, stays_in_store
-from geosurf.model import Lattice, Unit, Units
-from geosurf.model.chunked_map import ChunkedMap
-from geosurf.model.pieces import Pieces, Strips
-from geosurf.model.regions import Feet
+from geosurf.model import Unit, Units
+from geosurf.model.pieces import Pieces
 
 AT_ONCE = 1 << 18  # lines whose triangles of grids are in memory
 
@@ -78,7 +75,7 @@ def passages(
 
     Yields
     ------
-    rows : ndarray of int64, or slice
+    rows : slice
         Of some feet; each foot is among one of these.
     found : list of Passages
         One for each unit; feet are counted among these rows.
@@ -107,20 +104,13 @@ def passages(
     # triangles near curves are few, and searched for all lines at once; grids are not
     near = _on_triangles(pieces, sides, wanted, local, middle)
     number = np.full(len(feet), -1)
-    for some in _groups(units, pieces, feet):
+    for low in range(0, max(len(feet), 1), AT_ONCE):
+        some = slice(low, low + AT_ONCE)
         number[some] = np.arange(len(feet[some]))
         of = _among(near, number)
         number[some] = -1
         met = _joined([of, *_on_grids(pieces, sides, wanted, local[some], middle)])
         yield some, [_of_unit(met, u, local[some]) for u in rows]
-
-
-def _groups(units: Units, pieces: Pieces, feet: np.ndarray) -> Iterator[np.ndarray | slice]:
-    """Rows of feet whose triangles are in memory together; above one tile of a store."""
-    if stays_in_store(units):
-        yield from groups_by_tile(pieces, feet)
-    else:
-        yield from (slice(low, low + AT_ONCE) for low in range(0, max(len(feet), 1), AT_ONCE))
 
 
 def _among(met: _Met, number: np.ndarray) -> _Met:
@@ -164,10 +154,6 @@ def _on_grids(
         if low == high or strips is None or lattice is None:
             continue
         runs = wanted[low:high] - first
-        if isinstance(lattice, ChunkedMap):  # coordinates are read near the lines alone
-            of = _keys_near(lattice, strips, runs, feet, pieces.origin)
-            found.append(_on_some(pieces, sides, i, *of, feet, middle))
-            continue
         keys = keys_at(lattice, pieces.origin, feet, middle)
         if keys is None:  # a grid that folds on the map: its triangles are searched
             of = strips.keys_of(runs)
@@ -184,19 +170,6 @@ def _on_grids(
         way = np.full(len(foot), 1 if lattice.right_handed != lattice.turned else -1)
         found.append(_Met(foot, way, corners, np.full(len(foot), i), sides[first + run[foot]]))
     return found
-
-
-def _keys_near(
-    lattice: Lattice, strips: Strips, runs: np.ndarray, feet: np.ndarray, origin: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the triangles of some runs that lines may pass, and the run of each."""
-    cells = Feet.rounded(feet + origin[:2]).cells(lattice)
-    keys = (2 * cells[:, None] + np.arange(2)).reshape(-1)
-    run = runs_of_keys(lattice, strips, keys)
-    is_wanted = np.zeros(len(strips.runs) + 1, dtype=bool)  # the last one: in no run
-    is_wanted[runs] = True
-    some = is_wanted[run]
-    return keys[some], run[some]
 
 
 def _on_some(

@@ -7,7 +7,7 @@ the same unit are one interval.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +15,11 @@ import numpy as np
 
 from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
-from geosurf.measure.boundaries import Boundaries, boundaries_of
+from geosurf.measure.boundaries import Boundaries
 from geosurf.measure.locate import Locator
 from geosurf.measure.places import NAMES, places_of
 from geosurf.measure.sample import LABELS
 from geosurf.model import Units
-from geosurf.model.excerpt import model_near
-from geosurf.model.regions import Boxes
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -31,7 +29,7 @@ SLIP = 1e-7  # how far outside of a triangle, as a share of it, a crossing still
 
 
 def well_intervals(
-    units: Units, path: Any, md: Any, locator: Locator, boundaries: Boundaries | None
+    units: Units, path: Any, md: Any, locator: Locator, boundaries: Boundaries
 ) -> xarray.Dataset:
     """
     Return the units that a well goes through, from its first point to its last.
@@ -45,8 +43,8 @@ def well_intervals(
         Measured depth of each point [m]. Default: the column ``md``, else the length of the path.
     locator : Locator
         Of these units.
-    boundaries : Boundaries or None
-        Of these units. None: those near the path are listed, and no others.
+    boundaries : Boundaries
+        Of these units.
 
     Returns
     -------
@@ -62,8 +60,6 @@ def well_intervals(
     import xarray as xr
 
     points, along = _path(path, md, units.box)
-    if boundaries is None:
-        boundaries = boundaries_near(units, [points])
     local = points - boundaries.origin
 
     # where the path may pass a boundary: place as row of the point, and the share up to the next
@@ -95,7 +91,7 @@ def well_intervals(
 
 
 def intervals_of_wells(
-    units: Units, wells: Mapping[str, Any], locator: Locator, boundaries: Boundaries | None
+    units: Units, wells: Mapping[str, Any], locator: Locator, boundaries: Boundaries
 ) -> xarray.Dataset:
     """
     Return the units that each of many wells goes through, in one table.
@@ -107,8 +103,8 @@ def intervals_of_wells(
         See `wells_of`.
     locator : Locator
         Of these units.
-    boundaries : Boundaries or None
-        As for `well_intervals`; those near all wells are listed at once.
+    boundaries : Boundaries
+        Of these units.
 
     Returns
     -------
@@ -122,9 +118,6 @@ def intervals_of_wells(
     """
     import xarray as xr
 
-    if boundaries is None:
-        paths = [_named(name, _path, path, None, units.box)[0] for name, path in wells.items()]
-        boundaries = boundaries_near(units, paths)
     found = []
     for name, path in wells.items():
         one = _named(name, well_intervals, units, path, None, locator, boundaries)
@@ -245,30 +238,6 @@ def _named(name: str, run: Callable[..., Any], *given: Any) -> Any:
         raise InputError(f"well {name!r}: {error}") from error
 
 
-def boundaries_near(units: Units, paths: Sequence[np.ndarray]) -> Boundaries:
-    """
-    Return the boundaries of units near paths (n, 3), in world coordinates, and some others.
-
-    Of horizons that stay in their store only the cells near the paths are read.
-
-    Examples
-    --------
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.tilted_planes()
-    >>> units = gs.Scene(world.horizons, world.faults, world.box).units
-    >>> near = boundaries_near(units, [np.array([[1000.0, 1500, -1750], [1010, 1500, -2200]])])
-    >>> bool(0 < len(near.triangles) < 200)
-    True
-    """
-    most = _longest(units)
-    boxes = [box for path in paths for _, box in _pieces(path, most)]
-    low, high = (np.array([box[k][:2] for box in boxes]).reshape(-1, 2) for k in (0, 1))
-
-    # local coordinates are rounded
-    slack = 1e-9 * most + 2.0**-48 * float(np.abs([low, high]).max(initial=0.0))
-    return boundaries_of(*model_near(units, Boxes(low - slack, high + slack)))
-
-
 def _longest(units: Units) -> float:
     """Length of the longest piece of a path whose box is searched [m]."""
     low, high = np.reshape(units.box, (3, 2)).T
@@ -315,4 +284,4 @@ def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return rows
 
 
-__all__ = ["boundaries_near", "intervals_of_wells", "well_intervals", "wells_of"]
+__all__ = ["intervals_of_wells", "well_intervals", "wells_of"]

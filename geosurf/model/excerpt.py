@@ -1,8 +1,8 @@
 """A part of a model as plain triangles, in the order of the whole: what is near some places.
 
-Of grids only the cells near the places are listed, so a horizon that stays in its store is read
-there alone. Points and triangles keep the order that `Patches` and the shells of units give them:
-whoever works on the part gets the bytes that the whole gives.
+Of grids only the cells near the places are listed. Points and triangles keep the order that
+`Patches` and the shells of units give them: whoever works on the part gets the bytes that the whole
+gives.
 """
 
 from __future__ import annotations

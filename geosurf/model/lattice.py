@@ -6,7 +6,6 @@ Kernels are imported where they are called: a reader has no use for them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,7 +15,6 @@ import numpy as np
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
-from geosurf.model.holes import Holes, holes_in
 from geosurf.model.map_blocks import MapBlocks, Meets
 from geosurf.model.map_frame import MapFrame
 from geosurf.model.survey import Survey
@@ -25,7 +23,7 @@ from geosurf.model.survey import Survey
 OF_MAP = ("easting", "northing", "map_blocks", "map_frame", "right_handed")
 # what does not ask how cells are split and turned
 OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
-             "present", "vertex_of_node", "holes",
+             "present", "vertex_of_node",
              "map_blocks", "map_frame", "right_handed")  # fmt: skip
 
 
@@ -217,8 +215,6 @@ class Lattice(Noun):
         """Whether two graphs have the same nodes in the map, one by one."""
         if self.shape != other.shape:
             return False
-        if other.reads_map:
-            return other.shares_map(self)
         both = (self.easting, other.easting), (self.northing, other.northing)
 
         # the first numbers differ for nearly all pairs of grids; comparing all takes a pass over
@@ -228,11 +224,6 @@ class Lattice(Noun):
         if not (self.is_graph and other.is_graph):
             return False
         return all(a is b or np.array_equal(a, b) for a, b in both)
-
-    @property
-    def reads_map(self) -> bool:
-        """Whether easting and northing are 2-D and stay in a store."""
-        return False
 
     @property
     def has_rising_axes(self) -> bool:
@@ -315,41 +306,19 @@ class Lattice(Noun):
         mask.flags.writeable = False
         return mask
 
-    def elevations_at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """Elevations [m] of some rows and columns, which rise, float64 (n_row, n_col)."""
-        found: np.ndarray = self.elevation[np.ix_(rows, cols)]
-        return found
-
-    def map_at(self, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Easting and northing [m] of some rows and columns, which rise, each (n_row, n_col)."""
-        easting, northing = self.horizontal()
-        some = np.ix_(rows, cols)
-        return easting[some], northing[some]
-
-    def check_in_memory(self) -> None:
-        """Raise an error if elevations stay in a store: what follows lists all triangles."""
-
-    def presence(self, rows: tuple[int, int], cols: tuple[int, int]) -> np.ndarray:
-        """Mask of the nodes that exist in some rows and columns (first, last + 1)."""
-        return self.present[slice(*rows), slice(*cols)]
-
-    def rim_windows(self, at_once: int) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-        """Yield windows of nodes, rows and columns (first, last + 1), that hold all of its rim."""
-        n_row, n_col = self.shape
-        step = max(at_once // n_col, 1)
-        for low in range(0, n_row, step):
-            yield (low, min(low + step, n_row)), (0, n_col)
-
-    @cached_property
-    def holes(self) -> Holes:
-        """The absent nodes, as intervals of columns."""
-        none = np.empty((0, 3), dtype=np.int64)
-        return Holes(self.shape, frozen(none if self.whole else holes_in(~self.present), np.int64))
-
     @cached_property
     def gaps(self) -> np.ndarray:
         """Triangles that do not exist, in the form of `geosurf.kernels.lattices.strips`."""
-        return frozen(self.holes.gaps(self.rising), np.int64)
+        from geosurf.kernels.lattices.strips import gaps_of_holes
+
+        if self.whole:
+            return frozen(np.empty(0), np.int64)
+        # intervals of absent nodes: row, first and last column; beginnings and ends take turns
+        edge = np.diff(np.pad(~self.present, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+        row, column = np.nonzero(edge)
+        holes = np.stack([row[::2], column[::2], column[1::2] - 1], axis=1).astype(np.int64)
+        start = np.searchsorted(holes[:, 0], np.arange(self.shape[0] + 1))
+        return frozen(gaps_of_holes(*self.shape, self.rising, start, holes), np.int64)
 
     @cached_property
     def vertex_of_node(self) -> np.ndarray:

@@ -169,7 +169,6 @@ class Pieces(Noun):
             return Listed(self, i, corners, own, nodes)
         lattice = self.sources[i].lattice
         assert lattice is not None  # only lattices have strips
-        lattice.check_in_memory()
         n_core = len(self.x)
         ids, _ = number_nodes(strips.places, strips.runs, strips.nodes, strips.points, n_core)
         nodes = np.flatnonzero(ids >= n_core)

@@ -6,12 +6,12 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.model.chunk_store import STAYS
 from geosurf.read._hdf5 import refuse_bombs
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
+LARGE = 1 << 26  # values: smaller arrays are read when a file is opened, which takes half a GB
 PART, LONG = 1000, 4000  # nodes along a side of what is read at once, and of a chunk in a file
 
 
@@ -38,14 +38,14 @@ def opened_in_parts(path: Path, engine: str, name: str, size: int) -> xr.Dataset
             import h5py
 
             with h5py.File(name, "r") as found:
-                if not any(getattr(one, "size", 0) > STAYS for one in found.values()):
+                if not any(getattr(one, "size", 0) > LARGE for one in found.values()):
                     return None
-                texts = refuse_bombs(path, found, size, STAYS)
+                texts = refuse_bombs(path, found, size, LARGE)
         how: dict[str, Any] = {
             "engine": engine, "decode_times": False, "drop_variables": texts
         }  # fmt: skip
         with xr.open_dataset(name, **how) as dataset:
-            large = [one for one in dataset.variables.values() if one.size > STAYS]
+            large = [one for one in dataset.variables.values() if one.size > LARGE]
             if not large:
                 return None
             chunks = {dim: n for one in large for dim, n in chunks_of(one).items()}
@@ -64,4 +64,4 @@ def chunks_of(variable: xr.Variable) -> dict[Any, int]:
     }
 
 
-__all__ = ["chunks_of", "opened_in_parts"]
+__all__ = ["LARGE", "chunks_of", "opened_in_parts"]

@@ -29,7 +29,7 @@ HORIZON = re.compile(rb"^(?:string\s+)?[\"']?(?:horizon|surface|marker|pick|top)
 LABEL = re.compile(rb"\b(?:poly_id|stick_id|stick|segment_id|segment)\b", re.I)
 # values that programs write for "undefined"; as elevations they would be rare
 NULLS = (-999.0, -999.25, -9999.0, -99999.0, 9999.0, 99999.0, 9999900.0)
-_SHOWN = 1_000_000  # nodes of a grid in its store that are looked at
+_SHOWN = 1_000_000  # nodes of a large grid that are looked at
 ASSUMED: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
 STRANGE = "geosurf knows no format with this content or suffix; docs/formats.md lists all."
 SCENARIO = "This looks like a scenario, no data: `geosurf validate` lists its mistakes."
@@ -258,10 +258,10 @@ def _array(data: Any) -> np.ndarray:
     if hasattr(data, "vertices"):
         return np.asarray(data.vertices, dtype=np.float64)
     z = data.elevation if hasattr(data, "data_vars") else data
-    if hasattr(z.data, "dask"):  # stays in its store: some rows and columns show what it is
+    if hasattr(z.data, "dask"):  # opened, not read: some rows and columns show what it is
         step = math.ceil(math.sqrt(z.size / _SHOWN))
         z = data = z[::step, ::step]
-        noted("read", f"every {step}th row and column; the grid stays in its store")
+        noted("read", f"every {step}th row and column of a large grid")
     x, y = data.easting.values, data.northing.values
     if x.ndim == 1 and z.ndim == 2:
         x, y = np.meshgrid(x, y)

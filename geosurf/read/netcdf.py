@@ -52,7 +52,7 @@ def read_netcdf_horizon(
     -------
     xarray.DataArray
         Elevation [m], positive up. 1-D coordinates are sorted to increase; 2-D ones
-        give dims ``("row", "column")``. Values of more than 2**26 nodes stay in the file (Dask).
+        give dims ``("row", "column")``. Grids of more than 2**26 nodes are opened, not read (Dask).
 
     Raises
     ------

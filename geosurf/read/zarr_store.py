@@ -1,4 +1,4 @@
-"""Zarr stores: gridded horizons in folders, which stay there where they are large.
+"""Zarr stores: gridded horizons in folders; large ones are opened, and read when needed.
 
 What a variable and its coordinates have to be is the same as in NetCDF files.
 """
@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import DependencyError, FormatError
-from geosurf.model.chunk_store import STAYS
 from geosurf.read._guard import refuse_beyond_memory
 from geosurf.read._hdf5 import refuse_empty
-from geosurf.read._in_parts import chunks_of
+from geosurf.read._in_parts import LARGE, chunks_of
 from geosurf.read._netcdf_file import DAMAGE
 from geosurf.read.netcdf import horizon_of
 
@@ -43,7 +42,7 @@ def read_zarr_horizon(
     Returns
     -------
     xarray.DataArray
-        Elevation [m], positive up. Values of more than 2**26 nodes stay in the store (Dask).
+        Elevation [m], positive up. Grids of more than 2**26 nodes are opened, not read (Dask).
 
     Raises
     ------
@@ -52,7 +51,7 @@ def read_zarr_horizon(
     InputError
         If `positive` or `length_unit` is missing, unknown or contradicted.
     DependencyError
-        If Zarr is not installed, or Dask where values stay in the store.
+        If Zarr is not installed, or Dask where grids are not read.
     """
     dataset = _opened(path)
     try:
@@ -80,10 +79,10 @@ def _opened(path: Path) -> xr.Dataset:
         try:
             how: dict[str, Any] = {"decode_times": False, "chunks": None}
             dataset = xr.open_zarr(path, **how)
-            large = [one for one in dataset.variables.values() if one.size > STAYS]
+            large = [one for one in dataset.variables.values() if one.size > LARGE]
             if large and find_spec("dask") is None:
                 raise DependencyError(
-                    f"{path}: grids of more than {STAYS} nodes are read with dask. Install it "
+                    f"{path}: grids of more than {LARGE} nodes are read with dask. Install it "
                     "with: pip install 'geosurf[ensemble]'"
                 )
             if large:
@@ -105,7 +104,7 @@ def _refuse_empty_arrays(path: Path, dataset: xr.Dataset) -> None:
     for name, one in dataset.variables.items():
         # a file for each chunk, or for each shard of several
         sizes = one.encoding.get("shards") or one.encoding.get("chunks")
-        if one.size > STAYS and sizes:
+        if one.size > LARGE and sizes:
             parts = math.prod(-(-n // step) for n, step in zip(one.shape, sizes, strict=True))
             files = (file for _, _, some in os.walk(path / str(name)) for file in some)
             stored = sum(file != "zarr.json" and not file.startswith(".z") for file in files)

@@ -10,13 +10,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from geosurf.conventions import place
-from geosurf.errors import HorizonError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.chunked import ChunkedLattice
-from geosurf.model.chunked_moves import with_moved_nodes
-from geosurf.model.moved_nodes import cells_around
 from geosurf.model.surfaces import torn_sheet
 from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
@@ -53,9 +48,9 @@ def moved_surface(
 ) -> TriSurface:
     """The surface with some vertices moved to multiples of a step, as `move` does.
 
-    `rows` are rising: of vertices, or nodes of a grid that stays in its store. `held` has
-    coordinates of each axis that stay. What lies on them stays on them, and what is closer than a
-    step comes to lie on them: the box of the user does not move.
+    `rows` of vertices are rising. `held` has coordinates of each axis that stay. What lies on them
+    stays on them, and what is closer than a step comes to lie on them: the box of the user does not
+    move.
     """
     if not len(rows):
         return surface
@@ -90,8 +85,6 @@ def _nodes(lattice: Lattice, rows: np.ndarray) -> np.ndarray:
 def places_of(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
     """World coordinates (n, 3) of some vertices, given as for `moved_surface`."""
     lattice = surface.lattice
-    if isinstance(lattice, ChunkedLattice):
-        return lattice.places_of_nodes(rows)
     if type(lattice) is not Lattice or "vertices" in surface.__dict__:
         return surface.vertices[rows]
     return lattice.places_of_nodes(_nodes(lattice, rows))
@@ -100,16 +93,14 @@ def places_of(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
 def _as_grid(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface | None:
     """The grid with moved nodes; None if some nodes are in one place, or a triangle shuts."""
     lattice = surface.lattice
-    if isinstance(lattice, ChunkedLattice):
-        stored = with_moved_nodes(lattice, rows, there)
-        if stored is None or _shuts(stored, rows):
-            raise _stays(surface, there[0])
-        return _with_lattice(surface, stored)
     if type(lattice) is not Lattice or first_of_equals(surface) is not None:
         return None
     nodes = _nodes(lattice, rows)
-    grid = _in_memory(lattice, nodes, there)
-    return None if _shuts(grid, nodes) else _with_lattice(surface, grid)
+    grid = _with_nodes(lattice, nodes, there)
+    if _shuts(grid, nodes):
+        return None
+    marks = dict(surface.vertex_data)
+    return TriSurface(surface.name, surface.role, lattice=grid, vertex_data=marks or None)
 
 
 def _as_torn(
@@ -120,7 +111,7 @@ def _as_torn(
         return None
     nodes = torn.node_of_vertex[rows]
     is_ghost = nodes >= torn.n_node
-    grid = _in_memory(torn, nodes[~is_ghost], there[~is_ghost])
+    grid = _with_nodes(torn, nodes[~is_ghost], there[~is_ghost])
     if _shuts(grid, nodes[~is_ghost]):
         return None
     ghosts = torn.ghosts.copy()
@@ -129,13 +120,8 @@ def _as_torn(
     return torn_sheet(surface.name, moved, surface.vertex_data, surface.role)
 
 
-def _with_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
-    marks = dict(surface.vertex_data)
-    return TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=marks or None)
-
-
-def _in_memory(lattice: Lattice, nodes: np.ndarray, there: np.ndarray) -> Lattice:
-    """A grid in memory with moved nodes; each has coordinates of its own."""
+def _with_nodes(lattice: Lattice, nodes: np.ndarray, there: np.ndarray) -> Lattice:
+    """A grid with moved nodes; each has coordinates of its own."""
     x, y, z = (np.array(part) for part in (*lattice.horizontal(), lattice.elevation))
     for values, new in zip((x, y, z), there.T, strict=True):
         values.flat[nodes] = new
@@ -144,22 +130,31 @@ def _in_memory(lattice: Lattice, nodes: np.ndarray, there: np.ndarray) -> Lattic
 
 def _shuts(lattice: Lattice, nodes: np.ndarray) -> bool:
     """Whether a triangle at some nodes has two corners in one place."""
-    cells = cells_around(nodes, lattice.shape)
+    cells = _cells_around(nodes, lattice.shape)
     corners = lattice.corners_of_keys(np.concatenate([2 * cells, 2 * cells + 1]))
     near = corners[np.isin(corners, nodes).any(axis=1)]
     places = lattice.places_of_nodes(near.ravel()).reshape(-1, 3, 3)  # absent nodes equal none
     return bool((places == np.roll(places, 1, axis=1)).all(axis=2).any())
 
 
-def _stays(surface: TriSurface, at: np.ndarray) -> HorizonError:
-    """The error for a horizon in its store that a repair cannot keep as a grid."""
-    return HorizonError(
-        f"horizon {surface.name!r} almost touches another surface at {place(at)}, and its nodes "
-        "are so close there that a repair would fold it. geosurf repairs that in memory only. Load "
-        "it with da.load(), or select fewer nodes, as in da[::2, ::2].",
-        place=at,
-        surfaces=[surface.name],
-    )
+def _cells_around(nodes: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """
+    Return all cells of a grid that have one of some nodes as a corner, rising.
+
+    Examples
+    --------
+    >>> _cells_around(np.array([0, 5]), (3, 3)).tolist()
+    [0, 1, 3]
+    """
+    n_row, n_col = shape
+    row, col = np.divmod(nodes, n_col)
+    found = []
+    for i in (-1, 0):
+        for j in (-1, 0):
+            r, c = row + i, col + j
+            some = (r >= 0) & (c >= 0) & (r < n_row - 1) & (c < n_col - 1)
+            found.append(r[some] * (n_col - 1) + c[some])
+    return np.unique(np.concatenate(found))
 
 
 def _as_list(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface:

@@ -8,7 +8,6 @@ import numpy as np
 
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Patches, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 
 _REPORTED = 1e-6  # metres: smaller moves are below any measurement; most repairs move by 2 nm
 
@@ -34,8 +33,8 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
 
     names, far, place = [], 0.0, None
     for old, new in zip(given, patches.sources, strict=True):
-        before, after = _places_of(old, new)
-        steps = np.linalg.norm(after - before, axis=1)
+        before = old.vertices
+        steps = np.linalg.norm(new.vertices - before, axis=1)
         if not steps.any():
             continue
         names.append(old.name)
@@ -56,12 +55,3 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
         place,
     )
     return (warning,)
-
-
-def _places_of(old: TriSurface, new: TriSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Where vertices were and are (n, 3); of a grid in its store, those that have moved."""
-    lattice = new.lattice
-    if not isinstance(lattice, ChunkedLattice):
-        return old.vertices, new.vertices
-    nodes = np.empty(0, dtype=np.int64) if lattice.moved is None else lattice.moved.nodes
-    return old.places_of_nodes(nodes), new.places_of_nodes(nodes)

@@ -8,9 +8,7 @@ from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.earlier import Earlier, Kept
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
-from geosurf.conventions.memory import give_back_memory
 from geosurf.model import Patches, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.assemble import assemble
 from geosurf.rebuild.repair import cut_soundly
 from geosurf.rebuild.torn_lattices import with_torn_lattices
@@ -78,15 +76,10 @@ def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches
     """Cut the faces of known contacts and weld everything into patches.
 
     What earlier arrangements of the same surfaces found is taken from `known`, and this one is
-    added unless it was repaired or a horizon stays in its store.
+    added unless it was repaired.
     """
-    # Beside horizons that exceed memory there is no room for what the search has freed, or for what
-    # another scene may take from the arrangement.
-    stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
-    if stored:
-        give_back_memory()
     contacts, children, moves, kept = cut_soundly(contacts, _assembled, known)
-    if known is not None and not moves["moved_vertices"] and not stored:
+    if known is not None and not moves["moved_vertices"]:
         one = Earlier.of(known.keys, contacts, children, kept)
         known.keep_arrangement(one, known.arrangement()[1])
     report = {

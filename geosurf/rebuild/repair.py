@@ -31,7 +31,6 @@ from geosurf.kernels.contacts.packed_contact import on_boundaries
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
 from geosurf.rebuild.moved_vertices import moved_surface, places_of, rounded, shifted
 from geosurf.rebuild.own import with_own_contacts
@@ -143,7 +142,6 @@ def _checked(
     contacts: Contacts, children: Children, then: Callable[[Contacts, Children], Result]
 ) -> tuple[np.ndarray, Callable[[], Result]]:
     """Faces that are unsound; and what returns the result of `then`, or raises its error."""
-    stored = any(isinstance(surface.lattice, ChunkedLattice) for surface in contacts.surfaces)
     made = Future[Result]()
 
     def make() -> None:
@@ -153,7 +151,7 @@ def _checked(
         except GeosurfError as error:
             made.set_exception(error)
 
-    if n_threads() == 1 or stored or len(children.triangles) <= _MANY:
+    if n_threads() == 1 or len(children.triangles) <= _MANY:
         return unsound(contacts, children), partial(then, contacts, children)
     # the check goes to another thread: what is made is large, and a thread's own memory new
     tasks: list[tuple[Callable[[], object]]] = [(partial(unsound, contacts, children),), (make,)]
@@ -194,8 +192,6 @@ def _cut(
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
     """Add the vertices of some faces and of all that they cross, wherever they occur.
 
-    Of a surface that stays in its store they are nodes.
-
     Searches differ in contacts on edges and corners of both triangles: lattices of one survey are
     not asked for what neighbouring cells have in common, nor for a surface's own neighbours. What
     is moved must not depend on that.
@@ -216,14 +212,13 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         vertices = nodes[ids[of_node]]
         if len(vertices) == 0:
             continue
-        if not isinstance(surface.lattice, ChunkedLattice):
-            if surface.lattice is not None:
-                vertices = surface.lattice.vertex_of_node.ravel()[vertices]
+        if surface.lattice is not None:
+            vertices = surface.lattice.vertex_of_node.ravel()[vertices]
 
-            # All copies of a vertex move together.
-            first = first_of_equals(surface)
-            if first is not None:
-                vertices = first[vertices]
+        # All copies of a vertex move together.
+        first = first_of_equals(surface)
+        if first is not None:
+            vertices = first[vertices]
         moved[k] = np.union1d(moved[k], vertices)
 
 

@@ -19,15 +19,7 @@ import numpy as np
 
 from geosurf.kernels.meshes.numbering import first_seen, number_keys
 from geosurf.kernels.meshes.point_surfaces import codes_of_points, highest_of_points
-from geosurf.model import Units
-from geosurf.model.chunked import ChunkedLattice
-from geosurf.render.thin_units import (
-    MAX_UNIT_TRIANGLE,
-    Shell,
-    UnitMesh,
-    mesh_to_draw,
-    shells_to_draw,
-)
+from geosurf.render.thin_units import UnitMesh
 
 STEP, TRIES = 1.25, 16  # by how much cells grow at least in each attempt
 LARGEST = 1 << 62  # number of a cell
@@ -81,25 +73,6 @@ def clustered(mesh: UnitMesh, max_triangle: int, exaggeration: float = 1.0) -> U
         sides=mesh.sides[kept],
         surface=mesh.surface[kept],
     )
-
-
-def shells_in_picture(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[Shell]:
-    """Return the shell of each unit, as `shells_to_draw`.
-
-    Of horizons in their store, points along curves become few, too: millions of triangles next to
-    them are smaller than a pixel.
-
-    Parameters
-    ----------
-    units : Units
-    max_triangle : int
-    """
-    sources = units.piece_sides[0].sources if units.has_pieces else ()
-    if not any(isinstance(source.lattice, ChunkedLattice) for source in sources):
-        return shells_to_draw(units, max_triangle)
-    mesh = mesh_to_draw(units, max_triangle)
-    fewer = clustered(mesh, 2 * max_triangle)
-    return [replace(shell, creases=fewer is mesh) for shell in fewer.shells]
 
 
 def surfaces_at(
@@ -164,4 +137,4 @@ def _means(points: np.ndarray, of_point: np.ndarray) -> np.ndarray:
     return result
 
 
-__all__ = ["clustered", "shells_in_picture"]
+__all__ = ["clustered"]

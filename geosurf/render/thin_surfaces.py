@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.render.views import SIZE
 
 # triangles of all surfaces of a picture, and of one, whatever its size
@@ -20,8 +19,7 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
     """Return a surface with few enough triangles to draw.
 
     Of a gridded surface with more than `max_triangle` triangles, rows and columns are left out at
-    even distances; one that stays in its store is read for that. A surface without a lattice is
-    returned unchanged.
+    even distances. A surface without a lattice is returned unchanged.
 
     Parameters
     ----------
@@ -39,14 +37,15 @@ def thinned(surface: TriSurface, max_triangle: int = MOST) -> TriSurface:
 
     # two triangles for each cell: half of the rows and columns leaves a quarter of them
     share = math.sqrt(max_triangle / (2.0 * max(n_row - 1, 1) * max(n_col - 1, 1)))
-    if share >= 1.0 and not isinstance(lattice, ChunkedLattice):
+    if share >= 1.0:
         return surface
     rows, columns = _spread(n_row, share), _spread(n_col, share)
+    some = np.ix_(rows, columns)
     if lattice.easting.ndim == 1:
         easting, northing = lattice.easting[columns], lattice.northing[rows]
     else:
-        easting, northing = lattice.map_at(rows, columns)
-    elevation = lattice.elevations_at(rows, columns)
+        easting, northing = lattice.easting[some], lattice.northing[some]
+    elevation = lattice.elevation[some]
     coarse = Lattice(easting, northing, elevation, lattice.rising, lattice.reverse)
     return TriSurface(surface.name, surface.role, lattice=coarse)
 

@@ -17,7 +17,6 @@ import numpy as np
 from geosurf.kernels.lattices.run_blocks import find_blocks
 from geosurf.kernels.meshes.numbering import number_keys, renumbered
 from geosurf.model import Lattice, TriSurface, Units
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips, by_unit
 from geosurf.model.protocols import DrawnModel
 
@@ -37,14 +36,11 @@ class Shell:
         Outward normals.
     surface : ndarray of int64, shape (n_triangle,)
         Surface of each.
-    creases : bool
-        Whether sharp edges inside a surface are its own, and not those of points that became one.
     """
 
     points: np.ndarray
     triangles: np.ndarray
     surface: np.ndarray
-    creases: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +98,7 @@ def shells_to_draw(units: Units, max_triangle: int = MAX_UNIT_TRIANGLE) -> list[
         return whole_shells(units)
     pieces, sides = units.piece_sides
     stride = _stride(pieces, sides, max_triangle)
-    if stride == 1 and not any(isinstance(s.lattice, ChunkedLattice) for s in pieces.sources):
+    if stride == 1:
         return whole_shells(units)
     return thinned_mesh(pieces, sides, len(units), stride).shells
 

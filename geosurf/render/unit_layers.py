@@ -14,11 +14,10 @@ from geosurf.kernels.meshes.mesh import edges, ends_of
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Units
 from geosurf.render import palette
-from geosurf.render.cluster import shells_in_picture
 from geosurf.render.colouring import Selection, colour_units
 from geosurf.render.layers import Content, Entry, Layer
 from geosurf.render.picture_style import PLAIN, PictureStyle
-from geosurf.render.thin_units import Shell
+from geosurf.render.thin_units import Shell, shells_to_draw
 
 EVERYTHING = Selection()
 CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger angle are drawn
@@ -49,7 +48,7 @@ def show_units(
     shown = [unit for unit, yes in zip(units.values(), parts, strict=True) if yes]
     colouring = colour_units(units, shown, colour_by, style)
     content = Content((), colouring.legend, bar=colouring.bar)
-    drawn = zip(units.values(), shells_in_picture(units), explosion(units, explode), strict=True)
+    drawn = zip(units.values(), shells_to_draw(units), explosion(units, explode), strict=True)
     for yes, (unit, shell_of_unit, shift) in zip(parts, drawn, strict=True):
         if not yes:
             continue
@@ -60,7 +59,7 @@ def show_units(
             apart.points, apart.triangles, colour=colour, sharp=True,
             shades=colouring.shades(apart.points),
         )  # fmt: skip
-        lines = outline(shell_of_unit, shell_of_unit.creases)
+        lines = outline(shell_of_unit)
         rims = Layer(points, lines=lines, colour=palette.INK, width=0.9)
         content += Content((shell, rims)).moved(shift)
     slivers = [unit for unit in units.slivers if unit.name in {one.name for one in shown}]

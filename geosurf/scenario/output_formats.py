@@ -8,7 +8,6 @@ from pathlib import Path
 
 from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
 from geosurf.errors import DependencyError, GeosurfWarning, ScenarioError
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scene import Scene
@@ -89,9 +88,6 @@ def _fewer(scenario: Scenario) -> str:
 def why_no_lists(scene: Scene) -> str:
     """Why the triangles of a scene cannot be listed and written; empty if they can be."""
     horizons = [scene.surface(one) for one in scene.horizon_names]
-    for one in horizons:
-        if isinstance(one.lattice, ChunkedLattice):
-            return f"horizon {one.name!r} stays in its store"
     needed = WRITTEN * sum(one.n_triangle for one in horizons)
     free = lack_of_room(needed)
     if free is None:

@@ -9,7 +9,6 @@ import numpy as np
 from geosurf.conventions import area_text, counted, frame_origin, place, shift_is_exact
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
-from geosurf.model.chunked_map import ChunkedMap
 from geosurf.model.expected import box_of_sides
 from geosurf.scene.inputs import Box
 from geosurf.scene.memory import Memory
@@ -229,12 +228,6 @@ def _shift_is_exact(surface: TriSurface, origin: np.ndarray) -> bool:
     if not origin.any():
         return True
     lattice = surface.lattice
-    if isinstance(lattice, ChunkedMap):  # a part in doubt ends the pass
-        return all(
-            shift_is_exact(part, shift)
-            for _, *both in lattice.map_bands()
-            for part, shift in zip(both, origin[:2], strict=True)
-        )
     axes = surface.vertices.T[:2] if lattice is None else (lattice.easting, lattice.northing)
     return all(shift_is_exact(axis, shift) for axis, shift in zip(axes, origin[:2], strict=True))
 

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
+from geosurf.arrangement import find_contacts, meeting_surfaces
 from geosurf.conventions import counted
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.model import Curves, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.scene.area import boxes_meet
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
@@ -25,7 +24,6 @@ def curves_of_pair(
     origin: np.ndarray,
     *,
     voxel_size: float | None,
-    known: Callable[[Sequence[TriSurface]], KnownPairs],
 ) -> Curves:
     """Return the curves of two surfaces, or along which one surface crosses itself.
 
@@ -36,15 +34,10 @@ def curves_of_pair(
         Of the local frame.
     voxel_size : float or None
         As for `Scene`.
-    known : callable
-        Where candidates of a pair are held, for the model that is built later: only those of
-        horizons in their store are worth the memory.
     """
-    stored = any(isinstance(one.lattice, ChunkedLattice) for one in pair)
-    held = known(pair) if stored else None
     pairs = [(0, len(pair) - 1)]
     how: dict[str, Any] = {"pairs": pairs, "origin": origin, "voxel_size": voxel_size}
-    return curves_of(find_contacts(pair, known=held, **how))
+    return curves_of(find_contacts(pair, **how))
 
 
 def remembered_curves(
@@ -82,8 +75,7 @@ def remembered_curves(
     origin, keys = origin_for(pair), map(memory.key_of, pair)
     return memory.get_or_compute(
         "curves", subject, ("curves", *keys, origin.tobytes(), inputs.voxel_size),
-        lambda: curves_of_pair(pair, origin, known=memory.known_pairs,
-                               voxel_size=inputs.voxel_size),
+        lambda: curves_of_pair(pair, origin, voxel_size=inputs.voxel_size),
         lambda curves: counted(curves.n_curve, "curve"),
     )  # fmt: skip
 

@@ -9,7 +9,6 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
-from geosurf.triangulate.decimate_stored import decimate_stored, is_in_store, strides_in_store
 
 
 def decimated(
@@ -51,7 +50,7 @@ def decimated(
             continue
         made = memory.get_or_compute(
             "decimate", subject, ("decimate", tolerance, *map(memory.key_of, frame)),
-            partial(_decimated, frame, tolerance), _in_words, again=False,
+            partial(decimate_frame, frame, tolerance), _in_words, again=False,
         )  # fmt: skip
         found.update({one.name: one for one in made})
         for given, one in zip(frame, made, strict=False):  # which of its nodes follows from n
@@ -78,21 +77,14 @@ def _frames(horizons: Sequence[TriSurface]) -> list[list[TriSurface]]:
 def _needs_all(frame: list[TriSurface]) -> str | None:
     """Why the horizons of one frame keep all nodes, before these are looked at."""
     shape = None if frame[0].lattice is None else frame[0].lattice.shape
-    in_store = any(is_in_store(one.lattice) for one in frame)
-    if shape is None or not (strides_in_store if in_store else strides_of)(shape):
+    if shape is None or not strides_of(shape):
         return "the grid is small"
     other = [one.name for one in frame if not can_be_decimated(one)]
     if not other:
         return None
     if any("vertical_error" in one.vertex_data for one in frame):
         return "of one, nodes have been left out already"
-    return f"{other[0]} has absent nodes{', or is rotated and in its store' if in_store else ''}"
-
-
-def _decimated(frame: list[TriSurface], tolerance: float) -> list[TriSurface]:
-    """The horizons of one frame with as few nodes as the tolerance allows; none if it needs all."""
-    in_store = any(is_in_store(one.lattice) for one in frame)
-    return (decimate_stored if in_store else decimate_frame)(frame, tolerance)
+    return f"{other[0]} has absent nodes"
 
 
 def _in_words(made: list[TriSurface]) -> str:

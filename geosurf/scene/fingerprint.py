@@ -13,7 +13,6 @@ import numpy as np
 
 from geosurf.conventions.crs import crs_of
 from geosurf.model import FaultSticks, Sheet, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.sectors import Sector
 
 _PART = 1 << 24  # bytes of a file that are read at once
@@ -82,10 +81,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         else:  # as a lattice: its triangles need not be made
             grid = value.lattice
             digest.update(f"{grid.rising} {grid.reverse}".encode())
-            if isinstance(grid, ChunkedLattice):  # known by its store
-                digest.update(grid.fingerprint.encode())
-            else:
-                _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
+            _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
         for one in value.sectors:
             _add_sector(digest, one, strangers)
         for key, array in sorted(value.vertex_data.items()):

@@ -15,6 +15,7 @@ from geosurf.model import Lattice, Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
 from geosurf.scene.inputs import SceneInputs
 from geosurf.triangulate.horizon import EXTRAPOLATED
+from geosurf.triangulate.stored import is_stored, read_stored
 
 BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
 
@@ -24,11 +25,12 @@ Lookup = Callable[[str], TriSurface]
 
 def opened_horizon(value: Any, options: Options) -> Any:
     """Return the data of a horizon that is to be torn; a path is read, as points or as a grid."""
-    if not isinstance(value, str | Path):
-        return value
-    from geosurf.read import otherwise, read_horizon, read_points
+    if isinstance(value, str | Path):
+        from geosurf.read import otherwise, read_horizon, read_points
 
-    return (read_points if holds_points(value) else read_horizon)(value, **otherwise(options))
+        read = read_points if holds_points(value) else read_horizon
+        value = read(value, **otherwise(options))
+    return read_stored(value, "to be torn") if is_stored(value) else value
 
 
 def holds_points(path: str | Path) -> bool:

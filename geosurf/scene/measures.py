@@ -148,33 +148,26 @@ def sample(graph: Graph, where: Any, cell: Any, codes: bool, distance: bool) -> 
     if where is not None:
         check_system_of_places(lambda: crs(graph), where, "places")
     boundaries = _boundaries(graph) if flag_of(distance, "distance") else None
-    found = sample_units(
+    return sample_units(
         graph.units, where, cell=cell, codes=codes, locator=_locator(graph), boundaries=boundaries
     )
-    graph.memory.expect_unchanged()
-    return found
 
 
 def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
     """Return the units that a well goes through; see `Scene.well_intervals`."""
-    from geosurf.measure.parts import stays_in_store
     from geosurf.measure.well_intervals import intervals_of_wells, wells_of
     from geosurf.measure.well_intervals import well_intervals as intervals
 
     wells = wells_of(path)
-    boundaries = None if stays_in_store(graph.units) else _boundaries(graph)
+    boundaries = _boundaries(graph)
     if wells is not None:
         if md is not None:
             raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
         for name, one in wells.items():
             check_system_of_places(lambda: crs(graph), one, name)
-        all_wells = intervals_of_wells(graph.units, wells, _locator(graph), boundaries)
-        graph.memory.expect_unchanged()
-        return all_wells
+        return intervals_of_wells(graph.units, wells, _locator(graph), boundaries)
     check_system_of_places(lambda: crs(graph), path, "path")
-    found = intervals(graph.units, path, md, _locator(graph), boundaries)
-    graph.memory.expect_unchanged()
-    return found
+    return intervals(graph.units, path, md, _locator(graph), boundaries)
 
 
 def _locator(graph: Graph) -> Locator:
@@ -191,17 +184,11 @@ def _locator(graph: Graph) -> Locator:
 def _boundaries(graph: Graph) -> Boundaries:
     """Return all triangles that bound units, from memory if they are there."""
     from geosurf.measure.boundaries import boundaries_of
-    from geosurf.measure.parts import stays_in_store
-    from geosurf.measure.stored_boundaries import stored_boundaries_of
-
-    def found() -> Boundaries:
-        if stays_in_store(graph.units):
-            return stored_boundaries_of(graph.units)
-        return boundaries_of(graph.patches, graph.units)
 
     return graph.memory.get_or_compute(
         "measure", "boundaries of units", ("boundaries", graph.units_key),
-        found, lambda of: counted(len(of.triangles), "triangle"),
+        lambda: boundaries_of(graph.patches, graph.units),
+        lambda of: counted(len(of.triangles), "triangle"),
     )  # fmt: skip
 
 

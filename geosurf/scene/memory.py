@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from geosurf.arrangement.earlier import Earlier
 from geosurf.arrangement.known_pairs import ARRANGEMENTS, KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.running import running
-from geosurf.errors import GeosurfError, GeosurfWarning, HorizonError
+from geosurf.errors import GeosurfWarning
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.scene.ahead import Ahead
@@ -25,13 +25,6 @@ MANY = 10_000  # steps; from then on answers from memory are not recorded
 
 Result = TypeVar("Result")
 Stored = tuple[Any, tuple[GeosurfWarning, ...]]  # the result of a step, and its warnings
-
-
-class Watched(Protocol):
-    """What results are read from while they are computed: a grid that stays in its store."""
-
-    def expect_unchanged(self) -> None:
-        """Raise a `HorizonError` if it is not what was opened."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +78,6 @@ class Memory:
         # a copy brings warnings along that have been issued before
         self.store.issued.update(self.warnings)
         self._own: dict[Hashable, Stored] = {}
-        self._watched: list[Watched] = []
         self._noted: set[tuple[str, str]] = set()  # stages and subjects of all steps
         self._used = self.store.enter(self)
 
@@ -267,7 +259,7 @@ class Memory:
             # who is called at each start has a display of their own
             shown = running(f"{stage} {subject}") if self.on_start is announced else nullcontext()
             with shown, collected() as found:
-                result = self._unchanged(run)
+                result = run()
             warnings = tuple(dict.fromkeys(found))
             self._put(key, (result, warnings))
             seconds = run.seconds if isinstance(run, Ahead) else time.perf_counter() - start
@@ -277,31 +269,6 @@ class Memory:
         finally:
             self.warn(*found)
         return result, warnings
-
-    def watch(self, one: Watched) -> None:
-        """Refuse results that are computed while this changes."""
-        if one not in self._watched:
-            self._watched.append(one)
-
-    def expect_unchanged(self) -> None:
-        """Raise a `HorizonError` if something that is watched has changed."""
-        for one in self._watched:
-            one.expect_unchanged()
-
-    def _unchanged(self, run: Callable[[], Result]) -> Result:
-        """Run a step; an error of files that change has another cause than it names."""
-        try:
-            result = run()
-        except HorizonError:  # it says itself what is wrong with a store
-            raise
-        except GeosurfError as error:
-            try:
-                self.expect_unchanged()
-            except HorizonError as changed:
-                raise changed from error
-            raise
-        self.expect_unchanged()
-        return result
 
     def summary(self) -> Step:
         """Shared results in memory, and those that were dropped, as a line of `explain`."""

@@ -52,7 +52,8 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
     ----------
     horizons : mapping of str to horizon
         Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, (vertices, triangles),
-        a `Sheet`, or a path. Dask arrays of more than 2**26 nodes stay in their store.
+        a `Sheet`, or a path. Arrays in a store (Dask, Zarr,
+        NetCDF) are read into memory; what does not fit needs `tolerance` or `aoi`.
     faults : mapping of str to fault, optional
         A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, (vertices, triangles), or a
         path.

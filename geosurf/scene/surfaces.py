@@ -18,7 +18,6 @@ from geosurf.conventions.crs import refuse_other_crs
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.scene.footprint import footprint, opened_horizon
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
@@ -28,11 +27,11 @@ from geosurf.triangulate import (
     triangulate_fault,
     triangulate_horizon,
 )
-from geosurf.triangulate.chunked import stays_in_store
-from geosurf.triangulate.horizon import horizon_over, never_changes
+from geosurf.triangulate.horizon import decimated_horizons, horizon_over, never_changes
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
+from geosurf.triangulate.stored import cropped, is_stored, lack_of_memory, read_stored, refusal
 from geosurf.warning import collected, warn
 
 _LARGE = 1 << 21  # bytes of a grid: smaller ones are hashed faster than a thread starts
@@ -66,7 +65,7 @@ class InputSurfaces:
         self.inputs, self.memory = inputs, memory
         self.crs: dict[str, str] = {}
         self._fingerprints: dict[str, str] = {}
-        self._opened: dict[str, TriSurface] = {}
+        self._few: dict[str, TriSurface] = {}  # every k-th node of grids that are too large
         self._made: dict[str, Made] = {}  # by threads, until they are asked for
         self._known: dict[str, TriSurface] = {}  # those that have been asked for
         self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
@@ -90,8 +89,6 @@ class InputSurfaces:
         if name not in self._known or not hasattr(given, "coords"):
             return None
         found = self._known[name]
-        if stays_in_store(given):
-            return None
         quiet = self.memory.is_quiet(self._key(name, role, self._fingerprints[name]))
         turns = role == "fault" and orient_fault(found) is not found
         return found if quiet and not turns else None
@@ -101,7 +98,7 @@ class InputSurfaces:
         given = self.inputs.horizons
         large = [
             name for name, one in given.items()
-            if name not in self._fingerprints
+            if name not in self._fingerprints and not is_stored(one)
             and isinstance(getattr(one, "data", None), np.ndarray) and one.data.nbytes > _LARGE
         ]  # fmt: skip
         # the first of those with 2-D coordinates before the others, which often have the same
@@ -122,7 +119,7 @@ class InputSurfaces:
     def _noted(self, surface: TriSurface) -> TriSurface:
         """The surface; others refer to its 2-D coordinates where theirs are the same."""
         lattice = surface.lattice
-        if lattice is not None and not lattice.reads_map and lattice.easting.ndim == 2:
+        if lattice is not None and lattice.easting.ndim == 2:
             self._maps.append(weakref.ref(lattice))
         return surface
 
@@ -169,12 +166,8 @@ class InputSurfaces:
 
     def _read_once(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """The same when it is asked for first."""
-        # a grid that exceeds the memory is opened first; its store is its content
-        if role == "horizon" and stays_in_store(value):
-            if name not in self._opened:
-                given = undeclared(value, self.inputs.options)
-                self._opened[name] = triangulate_horizon(value, name=name, **given)
-            value = self._opened[name]
+        if role == "horizon" and is_stored(value):
+            value = self._from_store(name, value)
 
         # the content is hashed once: an array that the user changes afterwards does not change the
         # scene
@@ -191,14 +184,49 @@ class InputSurfaces:
         )  # fmt: skip
 
         self.memory.made_of(surface, key)
-        if isinstance(surface.lattice, ChunkedLattice):
-            self.memory.watch(surface.lattice.store)
 
         # surfaces of one model have one reference system
         refuse_other_crs(name, surface.crs, self.crs)
         if surface.crs is not None:
             self.crs[name] = surface.crs
         return surface
+
+    def _from_store(self, name: str, value: Any) -> Any:
+        """A grid of a store in memory; of what is too large every k-th node, or the area."""
+        if name in self._few:
+            return self._few[name]
+        grids = {
+            one: da for one, da in self.inputs.horizons.items()
+            if is_stored(da) and one not in self._known
+        }  # fmt: skip
+        grids[name] = value
+        if lack_of_memory([*grids.values()]) is None:
+            return read_stored(value, name)
+
+        # horizons of one grid keep the same nodes: files are opened for this
+        for one, given in self.inputs.horizons.items():
+            if isinstance(given, str | Path) and one != name:
+                data = _read(given, "horizon", self.inputs.options)
+                grids.update({one: data} if is_stored(data) else {})
+        if self.inputs.tolerance is not None:
+            words = {one: undeclared(da, self.inputs.options) for one, da in grids.items()}
+            self._few = decimated_horizons(grids, words, self.inputs.tolerance)
+            return self._few[name]
+        sides = self._sides()
+        if sides is not None:
+            grids = {one: cropped(da, one, sides) for one, da in grids.items()}
+        lack = lack_of_memory([*grids.values()])
+        if lack is not None:
+            raise refusal(grids, lack)
+        return read_stored(grids[name], name)
+
+    def _sides(self) -> tuple[float, float, float, float] | None:
+        """West, east, south and north of the area, or of the box; None if neither is given."""
+        if self.inputs.aoi is None or self.inputs.takes_rectangle:
+            return None if self.inputs.box is None else self.inputs.box[:4]
+        outline = opened_outline(self.inputs.aoi)
+        (west, south), (east, north) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
+        return west, east, south, north
 
     def _made_of(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """The surface of an input, which a thread may have made."""
@@ -209,7 +237,9 @@ class InputSurfaces:
             return surface
         if role == "horizon" and self.inputs.tear is not None:
             return self._footprint(name, value)
-        made = as_surface(name, role, value, self.inputs.options, others, self.maps())
+        made = as_surface(
+            name, role, value, self.inputs.options, others, self.maps(), self._from_store
+        )
         return self._noted(made) if role == "horizon" else made
 
     def _in_crs(self, surface: TriSurface) -> TriSurface:
@@ -237,6 +267,7 @@ def as_surface(
     options: Options,
     others: Found | None = None,
     maps: Iterable[Lattice] = (),
+    from_store: Callable[[str, Any], Any] = lambda name, da: read_stored(da, name),
 ) -> TriSurface:
     """Return a horizon or fault as a surface, whatever it was.
 
@@ -251,6 +282,8 @@ def as_surface(
         Surface of a name, or None: a sheet asks for the faults that tear it.
     maps : iterable of Lattice
         Of other horizons with 2-D coordinates, which are held once where they are the same.
+    from_store : callable
+        Name and grid of a file that was opened and not read -> the grid in memory, or a surface.
 
     Returns
     -------
@@ -259,6 +292,8 @@ def as_surface(
     """
     # first whatever reads: paths become grids, sticks or surfaces; then one way for each kind
     found = _read(value, role, options) if isinstance(value, str | Path) else value
+    if role == "horizon" and is_stored(found):
+        found = from_store(name, found)
     if role == "horizon" and isinstance(found, tuple | list):
         found = triangulate_horizon(found, name=name, **undeclared(found, options))
     torn = isinstance(found, Sheet)  # one that ends on its faults has been checked

@@ -2,8 +2,7 @@
 
 ==============  ==================================================
 horizon.py      a gridded horizon: checks, and one diagonal rule
-chunked.py      horizons that stay in their store; chunk_files.py: bounds of their chunks;
-                chunked_map.py: those with 2-D coordinates
+stored.py       grids in a store: read into memory, or in bands where they do not fit
 fault.py        a fault in any of its forms: grid, sticks, mesh
 mesh.py         a horizon or fault from vertices and triangles
 neighbours.py   surfaces and lines of other packages

@@ -66,6 +66,7 @@ def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     # All four nodes of the cell have to exist.
     node = i * n_col + j
     four = np.ones(inside.shape, dtype=bool)
-    for corner in (node, node + n_col, node + 1, node + n_col + 1):
-        four &= lattice.holes.is_present(corner)
+    if not lattice.whole:
+        for corner in (node, node + n_col, node + 1, node + n_col + 1):
+            four &= lattice.present.ravel()[corner]
     return inside & four

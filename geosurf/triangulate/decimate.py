@@ -22,8 +22,6 @@ import numpy as np
 
 from geosurf.arrangement.threads import map_threads
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkedLattice
-from geosurf.triangulate.decimate_bands import differences_in_bands
 
 STRIDES = (20, 10, 8, 5, 4, 3, 2)
 ENOUGH = 10_000  # nodes that stay, at least
@@ -115,10 +113,8 @@ def can_be_decimated(surface: TriSurface) -> bool:
 
 
 def _is_even(lattice: Lattice) -> bool:
-    """Whether a lattice has axes that rise, or is in memory and rotated."""
-    if lattice.easting.ndim == 1:
-        return lattice.has_rising_axes and lattice.rising
-    return not isinstance(lattice, ChunkedLattice)
+    """Whether a lattice has axes that rise, or is rotated."""
+    return lattice.easting.ndim == 2 or (lattice.has_rising_axes and lattice.rising)
 
 
 def strides_of(shape: tuple[int, int]) -> list[int]:
@@ -171,7 +167,7 @@ def measure_differences(
     limit : float
         [m]. What is farther off ends the search.
     first : float
-        Where it begins, from 0 (south) to below 1 (north). A grid in its store is read from south.
+        Where it begins, from 0 (south) to below 1 (north).
 
     Returns
     -------
@@ -189,34 +185,62 @@ def measure_differences(
     >>> measure_differences(bowl, every_other, limit=1.0)
     0.75
     """
-    from geosurf.kernels.lattices.decimate import bounds_of_cells, differences_of_rows_and_columns
+    from geosurf.kernels.lattices.decimate import differences_of_rows_and_columns
 
     rows, cols, wide = frame.rows, frame.cols, frame.wide
     n = len(rows) - 1
     if not lattice.rising:  # diagonals that fall rise where columns run the other way
         cols, wide = lattice.shape[1] - 1 - cols[::-1], wide[::-1].copy()
-    if isinstance(lattice, ChunkedLattice):
-        few, above, below, change, failed = differences_in_bands(lattice, rows, cols, limit)
-    else:
-        # blocks far apart one after the other: what is rough somewhere shows soon
-        order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
-        order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
-        z = lattice.elevation
-        few, above, below, change, failed = differences_of_rows_and_columns(
-            z if lattice.rising else z[:, ::-1].copy(), rows, cols, order, limit
-        )
+    # blocks far apart one after the other: what is rough somewhere shows soon
+    order = np.argsort(np.arange(n) * _GOLDEN % 1.0, kind="stable")
+    order = np.roll(order, -int(np.flatnonzero(order == int(first * n))[0]))
+    z = lattice.elevation
+    few, *cells, failed = differences_of_rows_and_columns(
+        z if lattice.rising else z[:, ::-1].copy(), rows, cols, order, limit
+    )
     if failed >= 0:
         return (failed + 0.5) / n
-
     size = max(abs(float(lattice.survey.box[2])), abs(float(lattice.survey.box[5])))
+    found = bounded_differences(few, cells, frame, cols, wide, size, limit)
+    if lattice.rising or not isinstance(found, Differences):
+        return found
+    parts = found.elevation, found.largest, found.volume, found.change, found.doubt
+    return Differences(*(part[:, ::-1].copy() for part in parts))
+
+
+def bounded_differences(
+    few: np.ndarray,
+    cells: Sequence[np.ndarray],
+    frame: Frame,
+    cols: np.ndarray,
+    wide: np.ndarray,
+    size: float,
+    limit: float,
+) -> Differences | float:
+    """
+    Return what `measure_differences` does, from what its first kernel has found.
+
+    Parameters
+    ----------
+    few : ndarray of float64, shape (n_row, n_col)
+        Elevations of the nodes that are kept [m].
+    cells : three ndarray of float64, shape (n_row - 1, n_col - 1)
+        How far all nodes are above and below these, at most, and the integral of the difference.
+    frame : Frame
+    cols, wide : ndarray
+        As `frame` has them, or from the other end.
+    size : float
+        Largest elevation of all nodes, or depth [m].
+    limit : float
+        [m].
+    """
+    from geosurf.kernels.lattices.decimate import bounds_of_cells
+
     *found, most, worst = bounds_of_cells(
-        few, above, below, change, rows, cols, frame.high, wide, *frame.uneven,
+        few, *cells, frame.rows, cols, frame.high, wide, *frame.uneven,
         frame.stretch, size, _ROUNDING, _PER_NODE,
     )  # fmt: skip
-    if most > limit:
-        return (worst + 0.5) / n
-    cells = (few, *found) if lattice.rising else (part[:, ::-1].copy() for part in (few, *found))
-    return Differences(*cells)
+    return (worst + 0.5) / len(cells[0]) if most > limit else Differences(few, *found)
 
 
 def _uneven(axis: np.ndarray, kept: np.ndarray) -> tuple[float, float]:
@@ -363,6 +387,7 @@ def _all_within(
 __all__ = [
     "Differences",
     "Frame",
+    "bounded_differences",
     "can_be_decimated",
     "decimate_frame",
     "decimate_horizon",

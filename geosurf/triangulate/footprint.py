@@ -9,8 +9,6 @@ from typing import TypeGuard
 import numpy as np
 
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkedLattice
-from geosurf.model.chunked_map import ChunkedMap
 
 _SAMPLE = 4000  # nodes that a lattice is fitted to
 _AT_ONCE = 1 << 22  # nodes whose links are looked at together
@@ -120,10 +118,8 @@ def footprints_of(horizons: Sequence[TriSurface]) -> list[Footprint]:
 
 
 def _is_rectangle(lattice: Lattice | None) -> TypeGuard[Lattice]:
-    """Whether a horizon is a grid in memory with all nodes and a cell at least."""
-    if lattice is None or isinstance(lattice, ChunkedLattice):
-        return False
-    return lattice.whole and min(lattice.shape) > 1
+    """Whether a horizon is a grid with all nodes and a cell at least."""
+    return lattice is not None and lattice.whole and min(lattice.shape) > 1
 
 
 def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
@@ -131,30 +127,11 @@ def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
     easting, northing = lattice.easting, lattice.northing
     if easting.ndim == 1:
         return easting, northing
-    if lattice.reads_map:
-        return _lines_in_store(lattice)
     if easting[-1, 0] != easting[0, 0] or northing[0, -1] != northing[0, 0]:
         return None  # corners tell nearly all grids
     if (easting == easting[:1]).all() and (northing == northing[:, :1]).all():
         return easting[0], northing[:, 0]
     return None
-
-
-def _lines_in_store(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
-    """The same of 2-D coordinates that stay in a store: corners tell nearly all grids."""
-    (n_row, n_col), first = lattice.shape, None
-    west, east, north = lattice.map_places(np.array([0, n_col - 1, (n_row - 1) * n_col]))
-    if west[1] != east[1] or west[0] != north[0]:
-        return None
-    assert isinstance(lattice, ChunkedMap)
-    northings = []
-    for _, x, y in lattice.map_bands():
-        first = x[0].copy() if first is None else first
-        if (x != first).any() or (y != y[:, :1]).any():
-            return None
-        northings.append(y[:, 0].copy())
-    assert first is not None
-    return first, np.concatenate(northings)
 
 
 def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
@@ -182,11 +159,10 @@ def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
     """Links between nodes, and diagonals, with a triangle on one side only."""
     if _is_rectangle(lattice):
         return lattice.map_places(_links_around(lattice))
-    windows = [_links_in(lattice, *window) for window in lattice.rim_windows(_AT_ONCE)]
-    kinds = [np.concatenate(parts) for parts in zip(*windows, strict=True)]
-    if isinstance(lattice, ChunkedLattice):  # windows of the same rows: row by row, as in memory
-        kinds = [part[np.argsort(part[:, 0], kind="stable")] for part in kinds]
-    links = np.concatenate(kinds)
+    n_row, n_col = lattice.shape
+    step = max(_AT_ONCE // n_col, 1)  # rows
+    windows = [_links_in(lattice, low, min(low + step, n_row)) for low in range(0, n_row, step)]
+    links = np.concatenate([np.concatenate(parts) for parts in zip(*windows, strict=True)])
     links = links if lattice.right_handed else links[:, ::-1]
     return lattice.map_places(links)
 
@@ -204,15 +180,13 @@ def _links_around(lattice: Lattice) -> np.ndarray:
     return links if lattice.right_handed else links[:, ::-1]
 
 
-def _links_in(lattice: Lattice, rows: tuple[int, int], cols: tuple[int, int]) -> list[np.ndarray]:
-    """Links (n, 2) of the rim that begin in a window of nodes, one array for each kind."""
-    (n_row, n_col), (low, high), (left, right) = lattice.shape, rows, cols
-    n = np.zeros((high - low + 2, right - left + 2), dtype=bool)  # one node more on each side
+def _links_in(lattice: Lattice, low: int, high: int) -> list[np.ndarray]:
+    """Links (n, 2) of the rim that begin in rows `low` to `high` - 1, one array for each kind."""
+    n_row, n_col = lattice.shape
+    n = np.zeros((high - low + 2, n_col + 2), dtype=bool)  # one node more on each side
     start, stop = max(low - 1, 0), min(high + 1, n_row)
-    west, east = max(left - 1, 0), min(right + 1, n_col)
-    window = lattice.presence((start, stop), (west, east))
-    n[start - low + 1 : stop - low + 1, west - left + 1 : east - left + 1] = window
-    node = np.arange(low, high + 1)[:, None] * n_col + np.arange(left, right + 1)
+    n[start - low + 1 : stop - low + 1, 1:-1] = lattice.present[start:stop]
+    node = np.arange(low, high + 1)[:, None] * n_col + np.arange(n_col + 1)
 
     # first and second triangle of each cell: from the row and the column before the window on
     a, b, c, d = n[:-1, :-1], n[:-1, 1:], n[1:, 1:], n[1:, :-1]
@@ -250,7 +224,8 @@ def _axes_of(lattice: Lattice) -> Axes | None:
     """The frame of a lattice with even steps, turned right-handed; None if it has none."""
     n_col = lattice.shape[1]
     n = lattice.n_present
-    known = lattice.holes.present_nodes(np.linspace(0, n - 1, min(n, _SAMPLE)).astype(np.int64))
+    known = np.linspace(0, n - 1, min(n, _SAMPLE)).astype(np.int64)
+    known = known if lattice.whole else np.flatnonzero(lattice.present)[known]
     row, col = np.divmod(known, n_col)
     xy = lattice.map_places(known)
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.conventions import (
-    HORIZON_DIMS,
     elevation_sign,
     first_given,
     is_number,
@@ -18,17 +17,23 @@ from geosurf.conventions import (
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkedLattice
-from geosurf.model.expected import flag_of, name_of
-from geosurf.triangulate.chunked import chunked_lattice, chunked_map, stays_in_store
+from geosurf.model.expected import name_of
 from geosurf.triangulate.horizon_checks import (
     check_array,
     check_axis,
     check_cells,
     check_values,
+    coordinates_of,
 )
 from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
 from geosurf.triangulate.neighbours import own_form
+from geosurf.triangulate.stored import (
+    StoredGrid,
+    decimate_stored,
+    is_stored,
+    lack_of_memory,
+    read_stored,
+)
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -43,7 +48,6 @@ def triangulate_horizon(
     positive: str | None = None,
     length_unit: str | None = None,
     tolerance: float = 0.0,
-    lazy: bool | None = None,
 ) -> TriSurface:
     """Turn a horizon into a triangulated surface.
 
@@ -76,12 +80,7 @@ def triangulate_horizon(
         fewer than 40 000 nodes, with absent nodes, or with 2-D coordinates that have no even steps.
         What was met is in ``vertex_data``: ``"vertical_error"`` [m] around each vertex, and
         ``"volume_error"`` [m3], whose sum bounds the change of any volume below or above the
-        horizon. Of a grid in its store, every k-th node becomes a grid in memory.
-    lazy : bool, optional
-        Whether elevations stay in the store of a Dask array and are read chunk by chunk, for
-        curves, units and volumes of grids that exceed the memory. Default: Dask arrays of more
-        than 2**26 nodes. 2-D coordinates have to be those of a rotated grid with even steps.
-        Bounds of chunks are kept in a file next to the store.
+        horizon. A grid in a store that does not fit into memory is read in bands.
 
     Returns
     -------
@@ -120,9 +119,8 @@ def triangulate_horizon(
     (20000, True)
     """
     return horizon_over(
-        da, (), name=name, positive=positive, length_unit=length_unit, tolerance=tolerance,
-        lazy=lazy,
-    )  # fmt: skip
+        da, (), name=name, positive=positive, length_unit=length_unit, tolerance=tolerance
+    )
 
 
 def horizon_over(
@@ -134,7 +132,6 @@ def horizon_over(
     positive: str | None = None,
     length_unit: str | None = None,
     tolerance: float = 0.0,
-    lazy: bool | None = None,
 ) -> TriSurface:
     """Return the surface of `triangulate_horizon`, over one of some maps if it has the same.
 
@@ -158,18 +155,12 @@ def horizon_over(
     if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
     check_array(da, what)
-    chunked = stays_in_store(da) if lazy is None else flag_of(lazy, "lazy")
-
-    # Attributes of the array say what its numbers mean, unless arguments do.
-    try:
-        sign = elevation_sign(first_given(positive, da.attrs.get("positive")), what)
-        scale = sign * metres_per_unit(first_given(length_unit, da.attrs.get("units")), what)
-    except InputError as error:
-        raise HorizonError(str(error)) from error
-
-    if chunked:
-        return _in_store(da, scale, title, tolerance)
-    easting, northing = _coordinates(da, what)
+    scale = scale_of(da, what, positive, length_unit)
+    if is_stored(da):
+        if tolerance > 0 and lack_of_memory([da]) is not None:
+            return decimate_stored([StoredGrid.of(da, title, scale)], tolerance)[0]
+        da = read_stored(da, title)
+    easting, northing = coordinates_of(da, what)
     values = np.asarray(da.values, dtype=np.float64)
     if own and scale == 1.0:
         values = _own(values)
@@ -204,6 +195,49 @@ def _with_fewer_nodes(horizon: TriSurface, tolerance: float) -> TriSurface:
     return found[0] if found else horizon
 
 
+def scale_of(da: Any, what: str, positive: str | None, length_unit: str | None) -> float:
+    """Return what turns values of a grid into metres above the datum."""
+    # Attributes of the array say what its numbers mean, unless arguments do.
+    try:
+        sign = elevation_sign(first_given(positive, da.attrs.get("positive")), what)
+        return sign * metres_per_unit(first_given(length_unit, da.attrs.get("units")), what)
+    except InputError as error:
+        raise HorizonError(str(error)) from error
+
+
+def decimated_horizons(
+    grids: Mapping[str, Any], words: Mapping[str, Mapping[str, str]], tolerance: float
+) -> dict[str, TriSurface]:
+    """
+    Return horizons of every k-th node, by name, of grids in a store that memory does not hold.
+
+    Parameters
+    ----------
+    grids : mapping of str to xarray.DataArray
+        Those with the same axes keep the same rows and columns.
+    words : mapping of str to mapping
+        ``positive`` and ``length_unit`` of grids that do not declare them.
+    tolerance : float
+        [m].
+
+    Raises
+    ------
+    HorizonError
+        If a grid is rotated, has absent nodes, or needs more nodes than fit into memory.
+    """
+    groups: list[list[StoredGrid]] = []
+    for name, da in grids.items():
+        given = words[name].get("positive"), words[name].get("length_unit")
+        one = StoredGrid.of(da, name, scale_of(da, f"horizon {name!r}", *given))
+        same = [of for of in groups if of[0].has_axes_of(one)]
+        if same:
+            same[0].append(one)
+        else:
+            groups.append([one])
+    found = [one for group in groups for one in decimate_stored(group, tolerance)]
+    return {one.name: one for one in found}
+
+
 def _marks_of(da: Any, lattice: Lattice) -> dict[str, np.ndarray] | None:
     """Which vertices have no data, of a grid that `extend_horizon` continued; None for others."""
     if EXTRAPOLATED not in da.coords:
@@ -236,96 +270,6 @@ def _from_mesh(
         )
     refuse_flat_triangles(surface)
     return surface
-
-
-def _in_store(da: Any, scale: float, title: str, tolerance: float) -> TriSurface:
-    """A horizon whose nodes are read chunk by chunk."""
-    what = f"horizon {title!r}"
-    if not hasattr(da.data, "dask"):
-        raise HorizonError(
-            f"{what}: lazy=True, but its values are in memory. Open it with "
-            "xr.open_zarr(path), or leave lazy out."
-        )
-    easting, northing = _labels(da, what)
-    lattice: ChunkedLattice
-    if easting.ndim == 2:  # read with the elevations
-        both = [
-            (one.data, _factor_of(one, f"{key} of {what}"))
-            for key, one in (("easting", easting), ("northing", northing))
-        ]
-        lattice = chunked_map(da, (both[0], both[1]), scale, title)
-    else:
-        axes = _coordinates(da, what)
-        for key, axis in zip(("easting", "northing"), axes, strict=True):
-            check_axis(key, axis, what)
-        lattice = chunked_lattice(da, axes, scale, title)
-        lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
-    if lattice.n_triangle == 0:
-        raise HorizonError(
-            f"{what}: no triangle has its three nodes. Check the no-data value of the store."
-        )
-    made = TriSurface(title, "horizon", lattice=lattice)
-    made.crs = crs_of(da)
-    return _in_memory(made, tolerance) if tolerance > 0 else made
-
-
-def _in_memory(horizon: TriSurface, tolerance: float) -> TriSurface:
-    """A horizon in its store as a grid in memory, with every k-th node."""
-    # loaded by those who leave nodes out of horizons in their store
-    from geosurf.triangulate.decimate import can_be_decimated
-    from geosurf.triangulate.decimate_stored import decimate_stored, strides_in_store
-
-    what = f"horizon {horizon.name!r}: tolerance is {tolerance:g} m, but"
-    assert horizon.lattice is not None
-    if not can_be_decimated(horizon):
-        raise HorizonError(
-            f"{what} a grid in its store with absent nodes or 2-D coordinates cannot be "
-            "simplified. Leave tolerance out, or select a part without absent nodes: da.isel(...)."
-        )
-    strides = strides_in_store(horizon.lattice.shape)
-    found = decimate_stored([horizon], tolerance)
-    if found:
-        return found[0]
-    if not strides:
-        raise HorizonError(f"{what} the grid is small. Load it with da.load().")
-    raise HorizonError(
-        f"{what} a grid of one in {strides[-1]} rows and columns is farther off, and a finer one "
-        "takes too much memory. Give a larger tolerance, or leave it out: then all nodes stay in "
-        "their store."
-    )
-
-
-def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Easting and northing [m], both 1-D or both 2-D."""
-    easting, northing = _labels(da, what)
-    return _metres(easting, f"easting of {what}"), _metres(northing, f"northing of {what}")
-
-
-def _labels(da: Any, what: str) -> tuple[Any, Any]:
-    """Coordinates of a grid, both 1-D or both over its dimensions; they are not read."""
-    # of xarray the arrays alone: labels cost more than what they label
-    coords = getattr(da.coords, "variables", da.coords)
-    missing = [key for key in ("easting", "northing") if key not in coords]
-    flat = not missing and coords["easting"].ndim == coords["northing"].ndim == 2
-    if not flat and tuple(da.dims) != HORIZON_DIMS:
-        if set(da.dims) == set(HORIZON_DIMS):
-            remedy = "Only the order differs: da.transpose('northing', 'easting')."
-        else:
-            remedy = (
-                "Rename them with da.rename(...), or add 2-D coordinates easting and northing "
-                "if the grid is rotated."
-            )
-        raise HorizonError(f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. {remedy}")
-    if missing:
-        raise HorizonError(
-            f"{what}: coordinates {missing} are missing; the array has {list(da.coords)}. Add "
-            f"them in metres with da.assign_coords({missing[0]}=...)."
-        )
-
-    easting, northing = (
-        coords[key].transpose(*da.dims) if flat else coords[key] for key in ("easting", "northing")
-    )
-    return easting, northing
 
 
 def _lattice_of(
@@ -366,26 +310,3 @@ def never_changes(values: Any) -> bool:
             return False
         values = values.base
     return values is None or isinstance(values, bytes)
-
-
-def _metres(coord: Any, what: str) -> np.ndarray:
-    """Values of one coordinate in metres."""
-    factor = _factor_of(coord, what)
-    values = np.asarray(coord.values, dtype=np.float64)
-    return values if factor == 1.0 else values * factor
-
-
-def _factor_of(coord: Any, what: str) -> float:
-    """What turns values of a coordinate into metres."""
-    if coord.dtype.kind not in "fiu":
-        raise HorizonError(
-            f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
-        )
-
-    length_unit = coord.attrs.get("units")
-    if length_unit is None:
-        return 1.0
-    try:
-        return metres_per_unit(length_unit, what)
-    except InputError as error:
-        raise HorizonError(str(error)) from error

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, place
-from geosurf.errors import HorizonError
+from geosurf.conventions import HORIZON_DIMS, metres_per_unit, place
+from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice
 from geosurf.triangulate.degenerate import map_turns
 
@@ -59,6 +59,55 @@ def check_array(da: Any, what: str) -> None:
             f"{what}: the grid has {da.shape[0]} x {da.shape[1]} nodes, expected 2 x 2 or "
             "more. Read a larger part of the grid."
         )
+
+
+def coordinates_of(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return easting and northing [m], both 1-D or both 2-D."""
+    easting, northing = labels_of(da, what)
+    return _metres(easting, f"easting of {what}"), _metres(northing, f"northing of {what}")
+
+
+def labels_of(da: Any, what: str) -> tuple[Any, Any]:
+    """Return the coordinates of a grid, both 1-D or both over its dimensions; they are not read."""
+    # of xarray the arrays alone: labels cost more than what they label
+    coords = getattr(da.coords, "variables", da.coords)
+    missing = [key for key in ("easting", "northing") if key not in coords]
+    flat = not missing and coords["easting"].ndim == coords["northing"].ndim == 2
+    if not flat and tuple(da.dims) != HORIZON_DIMS:
+        if set(da.dims) == set(HORIZON_DIMS):
+            remedy = "Only the order differs: da.transpose('northing', 'easting')."
+        else:
+            remedy = (
+                "Rename them with da.rename(...), or add 2-D coordinates easting and northing "
+                "if the grid is rotated."
+            )
+        raise HorizonError(f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. {remedy}")
+    if missing:
+        raise HorizonError(
+            f"{what}: coordinates {missing} are missing; the array has {list(da.coords)}. Add "
+            f"them in metres with da.assign_coords({missing[0]}=...)."
+        )
+
+    easting, northing = (
+        coords[key].transpose(*da.dims) if flat else coords[key] for key in ("easting", "northing")
+    )
+    return easting, northing
+
+
+def _metres(coord: Any, what: str) -> np.ndarray:
+    """Values of one coordinate in metres."""
+    if coord.dtype.kind not in "fiu":
+        raise HorizonError(
+            f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
+        )
+
+    length_unit = coord.attrs.get("units")
+    try:
+        factor = 1.0 if length_unit is None else metres_per_unit(length_unit, what)
+    except InputError as error:
+        raise HorizonError(str(error)) from error
+    values = np.asarray(coord.values, dtype=np.float64)
+    return values if factor == 1.0 else values * factor
 
 
 def check_axis(key: str, axis: np.ndarray, what: str) -> None:

@@ -30,7 +30,6 @@ from geosurf.warning import warn
 # Parts of the size of the area: a rim nearer to a side than NEAR runs along it (8 mm in 1 km, as
 # with corners of two decimals), and a side is moved by at least LEAST.
 NEAR, LEAST = 2.0**-17, 2.0**-34
-_AT_ONCE = 1 << 22  # nodes that are looked at together
 FURTHER = 4.0  # times as far inside as the farthest of these rim nodes
 
 
@@ -102,7 +101,7 @@ def _is_clear(outline: np.ndarray, horizon: TriSurface, near: float) -> bool:
     grid = horizon.lattice
     if grid is None and horizon.torn is not None and horizon.torn.nodes_are_all_there:
         grid = horizon.torn
-    if grid is None or grid.reads_map or grid.easting.ndim != 1 or len(outline) != 4:
+    if grid is None or grid.easting.ndim != 1 or len(outline) != 4:
         return False
     low, high = outline.min(axis=0), outline.max(axis=0)
     # each corner at an end of both axes, and each side along one
@@ -209,20 +208,12 @@ def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
 
     # A node is on the rim unless all eight neighbours exist.
     n_row, n_col = lattice.shape
-    found = []
-    for (low, high), (left, right) in lattice.rim_windows(_AT_ONCE):
-        there = np.zeros((high - low + 2, right - left + 2), dtype=bool)
-        start, stop = max(low - 1, 0), min(high + 1, n_row)
-        west, east = max(left - 1, 0), min(right + 1, n_col)
-        window = lattice.presence((start, stop), (west, east))
-        there[start - low + 1 : stop - low + 1, west - left + 1 : east - left + 1] = window
-        inner = np.ones((high - low, right - left), dtype=bool)
-        for i in (0, 1, 2):
-            for j in (0, 1, 2):
-                inner &= there[i : i + high - low, j : j + right - left]
-        row, col = np.nonzero(there[1:-1, 1:-1] & ~inner)
-        found.append((row + low) * n_col + col + left)
-    return lattice.map_places(np.sort(np.concatenate(found)))
+    there = np.pad(lattice.present, 1)
+    inner = np.ones((n_row, n_col), dtype=bool)
+    for i in (0, 1, 2):
+        for j in (0, 1, 2):
+            inner &= there[i : i + n_row, j : j + n_col]
+    return lattice.map_places(np.flatnonzero(lattice.present & ~inner))
 
 
 def _torn_rim(torn: TornLattice, lines: np.ndarray, near: float) -> np.ndarray:

@@ -22,7 +22,6 @@ import numpy as np
 from geosurf.conventions import counted, place
 from geosurf.errors import GeosurfWarning, HorizonError
 from geosurf.model import TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.warning import warn
 
 # usual marks of absent values, and the units in which they may have been read as lengths
@@ -59,9 +58,6 @@ def check_spikes(surface: TriSurface) -> None:
 value, as at (E 150, N 100, elevation -999.25 m); the others lie \
 between -2000 and -2000 m. Remove them: grid.where(abs(abs(grid) - 999.25) > 0.01).
     """
-    if isinstance(surface.lattice, ChunkedLattice):
-        _check_bounds(surface.name, surface.bounds[4:], surface.lattice)
-        return
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused elsewhere
         _check(surface)
 
@@ -124,24 +120,6 @@ def _check(surface: TriSurface) -> None:
     for limit in _limits(np.abs(size), spacing):
         if _look_at_islands(surface, z, first, second, size, limit):
             return
-
-
-def _check_bounds(name: str, ends: tuple[float, float], lattice: ChunkedLattice) -> None:
-    """Refuse marks in a grid that stays in its store, by the bounds of its blocks."""
-    blocks = lattice.bounds.blocks
-    for value in _extreme_marks(*ends):
-        holds = (blocks[:, 2] == value) | (blocks[:, 5] == value)
-        rest = blocks[~holds & np.isfinite(blocks[:, 2])]
-        if not _is_far_from_all(np.append(rest[:, 2::3], value), value):
-            continue
-        at = blocks[np.flatnonzero(holds)[0]]
-        raise HorizonError(
-            f"horizon {name!r}: nodes have the value {value:.10g} m, a usual no-data value, "
-            f"first between {place(tuple(at[:2].tolist()))} and {place(tuple(at[3:5].tolist()))}; "
-            f"other parts lie between {rest[:, 2].min():.6g} and {rest[:, 5].max():.6g} m. Remove "
-            f"them: da.where(abs(da) != {abs(value):.10g}), in the units of the store.",
-            surfaces=[name],
-        )
 
 
 def mark_of(value: float) -> float | None:

@@ -18,7 +18,6 @@ import numpy as np
 
 from geosurf.kernels.lattices.near_cells import near_cells
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.triangulate.decimate import IN_VERTEX_DATA
 
 _NO_PLANES = np.empty((0, 4))
@@ -134,8 +133,6 @@ def _items_of(surface: TriSurface, corner: np.ndarray) -> tuple[np.ndarray, np.n
     Boxes of a lattice of fewer nodes hold all of them.
     """
     lattice, shift = surface.lattice, np.tile(corner, 2)
-    if isinstance(lattice, ChunkedLattice):
-        return np.array(surface.bounds).reshape(3, 2).T.reshape(1, 6) - shift, _NO_PLANES
     if lattice is not None and surface.torn is None and not surface.sectors:
         survey = lattice.survey
         leaves = survey.nodes[: int(survey.levels[0, 1] * survey.levels[0, 2])] - shift

@@ -13,7 +13,6 @@ from geosurf import TriSurface
 from geosurf.kernels.lattices import strips
 from geosurf.kernels.meshes import volumes
 from geosurf.model import Lattice
-from geosurf.model.holes import TriangleNumbers
 
 ALL = np.ones(1, dtype=bool)  # the faces that are measured: one
 
@@ -79,20 +78,6 @@ def test_runs_hold_what_is_left_and_know_their_neighbours(case):
             other = next((other for other, _ in on if other != key), -1)
             found = strips.keys_across(a, absent, lattice.turned, np.array([key]), np.array([k]))
             assert found.tolist() == [other]
-
-
-@settings(max_examples=100, deadline=None)
-@given(holed_lattices())
-def test_triangles_are_numbered_without_a_list(case):
-    lattice, taken = case
-    numbers = TriangleNumbers(lattice.shape, lattice.rising, lattice.gaps)
-    np.testing.assert_array_equal(numbers.keys_of_rows(np.arange(len(lattice.keys))), lattice.keys)
-    rows = np.searchsorted(lattice.keys, taken)
-    np.testing.assert_array_equal(numbers.rows_of_keys(taken), rows)
-    nodes = np.arange(lattice.n_node)
-    np.testing.assert_array_equal(lattice.holes.is_present(nodes), lattice.present.ravel())
-    found = lattice.holes.present_nodes(np.arange(lattice.n_present))
-    np.testing.assert_array_equal(found, np.flatnonzero(lattice.present))
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,4 +1,4 @@
-"""Zarr stores, and grids that stay in their store or file: the values of grids in memory."""
+"""Zarr stores, and large grids that are opened and not read: the values of grids in memory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytest.importorskip("h5netcdf")
 def small(monkeypatch):
     """Grids of more than 100 nodes are large."""
     for room in (_in_parts, zarr_store):
-        monkeypatch.setattr(room, "STAYS", 100)
+        monkeypatch.setattr(room, "LARGE", 100)
     monkeypatch.setattr(_in_parts, "PART", 5)
 
 
@@ -53,7 +53,7 @@ def test_stores_are_read_as_netcdf_files(tmp_path):
 @pytest.mark.parametrize(
     ("suffix", "how"), [(".zarr", {}), (".nc", {}), (".nc", {"chunksizes": (4, 6), "zlib": True})]
 )
-def test_law_large_grids_stay_where_they_are(tmp_path, small, suffix, how, monkeypatch):
+def test_law_large_grids_are_opened_only(tmp_path, small, suffix, how, monkeypatch):
     path = written(tmp_path, suffix, **how)
     found = gs.read_horizon(path)
     assert hasattr(found.data, "dask")
@@ -61,15 +61,14 @@ def test_law_large_grids_stay_where_they_are(tmp_path, small, suffix, how, monke
     loaded = gs.read_horizon(path)
     assert not hasattr(loaded.data, "dask")
     assert found.compute().identical(loaded)
-    lazy = gs.triangulate_horizon(found, lazy=True).lattice
-    whole = gs.triangulate_horizon(loaded).lattice
-    assert lazy.window((0, 14), (0, 11)).elevation.tobytes() == whole.elevation.tobytes()
+    opened, whole = (gs.triangulate_horizon(of).lattice for of in (found, loaded))
+    assert opened.elevation.tobytes() == whole.elevation.tobytes()
 
 
 def test_info_looks_at_some_rows_of_a_store(tmp_path, small):
     for suffix in (".zarr", ".nc"):
         found = gs.info(written(tmp_path, suffix))
-        assert "stays in its store" in found.notes["read"]
+        assert "row and column of a large grid" in found.notes["read"]
         assert found.extent["easting"] == [0.0, 250.0]
     assert found.format == "netcdf"
 
@@ -146,7 +145,7 @@ def test_a_small_file_that_announces_many_nodes_is_refused_at_once(tmp_path, suf
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
-def test_law_large_rotated_grids_stay_where_they_are(tmp_path, small, suffix, monkeypatch):
+def test_law_large_rotated_grids_are_opened_only(tmp_path, small, suffix, monkeypatch):
     i, j = np.indices((14, 11)).astype(np.float64)
     x, y = 460e3 + 20.0 * j - 7.0 * i, 5930e3 + 8.0 * j + 21.0 * i
     places = {key: (("row", "column"), of, {"units": "m"}) for key, of in (("x", x), ("y", y))}
@@ -162,8 +161,7 @@ def test_law_large_rotated_grids_stay_where_they_are(tmp_path, small, suffix, mo
     monkeypatch.undo()
     loaded = gs.read_horizon(path)
     assert found.compute().identical(loaded)
-    lazy = gs.triangulate_horizon(found, lazy=True).lattice
+    opened, whole = (gs.triangulate_horizon(of).lattice for of in (found, loaded))
     nodes = np.arange(14 * 11)
-    whole = gs.triangulate_horizon(loaded).lattice
-    assert lazy.places_of_nodes(nodes).tobytes() == whole.places_of_nodes(nodes).tobytes()
-    assert lazy.rising == whole.rising
+    assert opened.places_of_nodes(nodes).tobytes() == whole.places_of_nodes(nodes).tobytes()
+    assert opened.rising == whole.rising

@@ -7,11 +7,8 @@ import pytest
 
 import geosurf as gs
 from geosurf.model import Units
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.render import thin_units, unit_layers
-from geosurf.render.cluster import shells_in_picture
 from geosurf.render.thin_units import Shell, shells_to_draw, thinned_mesh
-from geosurf.triangulate import chunked
 
 
 def volume(shell: Shell, origin: np.ndarray) -> float:
@@ -90,96 +87,3 @@ def test_law_blocks_of_any_stride_have_the_volumes_of_units(stride: int) -> None
     shells = thinned_mesh(*units.piece_sides, len(units), stride).shells
     for shell, unit in zip(shells, units.values(), strict=True):
         assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=1e-9)
-
-
-def test_law_grids_in_their_store_have_the_shells_of_grids_in_memory(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    pytest.importorskip("dask.array")
-    monkeypatch.setattr(chunked, "LEAST", 1)
-    world = gs.synthetic.tilted_planes(n=41)
-    lazy = {
-        name: gs.triangulate_horizon(h.chunk(9), name=name, lazy=True)
-        for name, h in world.horizons.items()
-    }
-    found = [
-        gs.Scene(of, world.faults, world.box).units.piece_sides for of in (world.horizons, lazy)
-    ]
-    n = 1 + max(int(sides.max()) for _, sides in found)
-    for stride in (1, 3, 17):
-        one, two = (thinned_mesh(*of, n, stride).shells for of in found)
-        for a, b in zip(one, two, strict=True):
-            assert a.points.tobytes() == b.points.tobytes()
-            assert a.triangles.tobytes() == b.triangles.tobytes()
-
-
-def test_of_grids_in_their_store_triangles_along_curves_become_few(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    pytest.importorskip("dask.array")
-    monkeypatch.setattr(chunked, "LEAST", 1)
-    world = gs.synthetic.tilted_planes(n=61)
-    lazy = {
-        name: gs.triangulate_horizon(h.chunk(20), name=name, lazy=True)
-        for name, h in world.horizons.items()
-    }
-    units = gs.Scene(lazy, world.faults, world.box).units
-    all_of_them = sum(len(shell.triangles) for shell in shells_to_draw(units, 200))
-
-    # shifts of an exploded view take one pass over each horizon
-    passes = []
-    bands = ChunkedLattice.bands
-    monkeypatch.setattr(
-        ChunkedLattice, "bands",
-        lambda self, *wanted: passes.append(self.store.name) or bands(self, *wanted),
-    )  # fmt: skip
-    memory = gs.Scene(world.horizons, world.faults, world.box).units
-    assert np.array_equal(*(unit_layers.explosion(of, 0.3) for of in (units, memory)))
-    assert sorted(passes) == sorted(lazy)
-    few = shells_in_picture(units, 200)
-    assert not any(shell.creases for shell in few)  # those of points that became one
-    assert sum(len(shell.triangles) for shell in few) <= 400 < all_of_them
-    for shell, unit in zip(few, units.values(), strict=True):  # planes keep their volumes
-        assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=0.02)
-
-
-def test_surfaces_of_a_shell_are_shaded_by_themselves() -> None:
-    """A point is of one surface only, and triangles stay where they are."""
-    world = gs.synthetic.graben(n=21)
-    units = gs.Scene(world.horizons, world.faults, world.box).units
-    whole = shells_to_draw(units)
-    layers = [one for one in unit_layers.show_units(units).layers if one.triangles is not None]
-    for shell, layer in zip(whole, layers, strict=True):
-        assert layer.triangles is not None
-        np.testing.assert_array_equal(layer.points[layer.triangles], shell.points[shell.triangles])
-        pairs = np.stack([layer.triangles.ravel(), np.repeat(shell.surface, 3)], axis=1)
-        assert len(np.unique(pairs, axis=0)) == len(layer.points) > len(shell.points)
-
-
-@pytest.mark.parametrize("kind", ["reverse", "acute Y"])
-def test_a_torn_horizon_in_blocks_covers_the_same_map_and_keeps_its_cut_offs(kind: str) -> None:
-    world = gs.synthetic.torn(kind, n=61)
-    scene = gs.Scene(world.horizons, world.faults, world.box, tear=True)
-    name = scene.horizon_names[0]
-    whole = scene.patches.surface(name)
-    light = thin_units.as_modelled(scene, scene.surface(name), 500)
-    assert "triangles" not in scene.patches.__dict__
-    assert light.n_triangle < whole.n_triangle / 2
-
-    # seen from above, parts of an overlap count for both walls, as in the horizon itself
-    def over_map(surface: gs.TriSurface) -> float:
-        x, y = (surface.vertices[:, :2] - whole.bounds[:4:2]).T
-        a, b, c = surface.triangles.T
-        return float(0.5 * ((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])).sum())
-
-    assert over_map(light) == pytest.approx(over_map(whole), rel=1e-9)
-    assert over_map(whole) > 0
-    lines = [scene.curves_between(name, fault) for fault in scene.fault_names]
-    ends = np.concatenate([line.points for line in lines if line is not None])
-    known = {tuple(point) for point in np.round(light.vertices, 6).tolist()}
-    assert all(tuple(point) in known for point in np.round(ends, 6).tolist())
-
-    # few triangles are drawn as they are, and so is what is not torn
-    assert thin_units.as_modelled(scene, scene.surface(name), 10**6).n_triangle == whole.n_triangle
-    fault = scene.surface(scene.fault_names[0])
-    assert thin_units.as_modelled(scene, fault, 10) is fault

@@ -1,4 +1,4 @@
-"""Scenarios with grids that stay in their store: a run ends with pictures and a page."""
+"""Scenarios with large grids, which are opened first: a run has the results of grids in memory."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ import xarray as xr
 import geosurf as gs
 from geosurf.carve import shells
 from geosurf.errors import GeosurfWarning, InputError, ScenarioError
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.read import _in_parts, zarr_store
-from geosurf.render import thin_units
 from geosurf.scenario import output_formats
-from geosurf.triangulate import chunked
+from geosurf.triangulate import stored
 
 pytest.importorskip("zarr")
 pytest.importorskip("h5netcdf")
@@ -54,21 +52,13 @@ def path(tmp_path):
     return file
 
 
-def small(monkeypatch):
-    """Grids of more than 100 nodes are large."""
-    for room in (_in_parts, zarr_store, chunked):
-        monkeypatch.setattr(room, "STAYS", 100)
-    monkeypatch.setattr(_in_parts, "PART", 8)
-    monkeypatch.setattr(chunked, "LEAST", 1)
-
-
 def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatch):
-    monkeypatch.setattr(thin_units, "_stride", lambda *_: 3)  # as those of large grids
     gs.run_scenario(path, tmp_path / "memory")
-    small(monkeypatch)
-    with pytest.warns(GeosurfWarning, match=r"'units\.vtm' was not written"):
-        scene = gs.run_scenario(path, tmp_path / "store")
-    assert all(isinstance(scene.surface(n).lattice, ChunkedLattice) for n in ("Top", "Base"))
+    for room in (_in_parts, zarr_store):  # grids of more than 100 nodes are large
+        monkeypatch.setattr(room, "LARGE", 100)
+    monkeypatch.setattr(_in_parts, "PART", 8)
+    monkeypatch.setattr(stored, "BAND", 100)
+    gs.run_scenario(path, tmp_path / "store")
     one, two = (
         {
             file.relative_to(tmp_path / folder).as_posix(): file.read_bytes()
@@ -77,19 +67,10 @@ def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatc
         }
         for folder in ("memory", "store")
     )
-    assert set(one) - set(two) == {name for name in one if name.startswith("units")}
-    same = [name for name in two if name not in ("certificate.txt", "report/index.html")]
+    assert set(one) == set(two)
+    same = [name for name in two if name != "report/index.html"]
     assert len(same) > 6
     assert [name for name in same if one[name] != two[name]] == []
-    assert b"pass" in two["certificate.txt"]
-    assert b"FAIL" not in two["certificate.txt"]
-
-
-def test_files_of_all_triangles_are_refused_before_the_model_is_built(path, tmp_path, monkeypatch):
-    small(monkeypatch)
-    path.write_text(BODY.replace("[output]", '[output]\nformats = ["csv", "ml"]'))
-    with pytest.raises(ScenarioError, match=r"'ml', which list all triangles, and horizon 'Top'"):
-        gs.run_scenario(path, tmp_path / "store", pictures=False)
 
 
 def test_two_horizons_of_one_store_have_a_variable_each(path, tmp_path):

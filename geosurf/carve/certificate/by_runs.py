@@ -24,13 +24,11 @@ from geosurf.carve.certificate.checks import (
     shared_in_words,
     surely_exact,
 )
-from geosurf.carve.certificate.facts import Facts, is_stored, sides_of
+from geosurf.carve.certificate.facts import Facts, sides_of
 from geosurf.carve.certificate.lines import Half, lines_of, lines_of_units
 from geosurf.carve.certificate.near_runs import candidates
 from geosurf.carve.volume import exact_volume
-from geosurf.conventions.memory import give_back_memory
 from geosurf.model import Check, Patches, TriSurface, Units
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips
 
 if TYPE_CHECKING:
@@ -70,9 +68,6 @@ def _same_nodes(p: TriSurface, q: TriSurface, strips: Strips | None) -> bool:
         return strips is None
     if a is None or b is None or (a.rising, a.turned) != (b.rising, b.turned):
         return False
-    if isinstance(a, ChunkedLattice) or isinstance(b, ChunkedLattice):
-        known = [one.fingerprint for one in (a, b) if isinstance(one, ChunkedLattice)]
-        return len(known) == 2 and known[0] == known[1]
     both = zip(a.coordinates, b.coordinates, strict=True)
     return bool((a.places == b.places).all()) and all(x.tobytes() == y.tobytes() for x, y in both)
 
@@ -93,19 +88,13 @@ def checks_by_runs(
             return None
     if units is not None and sides is None:
         return None
-    if units and is_stored(patches):
-        # areas take a pass over the store, whose bands have no room beside what follows
-        _ = next(iter(units.values())).area
-        give_back_memory()
     facts = Facts.of(patches)
     if facts is None:
         return None
-    if facts.stored:
-        give_back_memory()
     halves: list[Half] = [partial(_mesh_by_runs, facts)]
     if units is not None and sides is not None:
         halves.insert(0, partial(_units_by_runs, facts, units, sides, before))
-    return lines_of(halves, None if facts.stored else spare)  # bands of one half at a time
+    return lines_of(halves, spare)
 
 
 def _units_by_runs(

@@ -10,10 +10,8 @@ from geosurf.arrangement.threads import spare_threads
 from geosurf.carve.certificate.by_runs import checks_by_runs, same_runs
 from geosurf.carve.certificate.by_triangles import checks_by_triangles
 from geosurf.carve.certificate.lines import MANY
-from geosurf.conventions.memory import give_back_memory
 from geosurf.errors import InputError
 from geosurf.model import Certificate, Check, Patches, Units
-from geosurf.model.chunked import ChunkedLattice
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -39,7 +37,7 @@ def certify(
     by : {"runs", "triangles"}
         Triangles of grids that no curve touches are checked row by row, or one by one as they are
         written to files. All of them are checked one by one where the rows do not show that a
-        property holds; of horizons that stay in their store, the rows have the last word.
+        property holds.
 
     Returns
     -------
@@ -56,8 +54,6 @@ def certify(
     InputError
         If `by` is unknown. If a check of all triangles needs more memory than is free: about 0.6 GB
         per million triangles.
-    HorizonError
-        If it needs all triangles of a horizon that stays in its store.
 
     Examples
     --------
@@ -81,11 +77,8 @@ def _checks(
         checks = checks_by_runs(patches, units, spare)
 
         # what is wrong where is a matter of single triangles, if they fit in memory
-        stored = _in_stores(patches)
-        if checks is not None and (stored or all(check.passed for check in checks)):
+        if checks is not None and all(check.passed for check in checks):
             return checks
-        for lattice in stored:
-            lattice.check_in_memory()
     _refuse_if_too_large(patches.n_triangle)
     return checks_by_triangles(patches, units, spare)
 
@@ -122,23 +115,14 @@ def certify_repeated(patches: Patches, units: Units, rebuild: Callable[[], Patch
     """
     pieces = patches.__dict__.get("pieces")
     n_listed = patches.n_triangle if pieces is None else len(pieces.triangles)
-    worth = patches.n_triangle > MANY and not _in_stores(patches)  # their bands take the memory
-    with spare_threads(worth) as spare:
+    with spare_threads(patches.n_triangle > MANY) as spare:
         # side by side only where the memory holds both; else the second run is after the checks
         if spare is None or lack_of_room(n_listed * ROOM_OF_RUN) is not None:
             checks = _checks(patches, units, spare=spare)
-            if _in_stores(patches):
-                give_back_memory()
             return Certificate((*checks, same_bytes(patches, rebuild())))
         repeated = spare.submit(lambda: same_bytes(patches, rebuild()))
         checks = _checks(patches, units, spare=spare)
         return Certificate((*checks, repeated.result()))
-
-
-def _in_stores(patches: Patches) -> list[ChunkedLattice]:
-    """Grids that stay in their store."""
-    lattices = [source.lattice for source in patches.sources]
-    return [one for one in lattices if isinstance(one, ChunkedLattice)]
 
 
 def _refuse_if_too_large(n_triangle: int) -> None:
@@ -170,8 +154,6 @@ def same_bytes(one: Patches, two: Patches) -> Check:
     )  # fmt: skip
     if same_runs(one, two):
         return Check(SAME, True, 0.0, _EQUAL.format(len(names)))
-    if _in_stores(one) or _in_stores(two):  # arrays of all triangles would not fit in memory
-        return Check(SAME, False, 1.0, "points, triangles or runs differ")
     differ = [n for n in names if getattr(one, n).tobytes() != getattr(two, n).tobytes()]
     detail = f"{', '.join(differ)} differ" if differ else _EQUAL.format(len(names))
     return Check(SAME, not differ, float(len(differ)), detail)

@@ -33,7 +33,6 @@ from geosurf.kernels.meshes.triangle_facts import (
     sizes_of_triangles,
 )
 from geosurf.model import Patches, Units
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces
 from geosurf.model.torn_lattice import TornLattice
 
@@ -91,11 +90,6 @@ class Facts:
     n_shared: int
     heights: float
 
-    @property
-    def stored(self) -> bool:
-        """Whether a grid stays in its store: memory is saved there, not time."""
-        return any(one.stays_in_store for one in self.lattices)
-
     @classmethod
     def of(cls, patches: Patches) -> Facts | None:
         """The facts of a rebuilt mesh; None if its triangles have to be listed."""
@@ -113,9 +107,7 @@ class Facts:
             for i, of in enumerate(pieces.strips)
             if of is not None
         ]
-        # bands of one at a time
-        worth = pieces.first_run[-1] > _MANY_RUNS and not is_stored(patches)
-        found = map_threads(read_runs, rows, worth=bool(worth))
+        found = map_threads(read_runs, rows, worth=bool(pieces.first_run[-1] > _MANY_RUNS))
         lattices = [one for one in found if one is not None]
         return (
             _listed(patches, pieces, cut, lattices, level) if len(lattices) == len(rows) else None
@@ -257,11 +249,6 @@ class Facts:
         x = one.corners(keys, self.patches.origin).reshape(-1, 3)
         area: float = sums_of_triangles(x, np.arange(len(x)).reshape(-1, 3))[1]
         return area
-
-
-def is_stored(patches: Patches) -> bool:
-    """Whether a grid stays in its store."""
-    return any(isinstance(source.lattice, ChunkedLattice) for source in patches.sources)
 
 
 def _bounds(patches: Patches) -> np.ndarray:

@@ -1,8 +1,7 @@
 """What a certificate reads from the runs of one lattice, some rows at a time.
 
 Rows are read once, for sums and for the triangles that have to be listed; edges and nodes are then
-counted from the runs alone. So grids in memory need no label for each triangle, and grids that stay
-in their store are read once, band by band.
+counted from the runs alone. So grids need no label for each triangle.
 """
 
 from __future__ import annotations
@@ -23,9 +22,8 @@ from geosurf.kernels.lattices.run_checks import (
 )
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, runs_of_keys
-from geosurf.kernels.search.tree import N_COL, N_ROW
+from geosurf.kernels.search.tree import N_ROW
 from geosurf.model import Lattice
-from geosurf.model.chunked import ChunkedLattice
 from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
 
@@ -70,11 +68,6 @@ class LatticeRuns:
         """Elements that its runs are."""
         return slice(self.first, self.first + len(self.strips.runs))
 
-    @property
-    def stays_in_store(self) -> bool:
-        """Whether its elevations are read from a store."""
-        return isinstance(self.lattice, ChunkedLattice)
-
     def run_of(self, keys: np.ndarray) -> np.ndarray:
         """Run that holds each triangle; -1 for none."""
         strips = self.strips
@@ -87,27 +80,12 @@ class LatticeRuns:
             return np.ones(len(nodes), dtype=bool)
         return is_among(nodes, self.shared)
 
-    def unlisted(
-        self, rows: tuple[int, int] | None = None, cols: tuple[int, int] | None = None
-    ) -> np.ndarray:
-        """Whether each triangle of some nodes (first, last + 1) is in a run and not listed, bool.
-
-        By keys of these rows and columns. Default: all.
-        """
+    def unlisted(self) -> np.ndarray:
+        """Whether each triangle is in a run and not listed, bool, by keys."""
         n_row, n_col = self.lattice.shape
-        (low, high), (left, right) = rows or (0, n_row), cols or (0, n_col)
-        a, runs = _some_rows(self.strips, low, high - 1)
-        a[N_COL] = right - left
-        width = max(right - left - 1, 0)
-        marks = np.zeros(2 * max(high - low - 1, 0) * width, dtype=bool)
-        mark_runs(a, runs, left, marks)
-
-        # keys rise: those of some rows are a slice
-        first, last = 2 * low * (n_col - 1), 2 * (high - 1) * (n_col - 1)
-        keys = self.listed[slice(*np.searchsorted(self.listed, (first, last)))]
-        row, col = np.divmod(keys >> 1, max(n_col - 1, 1))
-        inside = (col >= left) & (col < right - 1)
-        marks[(2 * ((row - low) * width + col - left) + (keys & 1))[inside]] = False
+        marks = np.zeros(2 * max(n_row - 1, 0) * max(n_col - 1, 0), dtype=bool)
+        mark_runs(self.strips.places, self.strips.runs, marks)
+        marks[self.listed] = False
         return marks
 
     def corners(self, keys: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -127,7 +105,7 @@ class LatticeRuns:
         """
         n_used, joined = 0, [np.empty((0, 2), dtype=np.int64)]
         n_row = self.lattice.shape[0]
-        for low, high in _ranges(0, n_row - 1, self.lattice.shape[1]):
+        for low, high in _ranges(n_row - 1, self.lattice.shape[1]):
             # nodes have cells on both sides of their row
             before = max(low - 1, 0)
             a, runs = _some_rows(self.strips, before, high)
@@ -173,26 +151,19 @@ def read_runs(
     shared = distinct(nodes, lattice.corners_of_keys(distinct(keys))) if graph else None
     sums, rest, listed = np.zeros((len(strips.runs), N_SUM)), np.zeros((1, 3)), []
     sums[:, 8:11], sums[:, 11:14] = np.inf, -np.inf
-    corners = []
-    for first, part in _bands(lattice):
-        for low, high in _ranges(first, first + part.shape[0] - 1, part.shape[1]):
-            a, runs = _some_rows(strips, low, high, part.places, low - first)
-            label, n_bad = label_runs(a, runs)
-            if n_bad or count_unusable(*part.coordinates, a, runs):
-                return None
-            start = int(strips.start[low])
-            given = a, label, _marks(shared, low, high, part.shape[1])
-            keys, width = keys_at_shared(*given), 2 * (part.shape[1] - 1)
-            listed.append(keys + low * width)
-            if isinstance(lattice, ChunkedLattice):  # read now, and not again when they are listed
-                nodes = distinct(part.corners_of_keys(keys + (low - first) * width))
-                corners.append((nodes + first * part.shape[1], lattice.values_at(part, nodes)))
-            sums_of_runs(
-                *part.coordinates, a, label, pieces.origin, level,
-                sums[start : start + len(runs)], rest,
-            )  # fmt: skip
-    if isinstance(lattice, ChunkedLattice) and corners:
-        lattice.remember(*(np.concatenate(of) for of in zip(*corners, strict=True)))
+    n_row, n_col = lattice.shape
+    for low, high in _ranges(n_row - 1, n_col):
+        a, runs = _some_rows(strips, low, high)
+        label, n_bad = label_runs(a, runs)
+        if n_bad or count_unusable(*lattice.coordinates, a, runs):
+            return None
+        start = int(strips.start[low])
+        keys = keys_at_shared(a, label, _marks(shared, low, high, n_col))
+        listed.append(keys + low * 2 * (n_col - 1))
+        sums_of_runs(
+            *lattice.coordinates, a, label, pieces.origin, level,
+            sums[start : start + len(runs)], rest,
+        )  # fmt: skip
     found = np.concatenate([np.empty(0, dtype=np.int64), *listed])
     missing = 0.5 * float(rest[0, 0] + rest[0, 1]), float(rest[0, 2])
     element = len(pieces.triangles) + int(pieces.first_run[i])
@@ -206,31 +177,18 @@ def height_in_map(lattice: Lattice) -> float:
     return lattice.node_height if isinstance(lattice, TornLattice) else lattice.map_height
 
 
-def _bands(lattice: Lattice) -> Iterator[tuple[int, Lattice]]:
-    """All rows of cells: the first row of nodes, and a lattice in memory."""
-    if isinstance(lattice, ChunkedLattice):
-        yield from lattice.bands()
-    elif lattice.shape[0] > 1:
-        yield 0, lattice
-
-
-def _ranges(first: int, last: int, n_col: int) -> Iterator[tuple[int, int]]:
-    """Ranges of rows of cells (first, last + 1)."""
+def _ranges(n_row: int, n_col: int) -> Iterator[tuple[int, int]]:
+    """Ranges of rows of cells (first, last + 1), of which there are `n_row`."""
     step = max(_AT_ONCE // n_col, 1)
-    for low in range(first, last, step):
-        yield low, min(low + step, last)
+    for low in range(0, n_row, step):
+        yield low, min(low + step, n_row)
 
 
-def _some_rows(
-    strips: Strips, low: int, high: int, places: np.ndarray | None = None, offset: int | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Layout of some rows of cells (first, last + 1), and their runs, with rows counted from there.
-
-    `places` is the layout of coordinates that begin `offset` rows before. Default: of the lattice.
-    """
-    a = (strips.places if places is None else places).copy()
+def _some_rows(strips: Strips, low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+    """Layout of rows of cells (first, last + 1), and their runs; rows count from there."""
+    a = strips.places.copy()
     for axis in range(3):
-        a[3 * axis] += (low if offset is None else offset) * a[3 * axis + 1]
+        a[3 * axis] += low * a[3 * axis + 1]
     a[N_ROW] = high - low + 1
     runs = strips.runs[strips.start[low] : strips.start[high]].copy()
     runs[:, ROW] -= low

@@ -11,10 +11,8 @@ from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.tree import Tree, apart, separated_by_tops, tree_of_list
 from geosurf.carve.certificate.facts import Facts
-from geosurf.carve.certificate.lattice_runs import LatticeRuns
-from geosurf.carve.certificate.near_tiles import NearTiles, tree_of_free, tree_of_lattice
-from geosurf.kernels.lattices.unlisted_triangles import mark_near
-from geosurf.model import TriSurface
+from geosurf.kernels.lattices.unlisted_triangles import mark_near, unlisted_boxes
+from geosurf.model import Lattice
 
 _NONE = np.empty(0, dtype=bool)
 
@@ -27,8 +25,8 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     of = [facts.patches.sources[one.surface] for one in lattices]
 
     # triangles in runs that are not listed count; others are compared one by one anyway
-    free = [_NONE if one.stays_in_store else one.unlisted() for one in lattices]
-    trees = [_tree_of(one, origin, some) for one, some in zip(lattices, free, strict=True)]
+    free = [one.unlisted() for one in lattices]
+    trees = [_tree_of(one.lattice, origin, f) for one, f in zip(lattices, free, strict=True)]
     hit = [np.zeros(len(some), dtype=bool) for some in free]
 
     def between(i: int, j: int) -> None:
@@ -37,7 +35,7 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
         if not of_one_map(of[i], of[j]):
             beside(i, trees[j], free[j], hit[j])
             return
-        whole = [tree_of_lattice(of.lattice, origin) for of in (one, two)]
+        whole = [_tree_of_all(of.lattice, origin) for of in (one, two)]
         p, q = pairs_of_one_map((one.lattice, two.lattice), (whole[0], whole[1]))[0].T
         both = (one.run_of(p) >= 0) & (two.run_of(q) >= 0)
         hit[i][p[both]] = hit[j][q[both]] = True
@@ -50,9 +48,7 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
             *other.arguments(), free_, hit_,
         )  # fmt: skip
 
-    # what stays in a store is read tile by tile, each once for all others
-    stored = [i for i, one in enumerate(lattices) if one.stays_in_store]
-    here = [i for i in range(len(trees)) if i not in stored]
+    here = range(len(trees))
     of_lattices = [one.surface for one in lattices]
     map_threads(between, _near(trees, of_lattices, itertools.combinations(here, 2)))
 
@@ -62,14 +58,10 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     cut = np.searchsorted(of_listed[order], np.arange(len(facts.patches.sources) + 1))
     surfaces = np.flatnonzero(np.diff(cut)).tolist()
 
-    def tree_of_listed(surface: int) -> Tree:
-        """The boxes around the listed triangles of a surface."""
-        some = listed.triangles.take(order[cut[surface] : cut[surface + 1]], axis=0)
-        return tree_of_list(listed.local, some)
-
     def around(surface: int) -> None:
         """Mark the triangles of lattices that are near the listed triangles of a surface."""
-        tree = tree_of_listed(surface)
+        some = listed.triangles.take(order[cut[surface] : cut[surface + 1]], axis=0)
+        tree = tree_of_list(listed.local, some)
         pairs = [(i, len(trees)) for i in here]
         for i, _ in _near([*trees, tree], [*of_lattices, surface], pairs):
             beside(i, tree, _NONE, _NONE)
@@ -82,15 +74,6 @@ def candidates(facts: Facts) -> tuple[np.ndarray, np.ndarray]:
     copies = [(i, facts.copies_of(lattices[i])) for i in here]
     map_threads(around_copies, [(i, rows) for i, rows in copies if len(rows)])
     corners, of_corners = [np.empty((0, 3, 3))], [np.empty(0, dtype=np.int64)]
-    if stored:
-        rows: list[LatticeRuns | TriSurface] = [*lattices]
-        rows += [facts.patches.sources[i] for i in surfaces]
-        trees += map(tree_of_listed, surfaces)
-        every = ((i, j) for i in range(len(lattices)) for j in range(i + 1, len(trees)))
-        tiles = NearTiles(rows, trees, free, hit, facts.patches.sources, origin)
-        for i, near in tiles.find(_near(trees, [*of_lattices, *surfaces], every)):
-            corners.append(near)
-            of_corners.append(np.full(len(near), lattices[i].surface))
     for one, of_free, found in zip(lattices, free, hit, strict=True):
         some = np.flatnonzero(found & of_free)
         corners.append(one.corners(some, origin))
@@ -110,8 +93,18 @@ def _near(
     return [pair for pair, is_far in zip(pairs, beyond.tolist(), strict=True) if not is_far]
 
 
-def _tree_of(one: LatticeRuns, origin: np.ndarray, free: np.ndarray) -> Tree:
-    """The boxes of a lattice, of the unlisted triangles alone if it is in memory."""
-    if one.stays_in_store:
-        return tree_of_lattice(one.lattice, origin)
-    return tree_of_free(one.lattice, origin, free)
+def _tree_of(lattice: Lattice, origin: np.ndarray, free: np.ndarray) -> Tree:
+    """The boxes around some triangles of a lattice in the local frame."""
+    x, y, z = (part - origin[k] for k, part in enumerate(lattice.coordinates))
+    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
+    given = (x, y, z), lattice.places, *none
+    return Tree(*given, *unlisted_boxes(x, y, z, lattice.places, free))
+
+
+def _tree_of_all(lattice: Lattice, origin: np.ndarray) -> Tree:
+    """The boxes of a lattice in the local frame: rounding keeps the order of numbers."""
+    x, y, z = (part - origin[k] for k, part in enumerate(lattice.coordinates))
+    survey = lattice.survey
+    nodes = survey.nodes - np.concatenate([origin, origin])
+    none = np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
+    return Tree((x, y, z), lattice.places, *none, nodes, survey.levels)

@@ -55,18 +55,6 @@ def _usable(det, ux, uy, vx, vy):
     return abs(det) > _PLAIN_ANGLE * u * v and u + v < 1e300
 
 
-@entry("d1 d1 l1 d1 -> l")
-def first_uneven_step(p, q, a, frame):
-    """First node of a part of a lattice with a step far from the mean one; -1: none.
-
-    `frame` (5,) has the determinant of the mean steps, and those along columns and rows.
-    """
-    det, ux, uy, vx, vy = frame[0], frame[1], frame[2], frame[3], frame[4]
-    if not _usable(det, ux, uy, vx, vy):
-        return 0
-    return _first_uneven(p, q, a, det, ux, uy, vx, vy)
-
-
 @scalar
 def _farthest(p, q, a, ux, uy, vx, vy):
     """Largest distance of a node from even steps [m], rounding included; all are numbers."""

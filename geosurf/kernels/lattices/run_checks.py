@@ -81,15 +81,14 @@ def count_unusable(p, q, r, a, runs):
     return n_bad
 
 
-@entry("l1 l2 l b1 -> .")
-def mark_runs(a, runs, left, marks):
-    """Mark the triangles of runs, by key, in a lattice that begins at column `left` of theirs."""
+@entry("l1 l2 b1 -> .")
+def mark_runs(a, runs, marks):
+    """Mark the triangles of runs, by key."""
     width = 2 * (a[N_COL] - 1)
     flip = 1 if a[RISING] == 1 else 0
     for i in range(runs.shape[0]):
         start = runs[i, ROW] * width
-        first, last = max(runs[i, FIRST] - 2 * left, 0), min(runs[i, LAST] - 2 * left, width - 1)
-        for place in range(first, last + 1):
+        for place in range(runs[i, FIRST], runs[i, LAST] + 1):
             marks[start + (place ^ flip)] = True
 
 
