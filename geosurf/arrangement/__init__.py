@@ -20,8 +20,6 @@ arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
 crossing.py        the exact test of a rounded mesh
 turned.py          boxes of triangles along the columns of rotated grids
 known_pairs.py     contacts of two surfaces, stored for the next search of both
-earlier.py         faces that an earlier arrangement cut alike
-carried.py         contacts of a scene that differs in a few surfaces from an earlier one
 memory_limit.py    error before pairs of triangles exceed the memory
 room.py            arrays that were made with room for more
 threads.py         independent tasks in threads, results in order
@@ -33,12 +31,11 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 from __future__ import annotations
 
 from geosurf.arrangement.candidates import meeting_surfaces
-from geosurf.arrangement.carried import find_changed_contacts
 from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles
 
 __all__ = [
-    "Contacts", "KnownPairs", "find_changed_contacts", "find_contacts", "intersect_triangles",
+    "Contacts", "KnownPairs", "find_contacts", "intersect_triangles",
     "meeting_surfaces", "search_voxels",
 ]  # fmt: skip

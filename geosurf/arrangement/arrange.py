@@ -45,10 +45,6 @@ class Children:
         Rows of `triangles` that doubles do not show to face as their parents once rounded.
     collisions : int
         Distinct points that rounding put in one place.
-    n_thin : int
-        Triangles that rounding could bring across others; -1 if that is not known.
-    largest : float
-        Largest local coordinate of the faces that were cut [m], where `n_thin` is known.
     """
 
     x: np.ndarray
@@ -59,19 +55,17 @@ class Children:
     doubtful: np.ndarray
     collisions: int
     m: np.ndarray
-    n_thin: int = -1
-    largest: float = 0.0
 
 
-def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Children:
-    """Triangulate all faces that have records, or those in `records`.
+def cut_contacts(contacts: Contacts) -> Children:
+    """Triangulate all faces that have records.
 
     Raises
     ------
     InvariantError
         If a point does not lie in its own face: a broken promise of ours.
     """
-    records = contacts.records if records is None else records
+    records = contacts.records
     n_face = len(contacts.t)
     sizes = np.bincount(records[:, 0], minlength=n_face) if len(records) else np.zeros(n_face, int)
 

@@ -4,8 +4,6 @@ A search decides each candidate pair of triangles alone: how two triangles meet 
 coordinates and the origin. So what one search found of two surfaces holds for every other search of
 both, whatever other surfaces there are. Which contacts rounding could change is judged by the
 largest coordinate of all candidates; with another one, the pairs are decided again.
-
-Two arrangements as a whole are stored, too: the next one takes from one what did not change.
 """
 
 from __future__ import annotations
@@ -16,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-ARRANGEMENTS = ("arrangement", 0), ("arrangement", 1)  # keys of the two that are stored
 MOST = 1 << 20  # candidates of two surfaces; more are searched again
 
 
@@ -69,24 +66,6 @@ class KnownPairs:
         """Store what a search found, unless that is too much."""
         if len(found.rows) <= MOST:
             self.put(("pair", self.keys[i], self.keys[j], *options), found)
-
-    def arrangement(self) -> tuple[Any, int]:
-        """The stored arrangement that has most of these surfaces, an `Earlier`, and its place.
-
-        None and a place where nothing is stored, if there is none.
-        """
-        stored = [self.get(key) for key in ARRANGEMENTS]
-        mine = set(self.keys)
-        shared = [-1 if one is None else len(mine.intersection(one.keys)) for one in stored]
-        best = shared.index(max(shared))
-        return stored[best], best
-
-    def keep_arrangement(self, one: Any, source: int) -> None:
-        """Store an arrangement, an `Earlier`; the one at place `source`, which served it, stays.
-
-        So a scene that is changed in many ways stays, and so does the last of a chain.
-        """
-        self.put(ARRANGEMENTS[1 - source], one)
 
 
 __all__ = ["Known", "KnownPairs"]

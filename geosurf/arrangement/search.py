@@ -31,7 +31,6 @@ from geosurf.kernels.contacts.packed_contact import (
     of_settled,
     pack_contacts,
     pack_decided,
-    rows_of_marked,
     settled,
     sorted_by_faces,
 )
@@ -90,8 +89,6 @@ class Contacts:
         By how much rounding may move a coordinate [m], of all faces that were candidates.
     filed : ndarray of int64, shape (n_record, 4), or None
         `records`, once they are made.
-    carried : Carried, or None
-        The earlier arrangement that some contacts are from.
     searched : dict of (int, int) to Known
         What this search found of pairs of surfaces, for one in which only some surfaces have moved;
         empty if that is much.
@@ -114,7 +111,6 @@ class Contacts:
     w: np.ndarray
     slip: float
     filed: np.ndarray | None = None
-    carried: Any = None
     cost: dict[str, int] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
     searched: dict[tuple[int, int], Known] = field(default_factory=dict)
@@ -126,21 +122,10 @@ class Contacts:
         Curves do without, so it is made on first use.
         """
         if self.filed is None:
-            self.filed = self._records_of(self.rows, self.ids)
+            self.filed = _records(
+                self.x, self.t, self.e, self.m, self.w, self.rows, self.ids, n_coplanar=0
+            )  # of contacts of which none is in a plane
         return self.filed
-
-    def records_of(self, wanted: np.ndarray) -> np.ndarray:
-        """Those of `records` that cut some faces, given as bool (n_face,)."""
-        if self.filed is None:
-            rows = rows_of_marked(self.rows, wanted)
-            records = self._records_of(self.rows.take(rows, axis=0), self.ids.take(rows, axis=0))
-        else:
-            records = self.filed
-        return records.take(np.flatnonzero(wanted.take(records[:, 0])), axis=0)
-
-    def _records_of(self, rows: np.ndarray, ids: np.ndarray) -> np.ndarray:
-        """Records of some contacts, of which none is in a plane."""
-        return _records(self.x, self.t, self.e, self.m, self.w, rows, ids, n_coplanar=0)
 
     def row_of(self, face: int) -> int:
         """Row of a face among the triangles of its surface."""

@@ -8,7 +8,6 @@ seams.py             where parts end, and the order of triangles around edges
 isolated.py          pieces of surface that touch nothing else, located by rays
 rays.py              exact vertical rays through triangles
 measures.py          volume below, area and bounds of each face
-face_sums.py         the same of faces that an earlier scene has
 zones.py             on which side of each horizon and contact each cell is
 sectors.py           the same for cells without it, where faults cross next to it
 horizon_sides.py     the same for the triangles of a fault, which may end at a horizon

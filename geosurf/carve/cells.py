@@ -11,15 +11,12 @@ some hundred faces, and all that follows (zones, blocks, volumes) is decided by 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Earlier
 from geosurf.carve import measures
-from geosurf.carve.face_sums import FaceSums
 from geosurf.carve.half_faces import Parts, find_parts, joined_sides
 from geosurf.carve.isolated import place_floating
 from geosurf.carve.outside import (
@@ -61,8 +58,6 @@ class Cells:
     face_of_element : ndarray of int64, shape (n_element,)
         Face that each element of the pieces (triangle, then run) is a part of; -1 for what is
         outside of the box, and for all but the first of the triangles with the same corners.
-    sums : FaceSums
-        What is known of the faces.
     """
 
     surface_of: np.ndarray
@@ -72,7 +67,6 @@ class Cells:
     patches: Patches
     pieces: Pieces
     face_of_element: np.ndarray
-    sums: FaceSums
 
     @cached_property
     def own(self) -> dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -82,10 +76,7 @@ class Cells:
     @cached_property
     def below(self) -> np.ndarray:
         """Volume below each face, float64 (n, 3): see `geosurf.carve.measures`."""
-        return self._of_faces(
-            "below",
-            lambda asked: measures.below(self.pieces, self.face_of_element, asked, self.level),
-        )
+        return measures.below(self.pieces, self.face_of_element, self._all, self.level)
 
     @cached_property
     def level(self) -> float:
@@ -105,29 +96,25 @@ class Cells:
     @cached_property
     def heights(self) -> np.ndarray:
         """Lowest and highest local elevation of each face, float64 (n, 2) [m]."""
-        return self._of_faces(
-            "heights", lambda asked: measures.heights(self.pieces, self.face_of_element, asked)
-        )
+        return measures.heights(self.pieces, self.face_of_element, self._all)
 
     def beside_level(self, wanted: np.ndarray, level: float) -> np.ndarray:
         """Volume of some faces (bool) above a level and below it: see `carve.measures`."""
-        return self.sums.complete(
-            ("beside", level), wanted,
-            lambda asked: measures.beside_level(
-                self.pieces, self.face_of_element, asked, level, self.surface_of
-            ),
-        )  # fmt: skip
+        found = measures.beside_level(
+            self.pieces, self.face_of_element, wanted, level, self.surface_of
+        )
+        found[~wanted] = np.nan
+        return found
 
-    def _of_faces(self, kind: str, run: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """Sums over all faces."""
-        return self.sums.complete(kind, np.ones(len(self.surface_of), dtype=bool), run)
+    @property
+    def _all(self) -> np.ndarray:
+        """All faces, as `measures` takes them."""
+        return np.ones(len(self.surface_of), dtype=bool)
 
     @cached_property
     def extent(self) -> np.ndarray:
         """Area, bounds and map areas of each face, float64 (n, 12): see `carve.measures`."""
-        return self._of_faces(
-            "extent", lambda asked: measures.extent(self.pieces, self.face_of_element, asked)
-        )
+        return measures.extent(self.pieces, self.face_of_element, self._all)
 
     def extent_of(self, faces: np.ndarray) -> np.ndarray:
         """Rows of `extent` for some faces: only these are measured if none has been before."""
@@ -174,7 +161,7 @@ class Cells:
         }
         return FullCells(
             self.surface_of[face], also, self.cell_of_side[face], self.n_cell, self.patches,
-            self.pieces, self.face_of_element, self.sums, full.triangles[row], row, full.local,
+            self.pieces, self.face_of_element, full.triangles[row], row, full.local,
         )  # fmt: skip
 
 
@@ -208,14 +195,12 @@ class FullCells(Cells):
         return self
 
 
-def find_cells(patches: Patches, made: Earlier | None = None) -> Cells:
+def find_cells(patches: Patches) -> Cells:
     """Find the cells inside the model box.
 
     Parameters
     ----------
     patches : Patches
-    made : Earlier, optional
-        The arrangement that the pieces of these patches are of, if it is stored.
 
     Raises
     ------
@@ -228,7 +213,7 @@ def find_cells(patches: Patches, made: Earlier | None = None) -> Cells:
     """
     bounds = box_of(patches)
     in_box = walls_are_a_box(patches, bounds)
-    pieces, parts, sides, parents, owners, owner = _seen(patches, bounds, made if in_box else None)
+    pieces, parts, sides, parents, owners, owner = _seen(patches, bounds)
     is_wall = owned_by_walls(patches, owners)[owner]
 
     # which sides of parts look out of the model: read off the faces of a plain box, found by
@@ -255,37 +240,24 @@ def find_cells(patches: Patches, made: Earlier | None = None) -> Cells:
     found, behind = np.divmod(found, n_cell + 1)
     found, front = np.divmod(found, n_cell + 1)
     face_of_element = np.append(face, -1)[parts.of_element]
-    of_patch = None if parts.of_patch is None else np.append(face, -1)[parts.of_patch]
-    sums = FaceSums.of(of_patch, len(found))
-    if made is not None:  # from here on the pieces before are not needed
-        came, made.kept.came = made.kept.came, None
-        if in_box and made.kept.pieces is pieces:
-            if came is not None:
-                sums = FaceSums.of(of_patch, len(found), came.before.sums, came.patch)
-            made.kept.sums = sums
 
     # the first owner names the face, the others are listed with how they are turned on it
     first = np.array([of[0][0] for of in owners], dtype=np.int64)
     also = {i: owners[k][1:] for i, k in enumerate(found.tolist()) if len(owners[k]) > 1}
     between = np.stack([front, behind], axis=1)
-    return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element, sums)
+    return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
 
 
 def _seen(
-    patches: Patches, bounds: np.ndarray, made: Earlier | None
+    patches: Patches, bounds: np.ndarray
 ) -> tuple[Pieces, Parts, np.ndarray, Parents, list[Owners], np.ndarray]:
     """Pieces, their parts, what these see (n_part, 2), input triangles; sets of surfaces, and the
     one that owns each part.
     """
     pieces = patches.pieces
     while True:
-        # seams of other walls are those of other parts
-        mine = made is not None and made.kept.pieces is pieces
-        kept = made.kept if made is not None and mine else None
-        if kept and kept.came and walls_of(kept.came.before.pieces) != walls_of(pieces):
-            kept.came = None
-        parts = find_parts(pieces, bounds, kept)
-        sides, piece, parents = joined_sides(patches, pieces, parts, kept)
+        parts = find_parts(pieces, bounds)
+        sides, piece, parents = joined_sides(patches, pieces, parts)
         owners, owner = _owners(pieces, parts)
         fixed = _outermost(pieces, parts, piece, owned_by_walls(patches, owners)[owner])
         floats = not np.isin(piece, fixed).all()
@@ -302,11 +274,6 @@ def _seen(
         )
         sides = found.reshape(-1, 2)[np.searchsorted(element, parts.first)]
     return pieces, parts, sides, parents, owners, owner
-
-
-def walls_of(pieces: Pieces) -> list[bytes]:
-    """What walls are made of."""
-    return [one.vertices.tobytes() for one in pieces.sources if one.role == "wall"]
 
 
 def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndarray) -> np.ndarray:
@@ -338,9 +305,6 @@ def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
     """
     owners: list[Owners] = [((i, 1),) for i in range(len(pieces.sources))]
     owner = parts.surface.copy()
-    if parts.of_patch is not None:  # then no triangles coincide
-        return owners, owner
-
     # triangles with the same corners as an earlier one, which stands for them all
     others, first = pieces.coinciding
     at = parts.of_element[first]

@@ -8,28 +8,20 @@ over edges inside of one surface, facing one way, so that all of it sees the sam
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from geosurf.arrangement.earlier import Kept
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.carve.seams import Parents, edges_at, sorted_seams
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strips import RIM, lowest_keys
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.kernels.meshes.parts import (
-    count_turns,
-    first_elements,
-    parts_of,
-)
-from geosurf.kernels.meshes.seams import carry_seams, join_seams
+from geosurf.kernels.meshes.parts import parts_of
+from geosurf.kernels.meshes.seams import join_seams
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
 _SEAMS = 20_000  # edges of a thread, at least
-NO_HALVES = np.empty(0, dtype=np.int64)  # all half-edges
-_HALVES = 100_000  # half-edges, from which threads look whether surfaces turn over there
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,35 +37,22 @@ class Parts:
         First element of each; rising, so that parts with triangles come before those without.
     surface : ndarray of int64, shape (n_part,)
         Surface that each is of.
-    of_patch : ndarray of int64, shape (n_patch,), or None
-        Part that each patch is, or -1; None where parts are not whole patches.
     """
 
     of_element: np.ndarray
     first: np.ndarray
     surface: np.ndarray
-    of_patch: np.ndarray | None
 
 
-def find_parts(pieces: Pieces, bounds: np.ndarray, kept: Kept | None) -> Parts:
+def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
     """Find the parts inside bounds (2, 3), local.
 
     The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
-    Patches that are `kept` are connected and do not cross the bounds: they are parts if all of each
-    face one way.
     """
-    whole = kept is not None and _patches_are_parts(pieces, kept)
-    if whole:
-        first = first_elements(pieces.patch, pieces.n_patch)
-        order = np.argsort(first)
-        rank = np.empty_like(order)
-        rank[order] = np.arange(len(order))
-        first = first[order]
-    else:
-        part, first = parts_of(
-            pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
-            int(pieces.first_run[-1]), _pairs(pieces), bounds,
-        )  # fmt: skip
+    part, first = parts_of(
+        pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
+        int(pieces.first_run[-1]), _pairs(pieces), bounds,
+    )  # fmt: skip
 
     # one corner triple for each part decides: walls cut all surfaces at the box
     surface = _surface_of(pieces, first)
@@ -83,31 +62,7 @@ def find_parts(pieces: Pieces, bounds: np.ndarray, kept: Kept | None) -> Parts:
 
     # rank among the parts inside, -1 for the others; the last entry serves part -1
     number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
-    if whole:
-        of_patch = number[rank]
-        return Parts(of_patch[pieces.patch], first[inside], surface[inside], of_patch)
-    return Parts(number[part], first[inside], surface[inside], None)
-
-
-def _patches_are_parts(pieces: Pieces, kept: Kept) -> bool:
-    """Whether no triangles coincide, and no surface turns over; lattices never do."""
-    cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
-    lists = [i for i, strips in enumerate(pieces.strips) if strips is None]
-    if kept.came is not None and kept.came.before.one_way:
-        came = kept.came
-        ends = np.searchsorted(came.halves, 3 * cut)
-        rows = [
-            (pieces.triangles, pieces.surface, came.ring, came.halves, ends[i], ends[i + 1])
-            for i in lists
-        ]
-        worth = sum(end - low for *_, low, end in rows) > _HALVES
-        kept.one_way = not any(map_threads(count_turns, rows, worth))
-        return kept.one_way
-    of = pieces.triangles, pieces.surface, pieces.ring, NO_HALVES
-    if len(pieces.coinciding[0]):
-        return False
-    kept.one_way = not any(count_turns(*of, 3 * cut[i], 3 * cut[i + 1]) for i in lists)
-    return kept.one_way
+    return Parts(number[part], first[inside], surface[inside])
 
 
 def _pairs(pieces: Pieces) -> np.ndarray:
@@ -147,7 +102,7 @@ def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.nd
 
 
 def joined_sides(
-    patches: Patches, pieces: Pieces, parts: Parts, kept: Kept | None
+    patches: Patches, pieces: Pieces, parts: Parts
 ) -> tuple[np.ndarray, np.ndarray, Parents]:
     """
     Join the sides of parts around every edge.
@@ -157,9 +112,6 @@ def joined_sides(
     patches : Patches
     pieces : Pieces
     parts : Parts
-    kept : Kept, optional
-        Of these pieces. Seams of pieces that they come from are not found again, and those of these
-        are kept.
 
     Returns
     -------
@@ -174,27 +126,9 @@ def joined_sides(
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
-    came = None if kept is None else kept.came
-    before = None if came is None else came.before.seams
-    changed = None if before is None else came
-    ring, link = (pieces.ring, pieces.link) if changed is None else (changed.ring, changed.link)
-    halves = NO_HALVES if changed is None else changed.halves
-    open_at = edges_at(pieces.triangles, ring, link, parts.of_element, halves)
+    open_at = edges_at(pieces.triangles, pieces.ring, pieces.link, parts.of_element)
     first = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
-    sort = partial(sorted_seams, patches, pieces, ring, halves, parts.of_element, first, open_at)
-    if came is None or before is None:
-        start, seams, parents = sort()
-    else:
-        # those of the pieces before come first: their order does not matter
-        (start, seams, parents), (start0, seams0) = map_threads(
-            lambda task: task(),
-            [(sort,), (partial(carry_seams, *before, came.after),)],
-            worth=len(before[1]) > _SEAMS,
-        )
-        start = np.concatenate([start0[:-1], start + start0[-1]])
-        seams = np.concatenate([seams0, seams])
-    if kept is not None:
-        kept.seams = start, seams
+    start, seams, parents = sorted_seams(patches, pieces, parts.of_element, first, open_at)
     return *_joined(pieces, parts, start, seams), parents
 
 

@@ -48,7 +48,7 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
     also = {i: cells.also[k] for i, k in zip(several.tolist(), face[several].tolist(), strict=True)}
     return FullCells(
         cells.surface_of[face], also, cells.cell_of_side[face], cells.n_cell, cells.patches,
-        pieces, cells.face_of_element, cells.sums, listed.triangles, np.arange(len(face)), listed.x,
+        pieces, cells.face_of_element, listed.triangles, np.arange(len(face)), listed.x,
     )  # fmt: skip
 
 

@@ -48,25 +48,22 @@ def edges_at(
     ring: np.ndarray,
     link: np.ndarray,
     part: np.ndarray,
-    halves: np.ndarray,
 ) -> np.ndarray:
-    """Find all edges that are not inside a part, or those of some half-edges.
+    """Find all edges that are not inside a part.
 
     Parameters
     ----------
     triangles, ring, link : ndarray of int64
-        As `Pieces` has them; ring and link of `halves`, by their rows, if these are given.
+        As `Pieces` has them.
     part : ndarray of int64, shape (n_element,)
         Part of each triangle and run, or -1.
-    halves : ndarray of int64
-        With one of an edge all of its half-edges are here. Empty: all half-edges.
 
     Returns
     -------
     ndarray of int64, shape (n_edge,)
-        First half-edge of each, a row of `ring`.
+        First half-edge of each.
     """
-    of = triangles, ring, link, part, halves
+    of = triangles, ring, link, part
     rows = in_ranges(len(ring), 3 * _TRIANGLES)
     return np.concatenate(map_threads(open_edges, [(*of, *row) for row in rows]))
 
@@ -74,8 +71,6 @@ def edges_at(
 def sorted_seams(
     patches: Patches,
     pieces: Pieces,
-    ring: np.ndarray,
-    halves: np.ndarray,
     part: np.ndarray,
     also: np.ndarray,
     open_at: np.ndarray,
@@ -87,12 +82,12 @@ def sorted_seams(
     ----------
     patches : Patches
     pieces : Pieces
-    ring, halves, part
+    part : ndarray of int64
         As for `edges_at`.
     also : ndarray of int64
         More triangles of which the input triangles are wanted.
     open_at : ndarray of int64, shape (n_edge,)
-        A half-edge of each edge, a row of `ring`.
+        A half-edge of each edge.
 
     Returns
     -------
@@ -110,7 +105,7 @@ def sorted_seams(
     edges = [open_at[i:j] for i, j in in_ranges(len(open_at), _EDGES)]
     wanted = np.zeros(len(pieces.triangles), dtype=bool)
     wanted[also] = True
-    counts = map_threads(mark_around, [(ring, halves, some, wanted) for some in edges])
+    counts = map_threads(mark_around, [(pieces.ring, some, wanted) for some in edges])
     parents = parents_of(pieces, wanted)
     px = parents.corners.reshape(-1, 3)
     pt = np.arange(len(px)).reshape(-1, 3)
@@ -122,7 +117,7 @@ def sorted_seams(
         m = w = np.empty(0, dtype=np.int64)
         while True:
             found = sort_seams(
-                pieces.x, pieces.triangles, ring, halves, some, part,
+                pieces.x, pieces.triangles, pieces.ring, some, part,
                 parents.of_triangle, px, pt, m, w, start, seams,
             )  # fmt: skip
             if found != NEEDS_EXACT:

@@ -12,7 +12,7 @@ from geosurf.conventions import counted, is_whole, known_names, number_text
 from geosurf.conventions.card import Card
 from geosurf.errors import InputError
 from geosurf.model.base import Shown, frozen, in_crs_of, polydata
-from geosurf.model.pieces import FREE, PAIRED, HalfEdges, Pieces
+from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
 
 LARGEST_CUBE = 1 << 21  # numbers below it have a cube that fits into int64
@@ -170,7 +170,8 @@ class Patches(Shown):
             surface=self.surface_of_triangle,
             key=parent,
             twin=first[group],
-            half_edges=HalfEdges(ring, np.where(alone, FREE, PAIRED)),
+            ring=ring,
+            link=np.where(alone, FREE, PAIRED),
             strips=[None] * len(self.sources),
             first_run=np.zeros(len(self.sources) + 1, dtype=np.int64),
             patch=self.patch_of_triangle,

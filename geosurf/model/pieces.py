@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
@@ -61,40 +60,6 @@ class Strips(Noun):
         return replace(self, runs=self.runs[stays], start=start, joined=number[joined])
 
 
-class Unwritten(Protocol):
-    """What writes the half-edges that have not been written yet."""
-
-    def write(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return rings and links of all half-edges."""
-        ...
-
-
-@dataclass(eq=False)
-class HalfEdges(Noun):
-    """Rings and links of half-edges, as `Pieces` has them.
-
-    Attributes
-    ----------
-    ring, link : ndarray of int64, shape (3 * n_triangle,), or None
-    unwritten : Unwritten, or None
-        Writes them when somebody asks, if an earlier scene has most of them.
-    """
-
-    ring: np.ndarray | None = None
-    link: np.ndarray | None = None
-    unwritten: Unwritten | None = None
-
-    def complete(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return all rings and links."""
-        unwritten = self.unwritten
-        if unwritten is not None:  # two threads write the same
-            self.ring, self.link = unwritten.write()
-            self.unwritten = None
-        assert self.ring is not None
-        assert self.link is not None
-        return self.ring, self.link
-
-
 @dataclass(frozen=True, eq=False)
 class Pieces(Noun):
     """All parts of some surfaces: triangles first, then runs; each is an element.
@@ -110,8 +75,10 @@ class Pieces(Noun):
     twin : ndarray of int64, shape (n_triangle,) or (0,)
         The first triangle with the same corners: itself, but where surfaces coincide. Empty if
         none do.
-    half_edges : HalfEdges
-        See `ring` and `link`.
+    ring : ndarray of int64, shape (3 * n_triangle,)
+        Next half-edge around the same edge.
+    link : ndarray of int64, shape (3 * n_triangle,)
+        For a half-edge that is alone: the run behind it, or FREE; else PAIRED.
     strips : list of Strips or None
         For each surface.
     first_run : ndarray of int64, shape (n_surface + 1,)
@@ -126,7 +93,8 @@ class Pieces(Noun):
     surface: np.ndarray
     key: np.ndarray
     twin: np.ndarray
-    half_edges: HalfEdges
+    ring: np.ndarray
+    link: np.ndarray
     strips: list[Strips | None]
     first_run: np.ndarray
     patch: np.ndarray
@@ -142,16 +110,6 @@ class Pieces(Noun):
         """Triangles with the corners of an earlier one, rising, and the first of these; int64."""
         others = np.flatnonzero(self.twin != np.arange(len(self.twin)))
         return others, self.twin[others]
-
-    @property
-    def ring(self) -> np.ndarray:
-        """Next half-edge around the same edge, int64 (3 * n_triangle,)."""
-        return self.half_edges.complete()[0]
-
-    @property
-    def link(self) -> np.ndarray:
-        """For a half-edge that is alone: the run behind it, or FREE; else PAIRED; int64."""
-        return self.half_edges.complete()[1]
 
     def listed(self, i: int) -> Listed:
         """Return the triangles of surface `i`: no other surface is listed."""

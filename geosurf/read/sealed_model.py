@@ -21,7 +21,7 @@ from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import count_open_edges
 from geosurf.model import TriSurface, Unit, Units
 from geosurf.model.base import in_crs_of
-from geosurf.model.pieces import FREE, PAIRED, HalfEdges, Pieces
+from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.read.model3d import volume_inside
 
 LABELS = (
@@ -222,7 +222,8 @@ def _pieces(model: SealedModel) -> Pieces:
         surface,
         np.arange(len(triangles)) - first[surface],
         np.arange(len(triangles)),
-        HalfEdges(ring, np.where(ring == np.arange(len(ring)), FREE, PAIRED)),
+        ring,
+        np.where(ring == np.arange(len(ring)), FREE, PAIRED),
         [None] * len(sources),
         np.zeros(len(sources) + 1, dtype=np.int64),
         np.repeat(np.arange(len(counts)), counts),

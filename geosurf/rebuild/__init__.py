@@ -6,7 +6,6 @@ assemble.py        pieces and patches from cut and uncut triangles
 edges.py           edges, and patches of triangles, in threads
 untouched.py       triangles of lists that nothing meets
 torn_lattices.py   torn sheets as lattices with gaps
-carried.py         edges and patches that an earlier arrangement has
 soundness.py       which triangles could cross after rounding: those are tested exactly
 repair.py          vertices moved where rounding would make triangles cross
 moves.py           warning: vertices that a repair moved
@@ -15,7 +14,6 @@ closed_sheets.py   what a model shows about torn sheets that were not cut alone
 dropped.py         `drop_triangles`: patches without some of their triangles
 listed.py          the triangles of patches that are listed one by one
 wall_sides.py      parts of torn sheets on the wrong side of a fault
-own.py             intersections of a surface with itself
 equal_vertices.py  vertices of one surface in the same place
 =================  ====================================================================
 

@@ -8,21 +8,17 @@ from itertools import pairwise
 import numpy as np
 
 from geosurf.arrangement.arrange import Children
-from geosurf.arrangement.earlier import Carried, Kept
 from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
-from geosurf.kernels.contacts.merged_contacts import mark_corners
 from geosurf.kernels.contacts.packed_contact import mark_touched, overlaps
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strip_links import link_runs
-from geosurf.kernels.lattices.strips import find_runs, join_runs
-from geosurf.kernels.meshes.carried_triangles import carry_by_face
+from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
 from geosurf.kernels.meshes.mesh import weld
-from geosurf.model.pieces import HalfEdges, Pieces, Strips
+from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.carried import EarlierTriangles, carry_edges, carry_patches, runs_of_all
 from geosurf.rebuild.edges import find_edges, find_patches
 from geosurf.rebuild.equal_vertices import has_strips
 from geosurf.rebuild.untouched import NO_OTHERS, Others, beside_gaps, untouched
@@ -31,18 +27,19 @@ _NO_KEYS = np.empty(0, dtype=np.int64)
 _MANY = 50_000  # triangles; from then on surfaces are listed in threads
 
 
-def assemble(contacts: Contacts, children: Children) -> Kept:
-    """The pieces of all surfaces, and what later ones take from them."""
+def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray, int]:
+    """The pieces of all surfaces; the last half-edges of the edges between patches, rising; and how
+    many triangles are parts of faces that were cut.
+    """
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
     touched = mark_touched(contacts.rows, len(contacts.t))
-    (x, t, surface, key, face, point_of_id), others, stay = _triangles(contacts, children, touched)
+    (x, t, surface, key, face, number), others = _triangles(contacts, children, touched)
 
     # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
     new, n_used = number_used(t, len(x))
-    number, id_of_point = point_of_id, np.flatnonzero(new >= 0)
     if n_used < len(x):
         # `take` is many times as fast as an index in brackets where rows are short
-        x, number = x.take(id_of_point, axis=0), new.take(point_of_id)
+        x, number = x.take(np.flatnonzero(new >= 0), axis=0), new.take(number)
 
     # Runs of triangles of each lattice that nothing touches.
     rows = np.flatnonzero(touched)
@@ -53,56 +50,38 @@ def assemble(contacts: Contacts, children: Children) -> Kept:
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
 
     # `ring`: the next half-edge around each edge; `link`: the run behind a free half-edge.
-    came = origin = None
-    carried = contacts.carried
-    if stay is not None and carried.edges and not children.collisions:
-        came = carry_edges(carried, *stay, t, surface, len(x), strips, first_run)
-        ring, link, halves = came.ring, came.link, came.halves
-    else:
-        (ring, link), halves = find_edges(t, len(x)), None
+    ring, link = find_edges(t, len(x))
     labels = t, surface, key, face
-    linked = _add_links(ring, link, halves, contacts, *labels, strips, first_run, number)
+    linked = _add_links(ring, link, contacts, *labels, strips, first_run, number)
 
     # Patches end at rings of more than two half-edges: that is where curves are.
-    if came is not None:
-        twin, half_edges = _NO_KEYS, came.half_edges()
-        linked = np.concatenate([came.linked, linked])
-        patch, rim, origin = carry_patches(came, surface, key, strips, first_run)
-    else:
-        half_edges = HalfEdges(ring, link)
-        twin, owners = _twins(contacts, t, surface, face)
-        part, rim = find_patches(surface, owners, ring, twin)
-        patch = _numbered_patches(surface, key, part, linked, strips, first_run)
+    twin, owners = _twins(contacts, t, surface, face)
+    part, rim = find_patches(surface, owners, ring, twin)
+    patch = _numbered_patches(surface, key, part, linked, strips, first_run)
 
     pieces = Pieces(
-        contacts.surfaces, contacts.origin, x, t, surface, key, twin, half_edges, strips,
-        first_run, patch,
+        contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link,
+        strips, first_run, patch,
     )  # fmt: skip
-    ids = None if children.collisions else id_of_point
     n_uncut = int(np.count_nonzero(touched)) - len(children.cut)
-    n_child = len(t) - sum(other.n for other in others) - n_uncut
-    return Kept(pieces, face, ids, linked, rim, n_child, origin)
+    return pieces, rim, len(t) - sum(other.n for other in others) - n_uncut
 
 
 def _triangles(
     contacts: Contacts, children: Children, touched: np.ndarray
-) -> tuple[tuple[np.ndarray, ...], list[Others], tuple[np.ndarray, np.ndarray] | None]:
+) -> tuple[tuple[np.ndarray, ...], list[Others]]:
     """Points; corners, surface, key and face (-1: in no contact) of the triangles, in order;
-    and the point of each id, first those of the children. And what nothing meets of each surface;
-    and `after` and `blocks` of triangles that an earlier arrangement has: see `carried_triangles`.
+    and the point of each id, first those of the children. And what nothing meets of each surface.
     """
     # Faces that a curve touches but does not cut stay as one triangle each.
     uncut = touched.copy()
     uncut[children.cut] = False
-    carried: Carried | None = contacts.carried
-    if carried is not None:  # those that have not changed come from the earlier pieces
-        uncut &= carried.same.changed
     uncut = np.flatnonzero(uncut)
 
     n = len(children.x)
     # faces that are only near one another depend on how candidates are searched: passed over
     met = np.zeros(contacts.n_vertex, dtype=bool)
-    mark_corners(contacts.t, touched, met)
+    met[contacts.t[touched]] = True
     # Lattices wait in strips; lists bring all their other triangles.
     places, others = [children.x], []
     for i, source in enumerate(contacts.surfaces):
@@ -120,9 +99,6 @@ def _triangles(
     cut = np.searchsorted(contacts.surface_of_face, np.arange(len(contacts.surfaces) + 1))
     first = [np.searchsorted(of, cut) for of in (children.parent, uncut)]
     counts = [other.n for other in others] + np.diff(first[0]) + np.diff(first[1])
-    earlier = None if carried is None else EarlierTriangles.of(carried, len(contacts.surfaces))
-    if earlier is not None:
-        counts = counts + earlier.counts
     row = np.concatenate([[0], np.cumsum(counts)])
     t = np.empty((row[-1], 3), dtype=np.int64)
     surface, key, face = np.empty((3, row[-1]), dtype=np.int64)  # at once: large pages
@@ -135,13 +111,7 @@ def _triangles(
         )
         for i, other in enumerate(others)
     ]  # fmt: skip
-    stay = None
-    if earlier is None:
-        map_threads(merge_by_face, rows, worth=len(t) > _MANY)
-    else:
-        rows = [(*earlier.of_surface(i), *own, earlier.after) for i, own in enumerate(rows)]
-        blocks = map_threads(carry_by_face, rows, worth=len(t) > _MANY)
-        stay = earlier.after, np.concatenate(blocks)
+    map_threads(merge_by_face, rows, worth=len(t) > _MANY)
 
     number = np.arange(len(x))
     if children.collisions:  # distinct points in one place become one vertex
@@ -149,7 +119,7 @@ def _triangles(
         welded = np.empty((count, 3))
         welded[number[::-1]] = x[::-1]
         x, t = welded, number[t]
-    return (x, t, surface, key, face, number), others, stay
+    return (x, t, surface, key, face, number), others
 
 
 def _strips(
@@ -190,7 +160,6 @@ def _strips(
 def _add_links(
     ring: np.ndarray,
     link: np.ndarray,
-    halves: np.ndarray | None,
     contacts: Contacts,
     t: np.ndarray,
     surface: np.ndarray,
@@ -200,16 +169,12 @@ def _add_links(
     first_run: np.ndarray,
     number: np.ndarray,
 ) -> np.ndarray:
-    """Write the run behind each half-edge, or row of `halves`, that is alone in its ring.
+    """Write the run behind each half-edge that is alone in its ring.
 
     Returns those that have one, and which: int64 (n, 2).
     """
     # A half-edge that is alone in its ring lies on a rim, or next to a strip.
     cut = 3 * np.searchsorted(surface, np.arange(len(strips) + 1))
-    if halves is None:
-        halves = _NO_KEYS
-    else:
-        cut = np.searchsorted(halves, cut)
     rows = []
     for i, of in enumerate(strips):
         if of is None:
@@ -217,7 +182,7 @@ def _add_links(
         lattice = contacts.surfaces[i].lattice
         assert lattice is not None  # only lattices have strips
         rows.append((
-            t, key, face, ring, halves, cut[i], cut[i + 1], contacts.t, number,
+            t, key, face, ring, cut[i], cut[i + 1], contacts.t, number,
             of.places, of.absent, bool(lattice.turned), of.runs, of.start, first_run[i], link,
         ))  # fmt: skip
     found = [np.empty((0, 2), dtype=np.int64)]
@@ -289,5 +254,11 @@ def _numbered_patches(
     if n_run == 0:  # triangles are in this order, and so are the numbers of their parts
         return part
 
-    runs = *runs_of_all(strips, first_run), first_run
+    # pairs of runs that share an edge, and the lowest key of each run
+    joined, lowest = [np.empty((0, 2), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    for first, of in zip(first_run, strips, strict=False):
+        if of is not None:
+            joined.append(of.joined + first)
+            lowest.append(lowest_keys(of.places, of.runs))
+    runs = np.concatenate(joined), np.concatenate(lowest), first_run
     return number_patches(part, n_part, surface, key, linked, *runs)

@@ -14,7 +14,7 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.kept import kept_triangles
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, frozen
-from geosurf.model.pieces import HalfEdges, Pieces, Strips
+from geosurf.model.pieces import Pieces, Strips
 from geosurf.rebuild.listed import Listed
 
 
@@ -114,7 +114,8 @@ def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
         surface=surface,
         key=key,
         twin=_twins_among(pieces.twin, stays),
-        half_edges=HalfEdges(ring, link),
+        ring=ring,
+        link=link,
         strips=strips,
         first_run=number_of_run[pieces.first_run],
         patch=np.concatenate([patch, patch_of[of_run[run_stays]]]),

@@ -47,40 +47,13 @@ def find_edges(t: np.ndarray, n_point: int) -> tuple[np.ndarray, np.ndarray]:
         kernels.fill_buckets,
         [(t, *row, own, bucket, ring) for row, own in zip(rows, count, strict=True)],
     )
-    _match(start, bucket, len(rows), ring)
+
+    # by ranges of vertices with about as many half-edges each
+    wanted = start[-1] * np.arange(1, len(rows)) // len(rows)
+    cut = [0, *np.searchsorted(start[:-1], wanted).tolist(), len(start) - 1]
+    map_threads(kernels.match_buckets, [(start, bucket, i, j, ring) for i, j in pairwise(cut)])
     map_threads(kernels.mark_alone, [(ring, 3 * i, 3 * j, FREE, PAIRED, link) for i, j in rows])
     return ring, link
-
-
-def match_again(t: np.ndarray, n_point: int, halves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Match some half-edges, which rise, with each other.
-
-    Returns ring and link of each, by their rows: int64 (n,).
-    """
-    ring, link = np.arange(len(halves)), np.empty(len(halves), dtype=np.int64)
-    bucket = link  # which is written when nobody needs the buckets any more
-    rows = in_ranges(len(halves), 3 * _TRIANGLES)
-    parts = [halves[i:j] for i, j in rows]
-    count = np.zeros((len(rows), n_point), dtype=np.int64)
-    map_threads(
-        kernels.count_lower_of, [(t, part, own) for part, own in zip(parts, count, strict=True)]
-    )
-    start = kernels.begin_buckets(count)
-    map_threads(
-        kernels.fill_buckets_of,
-        [(t, halves[i:j], i, own, bucket) for (i, j), own in zip(rows, count, strict=True)],
-    )
-    _match(start, bucket, len(rows), ring)
-    map_threads(kernels.mark_alone, [(ring, i, j, FREE, PAIRED, link) for i, j in rows])
-    return ring, link
-
-
-def _match(start: np.ndarray, bucket: np.ndarray, n_range: int, ring: np.ndarray) -> None:
-    """Match the half-edges in all buckets, by ranges of vertices with about as many each."""
-    wanted = start[-1] * np.arange(1, n_range) // n_range
-    cut = [0, *np.searchsorted(start[:-1], wanted).tolist(), len(start) - 1]
-    rows = [(start, bucket, i, j, ring) for i, j in pairwise(cut)]
-    map_threads(kernels.match_buckets, rows)
 
 
 def find_patches(

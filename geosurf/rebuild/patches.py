@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from geosurf.arrangement.arrange import Children
-from geosurf.arrangement.earlier import Earlier, Kept
-from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.model import Patches, TriSurface
+from geosurf.model.pieces import Pieces
 from geosurf.rebuild.assemble import assemble
 from geosurf.rebuild.repair import cut_soundly
 from geosurf.rebuild.torn_lattices import with_torn_lattices
@@ -72,25 +73,18 @@ def rebuild_surfaces(
     return patches_from(contacts)
 
 
-def patches_from(contacts: Contacts, known: KnownPairs | None = None) -> Patches:
-    """Cut the faces of known contacts and weld everything into patches.
-
-    What earlier arrangements of the same surfaces found is taken from `known`, and this one is
-    added unless it was repaired.
-    """
-    contacts, children, moves, kept = cut_soundly(contacts, _assembled, known)
-    if known is not None and not moves["moved_vertices"]:
-        one = Earlier.of(known.keys, contacts, children, kept)
-        known.keep_arrangement(one, known.arrangement()[1])
+def patches_from(contacts: Contacts) -> Patches:
+    """Cut the faces of known contacts and weld everything into patches."""
+    contacts, children, moves, (pieces, rim, n_child) = cut_soundly(contacts, _assembled)
     report = {
         "cut_triangles": len(children.cut),
-        "children": kept.n_child,
+        "children": n_child,
         "constructed_points": len(children.d),
         "rounding_collisions": children.collisions,
         **moves,
     }
-    return Patches.of_pieces(kept.pieces, None, report, rim=kept.rim)
+    return Patches.of_pieces(pieces, None, report, rim=rim)
 
 
-def _assembled(contacts: Contacts, children: Children) -> Kept:
+def _assembled(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray, int]:
     return assemble(with_torn_lattices(contacts), children)

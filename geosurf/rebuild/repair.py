@@ -21,7 +21,7 @@ from typing import TypeVar
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
-from geosurf.arrangement.earlier import Carried, Earlier, compare, cut_changed
+from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.arrangement.threads import map_threads, n_threads
@@ -33,7 +33,6 @@ from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
 from geosurf.rebuild.equal_vertices import first_of_equals
 from geosurf.rebuild.moved_vertices import moved_surface, places_of, rounded, shifted
-from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; also the largest moves along an axis
@@ -48,8 +47,7 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     if len(children.cut) == 0:
         return np.empty(0, dtype=np.int64)
 
-    # Children that are thin enough for rounding to turn them over. Those that are carried over were
-    # sound when they were made.
+    # Children that are thin enough for rounding to turn them over.
     rows = children.doubtful
     if len(rows):
         m, w = frame_of(children.x)
@@ -61,7 +59,7 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
 
 
 def cut_soundly(
-    contacts: Contacts, then: Callable[[Contacts, Children], Result], known: KnownPairs | None
+    contacts: Contacts, then: Callable[[Contacts, Children], Result]
 ) -> tuple[Contacts, Children, dict[str, float], Result]:
     """Cut all faces; repair the inputs where rounding turns children over.
 
@@ -71,9 +69,6 @@ def cut_soundly(
     then : callable
         What is made of contacts and children. It begins while they are checked, and what it makes
         of some that are not sound is dropped.
-    known : KnownPairs, optional
-        What earlier arrangements of these surfaces found: faces that were cut alike are taken from
-        there.
 
     Returns
     -------
@@ -89,8 +84,8 @@ def cut_soundly(
     RoundingError
         If neither the coarsest step nor a shift helps: names the surface and the place.
     """
-    contacts, records = _with_records(contacts)
-    children = _cut(contacts, known, records)
+    contacts = with_own_contacts(contacts)
+    children = cut_contacts(contacts)
     bad, made = _checked(contacts, children, then)
     if len(bad) == 0:
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}, made()
@@ -159,34 +154,36 @@ def _checked(
     return bad, made.result
 
 
-def _with_records(contacts: Contacts) -> tuple[Contacts, np.ndarray | None]:
-    """Contacts with those of surfaces with themselves; and what cuts the faces of a change."""
-    carried: Carried | None = contacts.carried
-    if carried is None:
-        return with_own_contacts(contacts), None
-    records, found = map_threads(
-        lambda task: task(),
-        [(partial(contacts.records_of, carried.same.changed),),
-         (partial(with_own_contacts, contacts),)],
-        worth=len(contacts.rows) > _MANY,
-    )  # fmt: skip
-    return found, records if found is contacts else None  # nearly always
+def with_own_contacts(contacts: Contacts) -> Contacts:
+    """The contacts, with those of surfaces with themselves that sharing vertices asks for.
 
+    Two surfaces share the vertices of their curves, and the triangles of an area, only if both are
+    cut alike there. Whatever meets one of them there meets the other as well, and cuts both, except
+    the sheets of a surface itself: without `self_intersections` these cut only the other one. So a
+    surface is searched for contacts with itself if two of its triangles, both of which meet another
+    surface, meet each other elsewhere than in common corners and edges.
+    """
+    # Faces that meet another surface.
+    of, rows = contacts.surface_of_face, contacts.rows[:, :2]
+    met = np.zeros(len(contacts.t), dtype=bool)
+    met[rows[of.take(rows[:, 0]) != of.take(rows[:, 1])]] = True
+    searched = {tuple(pair) for pair in contacts.options["pairs"]}
+    more = []
+    for i, surface in enumerate(contacts.surfaces):
+        # A graph over the map cannot meet itself.
+        is_graph = surface.lattice is not None and surface.lattice.is_graph
+        if is_graph or (i, i) in searched:
+            continue
+        # A quick exact test of those faces alone: the full search follows only if some cross.
+        start, stop = np.searchsorted(of, (i, i + 1))
+        faces = contacts.t[start:stop][met[start:stop]]
+        if len(faces) > 1 and len(crossing_pairs(contacts.x, faces, faces[:0])):
+            more.append((i, i))
 
-def _cut(
-    contacts: Contacts, known: KnownPairs | None, records: np.ndarray | None = None
-) -> Children:
-    """All children, or those of faces that no earlier arrangement cut alike, with these records."""
-    if contacts.carried is None:
-        earlier: Earlier | None = None if known is None else known.arrangement()[0]
-        same = None
-        if known is not None and earlier is not None:
-            same = compare(earlier, contacts, known.keys)
-        if earlier is None or same is None:
-            return cut_contacts(contacts)
-        most_stay = 2 * int(np.count_nonzero(same.changed)) <= len(same.changed)
-        contacts.carried = Carried(earlier, same, edges=most_stay)
-    return cut_changed(contacts, contacts.carried, records)
+    if not more:
+        return contacts
+    pairs = [*contacts.options["pairs"], *more]
+    return find_contacts(contacts.surfaces, **{**contacts.options, "pairs": pairs})
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:

@@ -29,10 +29,11 @@ _SAFETY = 1024.0
 
 def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     """Faces (rows of `Contacts.t`) with pieces that cross another triangle once rounded."""
-    t, parent, thin, near = _suspects(contacts, children)
+    thin, near = _suspects(contacts, children)
     if len(thin) == 0 and len(near) == 0:
         return thin
 
+    t, parent = children.triangles, children.parent
     if children.collisions:  # distinct points in one place are one vertex of the result
         number, _ = weld(children.x)
         t = np.unique(number, return_index=True)[1][number][t]
@@ -67,38 +68,15 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     return face[np.concatenate([mine, others])[pairs.ravel()]]
 
 
-def _suspects(
-    contacts: Contacts, children: Children
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Triangles and parents of children, rows of the thin ones, and near pairs of faces.
-
-    All children, unless none is thin and no pair is near.
-    """
+def _suspects(contacts: Contacts, children: Children) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the thin children, and near pairs of faces."""
     # Rounding scales with the largest coordinate. Constructed points lie in faces that are cut, so
     # it is that of those; which others are kept depends on the search.
     largest = largest_coordinate(contacts.x, contacts.t, children.cut)
-    t, parent, near = children.triangles, children.parent, near_pairs(contacts)
-    came, asked = contacts.carried, np.ones(len(contacts.t), dtype=bool)
-    if came is not None and came.earlier.n_thin == 0 and largest <= came.earlier.largest:
-        # children that an earlier arrangement has are as thin as they were there
-        asked = came.same.changed
-
-    def thin_of(t: np.ndarray, parent: np.ndarray) -> np.ndarray:
-        """Rows of those thinner than what rounding can do, given the flattest contact."""
-        faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
-        of = children.x, t, parent, asked, _SAFETY * ULP * largest
-        rows: np.ndarray = thin_children(*faces, *of)
-        return rows
-
-    thin = thin_of(t, parent)
-    if came is not None and (asked.all() or len(thin) or len(near)):
-        of = came.children()
-        t, parent = (np.concatenate(both) for both in zip((t, parent), of, strict=True))
-        order = np.argsort(parent, kind="stable")
-        t, parent = t[order], parent[order]
-        thin = thin_of(t, parent)
-    children.n_thin, children.largest = len(thin), largest
-    return t, parent, thin, near
+    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
+    of = children.x, children.triangles, children.parent
+    # thinner than what rounding can do, given the flattest contact
+    return thin_children(*faces, *of, _SAFETY * ULP * largest), near_pairs(contacts)
 
 
 def near_pairs(contacts: Contacts) -> np.ndarray:

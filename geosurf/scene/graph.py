@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_changed_contacts
+from geosurf.arrangement import KnownPairs, find_contacts
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
 from geosurf.carve.order import warnings_of_order
@@ -364,11 +364,11 @@ class Graph:
 
     def _rebuilt(self, known: KnownPairs | None = None) -> Ended:
         """The same, what faults lost by ending at horizons, warnings of that, virtual walls."""
-        contacts = find_changed_contacts(
-            self.enclosed, known, origin=self._origin, voxel_size=self.inputs.voxel_size,
+        contacts = find_contacts(
+            self.enclosed, known=known, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
-        patches = trim_sheets(patches_from(contacts, known))
+        patches = trim_sheets(patches_from(contacts))
         rules = self.ruled_faults.rules
         return end_inside(patches, self.column, self.inputs, rules, self._virtual)
 
@@ -431,8 +431,8 @@ class Graph:
 
     def _cells(self) -> Cells:
         """Cells of the patches: names, rules and contacts do not change them."""
-        key, made = ("cells", self._patches_key), self.memory.arrangement_of(self.patches)
-        return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches, made))
+        key = "cells", self._patches_key
+        return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches))
 
     @cached_property
     def units_key(self) -> Hashable:

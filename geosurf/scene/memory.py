@@ -8,12 +8,11 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from geosurf.arrangement.earlier import Earlier
-from geosurf.arrangement.known_pairs import ARRANGEMENTS, KnownPairs
+from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning
-from geosurf.model import Patches, TriSurface
+from geosurf.model import TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.scene.ahead import Ahead
 from geosurf.scene.fingerprint import fingerprint
@@ -159,12 +158,6 @@ class Memory:
             return surface.name, surface.vertices.tobytes(), surface.triangles.tobytes()
 
         return KnownPairs(get, put, [key_of(surface) for surface in surfaces])
-
-    def arrangement_of(self, patches: Patches) -> Earlier | None:
-        """Return the stored arrangement that patches are made of, or None."""
-        stored = (self._shared(key) for key in ARRANGEMENTS)
-        pieces = patches.__dict__.get("pieces")
-        return next((one[0] for one in stored if one and one[0].kept.pieces is pieces), None)
 
     def stored_for(self, owner: object, key: Hashable, run: Callable[[], Result]) -> Result:
         """Return a part of a step, from memory if it was made of the same object; no step."""

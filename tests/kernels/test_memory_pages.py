@@ -45,13 +45,3 @@ def test_a_second_call_finds_its_pages():
     counts = [count_faults(first, 10) for first in ("", "import geosurf.kernels")]
     assert counts[0] > 1000  # 8 MB in pages of 4 kB; else there is nothing to keep
     assert counts[1] < counts[0] / 10
-
-
-def test_who_asks_for_more_keeps_more_and_the_user_decides():
-    """100 MB are freed at once, as when a scene is dropped."""
-    if os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") < 8 << 30:
-        pytest.skip("less is kept")
-    more = "from geosurf.kernels.compile.memory_pages import retain_more; retain_more(150 << 20)"
-    assert count_faults("import geosurf.kernels", 130) > 10_000
-    assert count_faults(more, 130) < 2000
-    assert count_faults(more, 130, {"MALLOC_TRIM_THRESHOLD_": "131072"}) > 10_000

@@ -22,8 +22,6 @@ from geosurf.kernels.meshes.radial_order import (
 )
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams
 
-ALL = np.empty(0, dtype=np.int64)  # half-edges: `ring` is of all of them
-
 small = st.integers(-3, 3).map(float)
 PAIRED, FREE = -2, -1
 
@@ -194,9 +192,9 @@ def test_neighbours_in_angle_see_each_other(made):
     px, pt = x[t].reshape(-1, 3), np.arange(3 * n).reshape(-1, 3)
     sides, pieces = np.arange(2 * n + 2), np.arange(n + 1)
     m, w = frame_of(px)
-    first = open_edges(t, ring, link - n, part, ALL, 0, 3 * n)
+    first = open_edges(t, ring, link - n, part, 0, 3 * n)
     start, seams = np.empty(len(first) + 1, dtype=np.int64), np.empty(3 * n, dtype=np.int64)
-    found = sort_seams(x, t, ring, ALL, first, part, np.arange(n), px, pt, m, w, start, seams)
+    found = sort_seams(x, t, ring, first, part, np.arange(n), px, pt, m, w, start, seams)
     assert found == DONE
     join_seams(start, seams, part, sides, pieces)
     assert set(pieces[:n]) == {0}
@@ -220,9 +218,9 @@ def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
     ring, part = ring_of(3), np.arange(3)
     link = np.where(ring == np.arange(9), FREE, PAIRED)
     px, pt, none = x[t].reshape(-1, 3), np.arange(9).reshape(-1, 3), np.empty(0, dtype=np.int64)
-    first = open_edges(t, ring, link, part, ALL, 0, 9)
+    first = open_edges(t, ring, link, part, 0, 9)
     start, seams = np.empty(len(first) + 1, dtype=np.int64), np.empty(9, dtype=np.int64)
-    arguments = (x, t, ring, ALL, first, part, part, px, pt)
+    arguments = (x, t, ring, first, part, part, px, pt)
     assert sort_seams(*arguments, none, none, start, seams) == NEEDS_EXACT
     assert sort_seams(*arguments, *frame_of(px), start, seams) == DONE
 

@@ -45,7 +45,7 @@ def contacts(pairs, codes=(), coplanar=0):
 def thin(x, t, rows, y, children, parent, reach):
     """Whether children are thin, by the kernel."""
     m, w = frame_of(x, len(t))
-    found = thin_children(x, t, m, w, rows, y, children, parent, np.ones(len(t), bool), reach)
+    found = thin_children(x, t, m, w, rows, y, children, parent, reach)
     mask = np.zeros(len(children), dtype=bool)
     mask[found] = True
     return mask
@@ -136,8 +136,7 @@ def test_thin_is_the_same_by_any_search():
         children = cut_contacts(of)
         frame = of.x, of.t, of.m.copy(), of.w, of.rows
         limit = 0.03 * largest_coordinate(of.x, of.t, children.parent)
-        asked = np.ones(len(of.t), bool)
-        rows = thin_children(*frame, children.x, children.triangles, children.parent, asked, limit)
+        rows = thin_children(*frame, children.x, children.triangles, children.parent, limit)
         corners = np.sort(children.x[children.triangles[rows]].view("f8,f8,f8")[..., 0], axis=1)
         found.append({(int(of.surface_of_face[p]), c.tobytes())
                       for p, c in zip(children.parent[rows], corners, strict=True)})  # fmt: skip

@@ -9,7 +9,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild import assemble as assembling
 from geosurf.rebuild import patches as rebuilding
 
 
@@ -121,12 +120,8 @@ def test_units_and_their_certificate_are_those_of_lists(kind, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", WORLDS)
-def test_a_moved_contact_gives_the_scene_made_afresh(kind, monkeypatch):
+def test_a_moved_contact_gives_the_scene_made_afresh(kind):
     sheets, faults, box = WORLDS[kind]()
-    carried, carry = [], assembling.carry_edges
-    monkeypatch.setattr(
-        assembling, "carry_edges", lambda *given: carried.append(1) or carry(*given)
-    )
 
     def scene(level):
         torn = {name: replace(one) for name, one in sheets.items()}
@@ -138,7 +133,6 @@ def test_a_moved_contact_gives_the_scene_made_afresh(kind, monkeypatch):
     found, expected = before.replace(contacts={"OWC": level + 7.0}), scene(level + 7.0)
     for name in ("local", "triangles", "patch_of_triangle", "curve_edges"):
         assert np.array_equal(getattr(found.patches, name), getattr(expected.patches, name)), name
-    assert carried
     assert found.volumes.values.tobytes() == expected.volumes.values.tobytes()
 
 

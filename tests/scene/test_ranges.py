@@ -11,11 +11,10 @@ import pytest
 
 import geosurf as gs
 from geosurf.arrangement import arrange, gather, named, room, search
-from geosurf.arrangement import carried as merged
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve import half_faces, measures, seams
 from geosurf.errors import GeosurfError
-from geosurf.rebuild import assemble, carried, edges, repair
+from geosurf.rebuild import assemble, edges, repair
 from tests.scene.test_moved_surfaces import BOX, COARSE, fault, horizon, result
 from tests.strategies import sheet
 
@@ -31,17 +30,12 @@ LEAST = [
     (search, "_PAIRS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
-    (carried, "_MANY"),
-    (carried, "_TRIANGLES"),
-    (merged, "_MANY"),
-    (merged, "_POINTS"),
     (edges, "_TRIANGLES"),
     (repair, "_MANY"),
     (seams, "_TRIANGLES"),
     (seams, "_EDGES"),
     (seams, "_PARENTS"),
     (half_faces, "_SEAMS"),
-    (half_faces, "_HALVES"),
     (measures, "_TRIANGLES"),
     (measures, "_MANY_RUNS"),
 ]
@@ -141,7 +135,7 @@ def test_every_seam_joins(n_thread, n_edge, monkeypatch):
     monkeypatch.setattr(half_faces, "_SEAMS", 1)
     n = n_edge + 1
     pieces = SimpleNamespace(triangles=np.zeros((n, 3), int), strips=[])
-    parts = half_faces.Parts(np.arange(n), np.arange(n), np.zeros(n, int), None)
+    parts = half_faces.Parts(np.arange(n), np.arange(n), np.zeros(n, int))
 
     # parts k and k + 1 meet at edge k, both with their fronts up
     start, ends = 2 * np.arange(n_edge + 1), np.arange(n_edge)

@@ -14,7 +14,6 @@ file                question                                                   s
 `stable_pairs`      Which contacts could change when points are rounded?
 `naming`            Which named points and segments follow?
 `merging`           Which named points are equal?
-`merged_contacts`   What do contacts of earlier and new pairs become together?
 `placing`           Where are the points? 64 at a time.                        Dekker 1971
 `near_segments`     Which points are near a segment?
 ==================  =========================================================  ==================

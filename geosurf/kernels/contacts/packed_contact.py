@@ -110,32 +110,6 @@ def mark_touched(rows, n):
     return touched
 
 
-@entry("l2 b1 -> l1")
-def rows_of_marked(rows, marked):
-    """Contacts (rows) of which one face or both are marked."""
-    found = np.empty(rows.shape[0], dtype=np.int64)
-    n = 0
-    for k in range(rows.shape[0]):
-        if marked[rows[k, TRIANGLE_A]] or marked[rows[k, TRIANGLE_B]]:
-            found[n] = k
-            n += 1
-    return found[:n].copy()
-
-
-@entry("l2 l1 l1 l -> b1")
-def mark_met(rows, surface, number, n):
-    """Which of n faces meet another surface; `number` has the number of each face, or -1."""
-    met = np.zeros(n, dtype=np.bool_)
-    for k in range(rows.shape[0]):
-        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-        if surface[a] != surface[b]:
-            if number[a] >= 0:
-                met[number[a]] = True
-            if number[b] >= 0:
-                met[number[b]] = True
-    return met
-
-
 @entry("l2 -> l2")
 def pack_contacts(rows):
     """Pack rows of `triangle_contact` into three numbers."""

@@ -13,7 +13,6 @@ file                 question                                                 so
 `constraints`        How do segments become edges, with their crossings?
 `record_groups`      Which segments and points cut which face?
 `cut_faces`          What are the children of all cut faces?
-`unchanged_faces`    Which faces are cut as in an earlier arrangement?
 `thin_pieces`        Which pieces are so thin that rounding may invert them?
 ===================  =======================================================  =====================
 """

@@ -44,15 +44,9 @@ def _cross_of_sides(x, i, j, k):
 
 
 @scalar
-def _write_normals(x, t, rows, asked, normal):
-    """Unit normals of some faces, and of those that meet them."""
-    wanted = np.zeros(t.shape[0], dtype=np.bool_)
-    for k in range(rows.shape[0]):
-        if asked[rows[k, TRIANGLE_A]] or asked[rows[k, TRIANGLE_B]]:
-            wanted[rows[k, TRIANGLE_A]] = wanted[rows[k, TRIANGLE_B]] = True
+def _write_normals(x, t, normal):
+    """Unit normals of faces."""
     for i in range(t.shape[0]):
-        if not wanted[i]:
-            continue
         nx, ny, nz, square, _ = _cross_of_sides(x, t[i, 0], t[i, 1], t[i, 2])
         size = max(np.sqrt(square), _LEAST)
         normal[i, 0], normal[i, 1], normal[i, 2] = nx / size, ny / size, nz / size
@@ -102,21 +96,19 @@ def largest_coordinate(x, t, faces):
     return largest
 
 
-@entry("d2 l2 l1 l1 l2 d2 l2 l1 b1 d -> l1")
-def thin_children(x, t, m, w, rows, y, children, parent, asked, limit):
-    """Rows of the thin children of some faces, which are `asked` for.
+@entry("d2 l2 l1 l1 l2 d2 l2 l1 d -> l1")
+def thin_children(x, t, m, w, rows, y, children, parent, limit):
+    """Rows of the thin children of faces.
 
     Corners of faces are in `x`, those of children in `y`; `rows` are all contacts of these faces;
     the limit is a height [m].
     """
     normal = np.empty((t.shape[0], 3))
-    _write_normals(x, t, rows, asked, normal)
+    _write_normals(x, t, normal)
 
     # The flattest contact of each face, as a squared sine.
     flattest = np.ones(t.shape[0])  # squares of sines
     for k in range(rows.shape[0]):
-        if not (asked[rows[k, TRIANGLE_A]] or asked[rows[k, TRIANGLE_B]]):
-            continue
         if _counts(x, t, m, w, rows, k, normal):
             i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
             nx, ny, nz = _cross(
@@ -131,8 +123,6 @@ def thin_children(x, t, m, w, rows, y, children, parent, asked, limit):
     thin = np.empty(children.shape[0], dtype=np.int64)
     n = 0
     for c in range(children.shape[0]):
-        if not asked[parent[c]]:
-            continue
         _, _, _, square, longest = _cross_of_sides(
             y, children[c, 0], children[c, 1], children[c, 2]
         )

@@ -23,24 +23,22 @@ def _whole_edge(corners, number, face, one, two):
     return -1
 
 
-@entry("l2 l1 l1 l1 l1 l l l2 l1 l1 l1 b l2 l1 l l1 -> l l2")
+@entry("l2 l1 l1 l1 l l l2 l1 l1 l1 b l2 l1 l l1 -> l l2")
 def link_runs(
-    t, key, face, ring, halves, low, high, corners, number, a, absent, turned, runs, start,
+    t, key, face, ring, low, high, corners, number, a, absent, turned, runs, start,
     first_run, link,
 ):  # fmt: skip
     """Write the run behind each half-edge that is alone, of `low` to `high` - 1.
 
-    These are half-edges, or rows of `halves` if there are some: then so are `ring` and `link`.
 
     `face` is the row of `corners` that each triangle is a part of, and `number` the point of each
     corner. Returns a triangle that has no neighbour although its edge is inside the lattice, or -1;
     and the half-edges (n, 2) with the runs behind them.
     """
     linked, n = np.empty((1024, 2), dtype=np.int64), 0
-    for row in range(low, high):
-        if ring[row] != row:
+    for h in range(low, high):
+        if ring[h] != h:
             continue
-        h = halves[row] if halves.shape[0] else row
         i, c = h // 3, h % 3
         # at the rim of a torn sheet, past a fault: keys of its copies follow the lattice's
         if key[i] >= 2 * (a[N_ROW] - 1) * (a[N_COL] - 1):
@@ -68,7 +66,7 @@ def link_runs(
                 more = np.empty((2 * n, 2), dtype=np.int64)
                 more[:n] = linked
                 linked = more
-            link[row] = first_run + run
-            linked[n, 0], linked[n, 1] = h, link[row]
+            link[h] = first_run + run
+            linked[n, 0], linked[n, 1] = h, link[h]
             n += 1
     return NONE, linked[:n].copy()

@@ -10,7 +10,6 @@ file              question                                                source
 `seams`           Which parts face each other around their edges? Cells.
 `sheet_parts`     What of a torn sheet do faults part, and on which side of them is it?
 `glued_copies`    Which corners of torn triangles are one vertex?         Molino 2004
-`carried_pieces`  Which edges and patches are those of earlier pieces?
 `volumes`         What are the volume below faces, area and bounds?       Knuth's two-sum
 `level_volumes`   What volume of faces is above and below a level?        Knuth's two-sum
 `shells`          In which order are triangles? Which edges are open?     Hibbard 1963

@@ -56,27 +56,6 @@ def match_buckets(start, bucket, low, high, ring):
     return match_in_buckets(start, bucket, low, high, start.shape[0] - 1, ring)
 
 
-@entry("l2 l1 l1 -> .")
-def count_lower_of(t, halves, count):
-    """Count some half-edges by their lower vertex."""
-    for k in range(halves.shape[0]):
-        i = halves[k] // 3
-        c = halves[k] - 3 * i
-        count[min(t[i, c], t[i, 0 if c == 2 else c + 1])] += 1
-
-
-@entry("l2 l1 l l1 l1 -> .")
-def fill_buckets_of(t, halves, first, place, bucket):
-    """Put some half-edges into buckets, by their rows from `first` on."""
-    for k in range(halves.shape[0]):
-        i = halves[k] // 3
-        c = halves[k] - 3 * i
-        a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
-        v = min(a, b)
-        bucket[place[v]] = with_upper(first + k, max(a, b))
-        place[v] += 1
-
-
 @entry("l1 l l l l l1 -> .")
 def mark_alone(ring, low, high, free, paired, link):
     """Write to `link` which of the half-edges `low` to `high` - 1 are alone."""

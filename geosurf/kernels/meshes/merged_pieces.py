@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.compile.jit import entry
 from geosurf.kernels.meshes.mesh import find, join
 
 
@@ -93,42 +93,6 @@ def number_used(t, n):
     return number, count
 
 
-@scalar
-def number_in_order(parent, node, surface, key, lowest, first_run, begin, end, i):
-    """Number of the set of each triangle, then of each run; by the first one of each in order.
-
-    Of surfaces `begin` to `end` - 1, of which triangle `i` is the first. `parent` are sets of
-    nodes. Elements are given as their nodes, and get the numbers. Returns the number of the set of
-    each root, and how many there are.
-    """
-    n = surface.shape[0]
-    numbers = np.full(parent.shape[0], -1, dtype=np.int64)
-
-    # triangles and runs of each surface, merged by their keys; neighbours mostly have one node
-    count = number = 0
-    last = -1
-    for s in range(begin, end):
-        for run in range(first_run[s], first_run[s + 1] + 1):
-            is_end = run == first_run[s + 1]
-            while True:
-                own = i < n and surface[i] == s and (is_end or key[i] < lowest[run])
-                if not own and is_end:
-                    break
-                at = i if own else n + run
-                if node[at] != last:
-                    last = node[at]
-                    root = find(parent, last)
-                    if numbers[root] < 0:
-                        numbers[root] = count
-                        count += 1
-                    number = numbers[root]
-                node[at] = number
-                if not own:
-                    break
-                i += 1
-    return numbers, count
-
-
 @entry("l1 l l1 l1 l2 l2 l1 l1 -> l1")
 def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run):
     """Patch of each triangle, then of each run; numbered by the first one of each in order.
@@ -147,6 +111,28 @@ def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run
     node[:n] = part
     for run in range(n_run):
         node[n + run] = n_part + run
-    n_surface = first_run.shape[0] - 1
-    number_in_order(parent, node, surface, key, lowest, first_run, 0, n_surface, 0)
+
+    # triangles and runs of each surface, merged by their keys; neighbours mostly have one node
+    numbers = np.full(parent.shape[0], -1, dtype=np.int64)
+    count = number = i = 0
+    last = -1
+    for s in range(first_run.shape[0] - 1):
+        for run in range(first_run[s], first_run[s + 1] + 1):
+            is_end = run == first_run[s + 1]
+            while True:
+                own = i < n and surface[i] == s and (is_end or key[i] < lowest[run])
+                if not own and is_end:
+                    break
+                at = i if own else n + run
+                if node[at] != last:
+                    last = node[at]
+                    root = find(parent, last)
+                    if numbers[root] < 0:
+                        numbers[root] = count
+                        count += 1
+                    number = numbers[root]
+                node[at] = number
+                if not own:
+                    break
+                i += 1
     return node

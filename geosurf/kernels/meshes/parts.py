@@ -6,7 +6,6 @@ Notation
     ring      next half-edge around the same edge
     link      for a half-edge that is alone: the run behind it (counted after the triangles), or < 0
     part      of each element, -1 for one that is left out
-    halves    half-edges that `ring` and `link` are of, by rows of these; empty: of all half-edges
 
 Nearly all edges are inside parts. The others, a few curves, are seams (`seams`): a model of a
 million triangles has some dozens of parts.
@@ -83,29 +82,22 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 
 
 @scalar
-def half_at(halves, k):
-    """The half-edge of a row."""
-    return halves[k] if halves.shape[0] else k
-
-
-@scalar
-def _is_inner_edge(t, ring, link, part, halves, last):
+def _is_inner_edge(t, ring, link, part, last):
     """Whether an edge, by its last half-edge, lies inside a part: its triangles have been joined.
 
     So do edges of triangles that are left out.
     """
     j = ring[last]
-    one, other = half_at(halves, last), half_at(halves, j)
     if j == last:
-        return part[one // 3] < 0 or (link[last] >= 0 and part[t.shape[0] + link[last]] >= 0)
+        return part[last // 3] < 0 or (link[last] >= 0 and part[t.shape[0] + link[last]] >= 0)
     # More than two triangles, or two parts: sides have to be found by their order.
-    if ring[j] != last or part[one // 3] != part[other // 3]:
+    if ring[j] != last or part[last // 3] != part[j // 3]:
         return False
-    return part[one // 3] < 0 or t[one // 3, one % 3] != t[other // 3, other % 3]
+    return part[last // 3] < 0 or t[last // 3, last % 3] != t[j // 3, j % 3]
 
 
-@entry("l2 l1 l1 l1 l1 l l -> l1")
-def open_edges(t, ring, link, part, halves, low, high):
+@entry("l2 l1 l1 l1 l l -> l1")
+def open_edges(t, ring, link, part, low, high):
     """First half-edges of all edges that are not inside a part, and of which the last half-edge is
     one of `low` to `high` - 1.
     """
@@ -114,7 +106,7 @@ def open_edges(t, ring, link, part, halves, low, high):
     for last in range(low, high):
         # Rings rise: the last half-edge of an edge leads back to the first one.
         start = ring[last]
-        if start > last or _is_inner_edge(t, ring, link, part, halves, last):
+        if start > last or _is_inner_edge(t, ring, link, part, last):
             continue
         if n == first.shape[0]:
             longer = np.empty(2 * n, dtype=np.int64)
@@ -125,14 +117,14 @@ def open_edges(t, ring, link, part, halves, low, high):
     return first[:n].copy()
 
 
-@entry("l1 l1 l1 b1 -> l")
-def mark_around(ring, halves, first, marked):
+@entry("l1 l1 b1 -> l")
+def mark_around(ring, first, marked):
     """Mark the triangles around some edges, by a half-edge of each; returns how many marks."""
     n = 0
     for k in range(first.shape[0]):
         j = first[k]
         while True:
-            marked[half_at(halves, j) // 3] = True
+            marked[j // 3] = True
             n += 1
             j = ring[j]
             if j == first[k]:
@@ -157,27 +149,3 @@ def number_parents(surface, key, wanted):
             n += 1
         number[i] = n - 1
     return number, first[:n].copy()
-
-
-@entry("l1 l -> l1")
-def first_elements(patch, n_patch):
-    """First element of each patch."""
-    first = np.full(n_patch, -1, dtype=np.int64)
-    for i in range(patch.shape[0]):
-        if first[patch[i]] < 0:
-            first[patch[i]] = i
-    return first
-
-
-@entry("l2 l1 l1 l1 l l -> l")
-def count_turns(t, surface, ring, halves, low, high):
-    """Edges inside a surface, of half-edges `low` to `high` - 1, that both run along alike."""
-    n = 0
-    for last in range(low, high):
-        j = ring[last]
-        if j >= last or ring[j] != last:
-            continue  # alone, or not the last of two
-        one, other = half_at(halves, last), half_at(halves, j)
-        if surface[one // 3] == surface[other // 3]:
-            n += 1 if t[one // 3, one % 3] == t[other // 3, other % 3] else 0
-    return n

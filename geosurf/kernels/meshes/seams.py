@@ -13,7 +13,6 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.meshes.mesh import join
-from geosurf.kernels.meshes.parts import half_at
 from geosurf.kernels.meshes.radial_order import (
     N_AROUND,
     main_axis,
@@ -29,23 +28,21 @@ _AROUND = 8  # triangles around an edge; those of more are gathered one by one
 
 
 @scalar
-def _gather_around(t, ring, halves, part, start, order, directions):
+def _gather_around(t, ring, part, start, order, directions):
     """Triangles around the edge of a half-edge and their directions; their number.
 
     `_FULL` if the arrays are too short.
     """
     n = 0
-    h = half_at(halves, start)
-    u = t[h // 3, h % 3]
+    u = t[start // 3, start % 3]
     j = start
     while True:
         # Triangles that are left out bound nothing.
-        h = half_at(halves, j)
-        if part[h // 3] >= 0:
+        if part[j // 3] >= 0:
             if n == order.shape[0]:
                 return _FULL
-            order[n] = h // 3
-            directions[n] = 1 if t[h // 3, h % 3] == u else -1
+            order[n] = j // 3
+            directions[n] = 1 if t[j // 3, j % 3] == u else -1
             n += 1
         j = ring[j]
         if j == start:
@@ -53,7 +50,7 @@ def _gather_around(t, ring, halves, part, start, order, directions):
 
 
 @scalar
-def _look_ahead(t, ring, halves, part, parent, px, first, low, at):
+def _look_ahead(t, ring, part, parent, px, first, low, at):
     """Bring what lies around a block of edges into the cache, ring by ring in step."""
     n = min(_BLOCK, first.shape[0] - low)
     for k in range(n):
@@ -61,7 +58,7 @@ def _look_ahead(t, ring, halves, part, parent, px, first, low, at):
     for _ in range(_AROUND):
         turning = False
         for k in range(n):
-            i = half_at(halves, at[k]) // 3
+            i = at[k] // 3
             prefetch(t, i)
             prefetch(part, i)
             prefetch(parent, i)
@@ -74,14 +71,14 @@ def _look_ahead(t, ring, halves, part, parent, px, first, low, at):
     for k in range(n):
         j = first[low + k]
         for _ in range(_AROUND):
-            prefetch(px, 3 * parent[half_at(halves, j) // 3])
+            prefetch(px, 3 * parent[j // 3])
             j = ring[j]
             if j == first[low + k]:
                 break
 
 
-@entry("d2 l2 l1 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
-def sort_seams(x, t, ring, halves, first, part, parent, px, pt, m, w, start, seams):
+@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
+def sort_seams(x, t, ring, first, part, parent, px, pt, m, w, start, seams):
     """Write the order of the triangles around some edges, by a half-edge of each, to `seams`.
 
     A triangle counts twice, plus 1 if it runs along the edge as that half-edge does. `start` gets
@@ -97,16 +94,16 @@ def sort_seams(x, t, ring, halves, first, part, parent, px, pt, m, w, start, sea
     n_seam = 0
     for k in range(first.shape[0]):
         if k % _BLOCK == 0:
-            _look_ahead(t, ring, halves, part, parent, px, first, k, ahead)
-        edge = half_at(halves, first[k])
+            _look_ahead(t, ring, part, parent, px, first, k, ahead)
+        edge = first[k]
 
         # Enlarge the arrays until all triangles around the edge fit.
-        n = _gather_around(t, ring, halves, part, first[k], order, directions)
+        n = _gather_around(t, ring, part, first[k], order, directions)
         while n == _FULL:
             order = np.empty(2 * order.shape[0], dtype=np.int64)
             directions, turns = np.empty_like(order), np.empty(order.shape[0])
             around = np.empty((order.shape[0], N_AROUND))
-            n = _gather_around(t, ring, halves, part, first[k], order, directions)
+            n = _gather_around(t, ring, part, first[k], order, directions)
 
         # Up to two triangles need no order; doubles first, then exact signs.
         if n > 2:
@@ -139,24 +136,3 @@ def join_seams(start, seams, part, sides, pieces):
             one, other = part[seams[a] // 2], part[seams[b] // 2]
             join(sides, 2 * one + 1 - seams[a] % 2, 2 * other + seams[b] % 2)
             join(pieces, one, other)
-
-
-@entry("l1 l1 l1 -> l1 l1")
-def carry_seams(start, seams, after):
-    """Seams of which all triangles are there still, with their numbers now (`after`)."""
-    new_start, new = np.empty_like(start), np.empty_like(seams)
-    n = n_edge = 0
-    for k in range(start.shape[0] - 1):
-        new_start[n_edge] = n
-        stays = True
-        for a in range(start[k], start[k + 1]):
-            at = after[seams[a] // 2]
-            stays = stays and at >= 0
-            new[n] = 2 * at + seams[a] % 2
-            n += 1
-        if stays:
-            n_edge += 1
-        else:
-            n = new_start[n_edge]
-    new_start[n_edge] = n
-    return new_start[: n_edge + 1].copy(), new[:n].copy()
