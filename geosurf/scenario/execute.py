@@ -188,7 +188,7 @@ def run(
 
         # pictures may warn, and the certificate lists warnings: it is written after them
         log.begin("draw")
-        drawn = _draw(scene, choice, folder, log, cache, asked=pictures)
+        drawn = _draw(scene, choice, folder, log, asked=pictures)
         if grid is not None and choice is not None:
             from geosurf.scenario.grid import draw_grid
 
@@ -237,7 +237,7 @@ def write_report(
 
     # pictures go into the page: their files are not results
     with tempfile.TemporaryDirectory() as scratch:
-        drawn = _draw(scene, choice, Path(scratch), log, cache, asked=pictures)
+        drawn = _draw(scene, choice, Path(scratch), log, asked=pictures)
         notes = model_notes(scene)
         log.begin("report")
         path = _write_report(scene, scenario, folder, drawn, certificate)
@@ -310,7 +310,6 @@ def _draw(
     choice: dict[str, Any] | None,
     folder: Path,
     log: StepLog,
-    cache: ResultCache | None,
     *,
     asked: bool | None,
 ) -> dict[str, Path]:
@@ -321,13 +320,7 @@ def _draw(
                 warn(note)
         return {}
     # A picture that fails is a warning, and the run goes on.
-    if cache is None:
-        return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
-
-    # imported here, since it loads what draws
-    from geosurf.scene.stored_pictures import draw_with_cache
-
-    return draw_with_cache(scene, folder, lambda file: log.step("draw", file), choice, cache)
+    return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
 
 
 def _write_certificate(

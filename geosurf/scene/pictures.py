@@ -11,6 +11,7 @@ import inspect
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -45,7 +46,6 @@ from geosurf.render.views import (
     words_of,
 )
 from geosurf.scene.attempt import Attempt
-from geosurf.scene.picture import FLAT, SOLID, Picture
 from geosurf.scene.picture_contents import (
     cut_horizons,
     map_of,
@@ -62,6 +62,17 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One picture, not yet drawn: what it shows, its file, how it is drawn, what leaves it out."""
+
+    caption: str
+    file: str
+    draw: Callable[[Path], object]
+    without: str
+    needs_opengl: bool = True
 
 
 class Style(TypedDict):
@@ -164,7 +175,6 @@ def pictures_of(
                     scene.units, path, only=only, colour_by=colour_by, **look
                 ),
                 "exploded = false",
-                (*SOLID, "only", "colour_by"),
             )
         )
     if maps:
@@ -211,7 +221,6 @@ def _camera(
             scene, path, view=camera, zoom=zoom, clip=clip, overlay=overlay, **look
         ),
         "camera",
-        (*SOLID, "clip", "overlay", "camera", "zoom"),
     )
 
 
@@ -223,7 +232,6 @@ def _view(
         f"view_{view}.png",
         lambda path: render_scene(scene, path, view=view, clip=clip, overlay=overlay, **style),
         "views = []",
-        (*SOLID, "clip", "overlay"),
     )
 
 
@@ -242,7 +250,6 @@ def _map(
         f"map_{row:02d}_{_slug(name)}.png",
         draw,
         "maps = false",
-        (*FLAT, "clip", "overlay"),
         needs_opengl=False,
     )
 
@@ -260,7 +267,6 @@ def _thickness(scene: MeasuredModel, pair: tuple[str, str], look: Style) -> Pict
         f"isochore_{row:02d}_{_slug(zone)}.png",
         draw,
         "thickness = false",
-        FLAT,
         needs_opengl=False,
     )
 
@@ -279,7 +285,6 @@ def _allan(scene: MeasuredModel, name: str, look: Style) -> Picture:
         f"allan_{row:02d}_{_slug(name)}.png",
         draw,
         "allan = false",
-        FLAT,
         needs_opengl=False,
     )
 
@@ -308,7 +313,6 @@ def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style
         file,
         draw,
         "throw = false",
-        FLAT,
         needs_opengl=False,
     )
 
@@ -329,7 +333,6 @@ def _section(
         f"section_{row:02d}.png",
         draw,
         "sections_m = []",
-        (*FLAT, "overlay", "sections"),
         needs_opengl=False,
     )
 
@@ -348,7 +351,6 @@ def _search(scene: MeasuredModel, first: str, second: str, style: Style) -> Pict
         "search.png",
         draw,
         "search",
-        SOLID,
     )
 
 

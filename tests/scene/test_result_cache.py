@@ -13,8 +13,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.scene import result_cache
-from geosurf.scene.packed import packed, unpacked
-from geosurf.scene.result_cache import ResultCache
+from geosurf.scene.result_cache import ResultCache, packed, unpacked
 from geosurf.warning import warn
 
 BOX = (50, 450, 50, 450, -2000, -1500)
