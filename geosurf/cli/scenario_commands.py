@@ -16,7 +16,7 @@ from geosurf.cli.console import clear_line
 from geosurf.cli.live import live_progress
 from geosurf.cli.loading import loading
 from geosurf.cli.results import certificate_data, exit_code_of, units_data, warnings_data
-from geosurf.errors import InputError, ScenarioError
+from geosurf.errors import InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scenario.execute import Outcome
@@ -26,7 +26,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
-MOST_MISTAKES = 9  # that a command prints; `validate` prints all
 RESULTS = (*FILES, "grid", "pictures", "report")
 
 
@@ -115,10 +114,7 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
     """Read the scenario, with the keys that ``--set`` changes; ``--merge-slivers`` merges them."""
     from geosurf.scenario import read_scenario
 
-    try:
-        scenario = read_scenario(options.scenario, options.set)
-    except ScenarioError as error:
-        raise _all_mistakes(options) or error from error
+    scenario = read_scenario(options.scenario, options.set)
     if not getattr(options, "merge_slivers", False):
         return scenario
     return replace(scenario, slivers=replace(scenario.slivers, merge=True))
@@ -129,28 +125,6 @@ def cache_of(options: argparse.Namespace) -> ResultCache | None:
     from geosurf.scene.result_cache import ResultCache
 
     return None if options.cache_dir is None else ResultCache(options.cache_dir)
-
-
-def _all_mistakes(options: argparse.Namespace) -> ScenarioError | None:
-    """All mistakes of a scenario as one error, each on its line; None if it cannot be read."""
-    from geosurf.scenario.mistakes import find_mistakes
-
-    try:
-        found = find_mistakes(options.scenario, options.set)
-    except ScenarioError:
-        return None
-    lines = [
-        f"{options.scenario}{'' if one.line is None else f', line {one.line}'}: {one.sentence}"
-        for one in found
-    ]
-    if not lines:
-        return None
-    error = ScenarioError(lines[0])
-    for line in lines[1:MOST_MISTAKES]:
-        error.add_note(line)
-    if len(lines) > MOST_MISTAKES:
-        error.add_note(f"and {len(lines) - MOST_MISTAKES} more: geosurf validate lists all.")
-    return error
 
 
 def _only(scenario: Scenario, only: tuple[str, ...] | None) -> Scenario:
@@ -193,7 +167,7 @@ def _model_data(scene: Scene) -> dict[str, Any]:
 def validate_command(options: argparse.Namespace) -> Answer:
     """List all mistakes of a scenario; nothing is read or built."""
     from geosurf.conventions import counted
-    from geosurf.scenario.mistakes import find_mistakes
+    from geosurf.scenario.validate import find_mistakes
 
     mistakes = find_mistakes(options.scenario, options.set)
     rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]

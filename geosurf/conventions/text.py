@@ -19,12 +19,18 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
     >>> did_you_mean("owc", ["OWC", "GOC"])
     " Did you mean 'OWC'?"
     """
+    close = closest(word, known)
+    return "" if close is None else f" Did you mean {close!r}?"
+
+
+def closest(word: Any, known: Iterable[str]) -> str | None:
+    """Return the known word that a misspelt one is close to, or None."""
     names = [str(one) for one in known]
     close = difflib.get_close_matches(str(word), names, n=1)
     if not close:  # upper and lower case count first, then they do not
         plain = {name.casefold(): name for name in reversed(names)}
         close = [plain[one] for one in difflib.get_close_matches(str(word).casefold(), plain, n=1)]
-    return f" Did you mean {close[0]!r}?" if close else ""
+    return close[0] if close else None
 
 
 def known_names(known: Iterable[str], word: Any = None) -> str:

@@ -21,7 +21,6 @@ grid.py           the simulation grid that a scenario asks for
 pictures.py       the pictures that a scenario asks for
 failure.py        a picture of the place where a model cannot be built
 step_log.py       one line per step
-mistakes.py       all mistakes at once, with their lines
 toml_lines.py     lines of the keys of a TOML text
 settings.py       keys that are set outside of the file
 plan.py           what a run reads and writes

@@ -131,40 +131,57 @@ def check_uncertain(scenario: Any, at: values.KeyPath) -> None:
     """Refuse uncertainties that contradict themselves, or name what does not exist."""
     # A sealed model has no data that could vary.
     if scenario.uncertain and scenario.model is not None:
-        at.refuse("[[uncertain]] cannot be combined with [model]. Remove one of them.")
+        with at.noting():
+            at.of("uncertain").refuse(
+                "[[uncertain]] cannot be combined with [model]. Remove one of them."
+            )
+        return
+
     # Names as the scenario has them, by the table that they come from.
     known = {kind: [one.name for one in getattr(scenario, kind)] for kind in KINDS.values()}
     for row, entry in enumerate(scenario.uncertain):
-        label, kind = f"uncertain[number {row + 1}]", KINDS[entry.kind]
-        # Names first: later messages use them.
-        for name in entry.of:
-            if name not in known[kind]:
-                names = ", ".join(map(repr, dict.fromkeys(known[kind])))
-                rest = f"{kind} are {names}" if names else f"the scenario has no {kind}"
-                at.refuse(
-                    f"{label}: unknown name {name!r}; {rest}.{did_you_mean(name, known[kind])}"
-                )
-        given = [word for word in DISTRIBUTIONS if getattr(entry, word) is not None]
-        # A depth error is a random field, which has no single distribution.
-        if entry.kind == "depth error":
-            if given or entry.sd_m is None or entry.range_m is None:
-                at.refuse(f"{label}: a depth error takes sd_m and range_m; give both, alone.")
-            continue
-        if entry.sd_m is not None or entry.range_m is not None:
-            at.refuse(f"{label}: sd_m and range_m are of a depth error; remove them.")
-        # One distribution, neither none nor several.
-        if len(given) != 1:
-            at.refuse(f"{label}: give exactly one of {', '.join(DISTRIBUTIONS)}.")
-        try:
-            distribution_of(entry)
-        except InputError as error:
-            at.refuse(f"{label}.{given[0]}: {error}")
-        # Contacts and throws differ in size: one number cannot be added to several.
-        if entry.kind.startswith(("contact", "throw")) and len(entry.of) != 1:
-            at.refuse(f'{label}: a {entry.kind} has one name, as in of = ["F1"].')
-        # The uncertainty changes the throw that the scenario gives.
-        if entry.kind.startswith("throw") and not _has_throw(scenario, entry):
-            at.refuse(f"{label}: {_no_throw(scenario, entry)}")
+        label = f"uncertain[number {row + 1}]"
+        with at.of(label).noting():
+            _check_one(scenario, entry, known[KINDS[entry.kind]], label, at.of(label))
+
+
+def _check_one(
+    scenario: Any, entry: UncertainInput, known: list[str], label: str, at: values.KeyPath
+) -> None:
+    """Refuse an uncertainty that contradicts itself, or names what does not exist."""
+    # Names first: later messages use them.
+    kind = KINDS[entry.kind]
+    for name in entry.of:
+        if name not in known:
+            names = ", ".join(map(repr, dict.fromkeys(known)))
+            rest = f"{kind} are {names}" if names else f"the scenario has no {kind}"
+            at.inside("of").refuse(
+                f"{label}: unknown name {name!r}; {rest}.{did_you_mean(name, known)}"
+            )
+    given = [word for word in DISTRIBUTIONS if getattr(entry, word) is not None]
+
+    # A depth error is a random field, which has no single distribution.
+    if entry.kind == "depth error":
+        if given or entry.sd_m is None or entry.range_m is None:
+            at.refuse(f"{label}: a depth error takes sd_m and range_m; give both, alone.")
+        return
+    if entry.sd_m is not None or entry.range_m is not None:
+        at.refuse(f"{label}: sd_m and range_m are of a depth error; remove them.")
+
+    # One distribution, neither none nor several.
+    if len(given) != 1:
+        at.refuse(f"{label}: give exactly one of {', '.join(DISTRIBUTIONS)}.")
+    try:
+        distribution_of(entry)
+    except InputError as error:
+        at.inside(given[0]).refuse(f"{label}.{given[0]}: {error}")
+
+    # Contacts and throws differ in size: one number cannot be added to several.
+    if entry.kind.startswith(("contact", "throw")) and len(entry.of) != 1:
+        at.inside("of").refuse(f'{label}: a {entry.kind} has one name, as in of = ["F1"].')
+    # The uncertainty changes the throw that the scenario gives.
+    if entry.kind.startswith("throw") and not _has_throw(scenario, entry):
+        at.refuse(f"{label}: {_no_throw(scenario, entry)}")
 
 
 def _has_throw(scenario: Any, entry: UncertainInput) -> bool:

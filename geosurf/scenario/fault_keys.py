@@ -169,18 +169,26 @@ def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
     """Each fault comes from a file or from polygons, and is lengthened in one way."""
     for entry in faults:
         where = f"faults[{entry.name!r}]"
-        if (entry.file is None) == (not entry.polygons):
-            at.refuse(f"{where}: give either file or [[faults.polygons]].")
-        of_file = ("name_in_file", "piece")
-        if entry.polygons and any(getattr(entry, word) is not None for word in of_file):
-            word = next(word for word in of_file if getattr(entry, word) is not None)
-            at.refuse(f"{where}: {word} needs file, and polygons are given. Remove {word}.")
-        horizons = [one.horizon for one in entry.polygons]
-        twice = next((one for one in horizons if horizons.count(one) > 1), None)
-        if twice is not None:
-            at.refuse(f"{where}: two polygons are of horizon {twice!r}. Give one for each horizon.")
-        if isinstance(entry.lengthen_m, Mapping) and entry.lengthen:
-            at.refuse(f"{where}: lengthen_m names sides already. Remove lengthen.")
+        place = at.of(where)
+        with place.noting():
+            if (entry.file is None) == (not entry.polygons):
+                place.refuse(f"{where}: give either file or [[faults.polygons]].")
+            for word in ("name_in_file", "piece") if entry.polygons else ():
+                if getattr(entry, word) is not None:
+                    place.inside(word).refuse(
+                        f"{where}: {word} needs file, and polygons are given. Remove {word}."
+                    )
+            horizons = [one.horizon for one in entry.polygons]
+            twice = next((one for one in horizons if horizons.count(one) > 1), None)
+            if twice is not None:
+                place.inside("polygons").refuse(
+                    f"{where}: two polygons are of horizon {twice!r}. Give one for each horizon."
+                )
+        with place.noting():
+            if isinstance(entry.lengthen_m, Mapping) and entry.lengthen:
+                place.inside("lengthen").refuse(
+                    f"{where}: lengthen_m names sides already. Remove lengthen."
+                )
 
 
 __all__ = [

@@ -65,7 +65,7 @@ def _styled(at: values.KeyPath, word: str, value: Any) -> Any:
     except DependencyError:  # nothing can be drawn here, and the rest of the scenario can be run
         return value
     except InputError as error:
-        at.refuse(f"{at.keys}: {error}")
+        at.refuse(f"{at.words}: {error}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,10 +1,14 @@
-"""A scenario file -> `Scenario`, with all names and rules checked before a surface is read."""
+"""A scenario file -> `Scenario`, or all of its mistakes with their lines; no surface is read.
+
+First each value is checked by itself (`read_table`), then values against each other. A mistake is
+noted with the path of its value, and the check goes on with what is right.
+"""
 
 from __future__ import annotations
 
 import os
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +26,30 @@ from geosurf.scenario.keys import Scenario
 from geosurf.scenario.settings import with_settings
 from geosurf.scenario.tables import read_table
 from geosurf.scenario.tear_checks import check_tears
-from geosurf.scenario.toml_mistakes import mistake_of_toml
+from geosurf.scenario.toml_lines import lines_of_keys
+from geosurf.scenario.toml_mistakes import mistakes_of_toml
 from geosurf.scenario.truncations import rules_of, with_halves
-from geosurf.scenario.values import KeyPath
+from geosurf.scenario.values import KeyPath, Keys, Mistake
 
 OF_SEVERAL = (".epc", ".ts")  # files that hold several surfaces
 OF_VARIABLES = (".nc", ".zarr")  # files that hold several variables
+MOST_NOTED = 9  # mistakes in one error
+
+
+@dataclass(frozen=True)
+class MistakeOnLine:
+    """One mistake.
+
+    Attributes
+    ----------
+    line : int or None
+        Where it is, counted from 1; None if it belongs to no line.
+    sentence : str
+        What is wrong, and what to write.
+    """
+
+    line: int | None
+    sentence: str
 
 
 def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) -> Scenario:
@@ -48,39 +70,124 @@ def read_scenario(path: str | os.PathLike[str], settings: Sequence[str] = ()) ->
     Raises
     ------
     ScenarioError
-        If the file does not exist or is not TOML (with the line), or has an unknown key, a
-        missing one, a value of the wrong type, or a name used twice.
+        If the file does not exist or is not TOML, or has an unknown key, a missing one, a value of
+        the wrong type, or a name used twice. Further mistakes are its notes, each with its line.
 
     Examples
     --------
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "scenario.toml"
-    >>> _ = file.write_text("[box]\neasting_m = [0, 6000]\nnorthing = [0, 5000]\n")
+    >>> _ = file.write_text("titel = 'A'\n[box]\neasting_m = [0, 6000]\n")
     >>> try:
     ...     read_scenario(file)
     ... except ScenarioError as error:
-    ...     str(error).partition("; ")[0].removeprefix(f"{file}: ")
-    "unknown key 'northing' in box"
+    ...     str(error).partition("; ")[0].removeprefix(str(file))
+    ", line 1: unknown key 'titel'"
     """
     path = path_of(path, "a scenario")
-    data = with_settings(parsed(path, text_of(path)), settings, path)
-    return checked_scenario(path, data, tuple(settings))
+    scenario, mistakes = _examined(path, settings)
+    if scenario is None or mistakes:
+        lines = [
+            f"{path}{'' if one.line is None else f', line {one.line}'}: {one.sentence}"
+            for one in mistakes
+        ]
+        error = ScenarioError(lines[0])
+        for line in lines[1:MOST_NOTED]:
+            error.add_note(line)
+        if len(lines) > MOST_NOTED:
+            error.add_note(f"and {len(lines) - MOST_NOTED} more: geosurf validate lists all.")
+        raise error
+    return scenario
 
 
-def checked_scenario(
-    path: Path, data: Mapping[str, Any], settings: tuple[str, ...] = ()
-) -> Scenario:
-    """Return the scenario that a file holds, or raise a `ScenarioError` at its first mistake."""
-    # two passes: each value by itself (`read_table`), then values against each other
-    scenario: Scenario = read_table(Scenario, KeyPath(path), data, path=path, settings=settings)
-    try:
+def find_mistakes(
+    path: str | os.PathLike[str], settings: Sequence[str] = ()
+) -> list[MistakeOnLine]:
+    r"""
+    Return all mistakes of a scenario, in the order of their lines.
+
+    Parameters
+    ----------
+    path, settings
+        As for `read_scenario`.
+
+    Returns
+    -------
+    list of MistakeOnLine
+        Empty if the scenario can be run. Files are only looked for, not read.
+
+    Raises
+    ------
+    ScenarioError
+        If the file does not exist.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "scenario.toml"
+    >>> _ = file.write_text("titel = 'A'\n[[horizons]]\nname = 'Top'\nfile = 'Top.gri'\n")
+    >>> [(one.line, one.sentence.split(";")[0].split(",")[0]) for one in find_mistakes(file)]
+    [(1, "unknown key 'titel'"), (4, "horizons['Top'].file is 'Top.gri'")]
+    """
+    return _examined(path_of(path, "a scenario"), settings)[1]
+
+
+def _examined(path: Path, settings: Sequence[str]) -> tuple[Scenario | None, list[MistakeOnLine]]:
+    """The scenario, None if it lacks what it needs, and its mistakes."""
+    broken, data, text = mistakes_of_toml(text_of(path))
+    found = [MistakeOnLine(*one) for one in broken]
+    if data is None:
+        return None, found
+    written, data = data, with_settings(data, settings, path)
+    scenario, mistakes = _checked(path, data, tuple(settings))
+
+    # what --set gives has no line; a key is on the line of its table if it has none
+    lines: dict[Keys, int | None] = {**lines_of_keys(text)}
+    lines |= dict.fromkeys(_changes(written, data))
+    for one in mistakes:
+        if broken and one.missing:
+            continue  # it may be on a line that is not TOML
+        keys = one.keys
+        while keys and keys not in lines:
+            keys = keys[:-1]
+        found.append(MistakeOnLine(lines.get(keys), one.sentence))
+    return scenario, sorted(found, key=lambda one: (one.line is None, one.line))
+
+
+def _changes(before: Any, after: Any, at: Keys = ()) -> Iterator[Keys]:
+    """The keys whose values differ, those of new tables too."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        for word in after:
+            yield from _changes(before.get(word), after[word], (*at, word))
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        for k, (old, new) in enumerate(zip(before, after, strict=True)):
+            yield from _changes(old, new, (*at, k))
+    elif before != after:
+        yield at
+        if isinstance(after, dict):
+            yield from ((*at, word) for word in after)
+
+
+def _checked(
+    path: Path, data: Mapping[str, Any], settings: tuple[str, ...]
+) -> tuple[Scenario, list[Mistake]]:
+    """The scenario that a file holds, and its mistakes."""
+    at = KeyPath(path)
+    scenario: Scenario = read_table(Scenario, at, data, path=path, settings=settings)
+    wrong = [*at.found]
+    with at.of("truncations").noting():
         # Before names are checked: other tables may refer to halves.
         scenario = with_halves(scenario)
-    except InputError as error:
-        KeyPath(path).refuse(str(error))
-    _check_names(scenario)
-    check_uncertain(scenario, KeyPath(path))
-    return scenario
+    _check_names(scenario, at)
+    check_uncertain(scenario, at)
+
+    # what follows from a value that is wrong by itself is no mistake of its own
+    later = [
+        one
+        for one in at.found[len(wrong) :]
+        if not one.keys or not any(other.keys[: len(one.keys)] == one.keys for other in wrong)
+    ]
+    return scenario, [*wrong, *dict.fromkeys(later)]
 
 
 def text_of(path: Path) -> str:
@@ -106,53 +213,49 @@ def text_of(path: Path) -> str:
         raise ScenarioError(f"{error}{here}") from error
 
 
-def parsed(path: Path, text: str) -> dict[str, Any]:
-    """Return what the text of a scenario holds."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        line, sentence, _ = mistake_of_toml(text, error)
-        where = "" if line is None else f" line {line}:"
-        raise ScenarioError(f"{path}:{where} {sentence}") from error
-
-
-def _check_names(scenario: Scenario) -> None:
+def _check_names(scenario: Scenario, at: KeyPath) -> None:
     """Names are unique over horizons and faults, and there is a horizon."""
-    at = KeyPath(scenario.path)
-
     # a sealed model brings surfaces and names of its own
     if scenario.model is not None:
         _check_model(scenario, at)
         return
     if not scenario.horizons:
-        at.refuse("no horizons are given. Add a table [[horizons]] or [model].")
+        with at.of("horizons").noting():
+            at.of("horizons").refuse("no horizons are given. Add a table [[horizons]] or [model].")
     check_faults(scenario.faults, at)
     _check_places(scenario, at)
 
     # results are requested by name: no two surfaces share one
     lists = (("horizon", scenario.horizons), ("fault", scenario.faults))
     named = [(kind, entry.name) for kind, entries in lists for entry in entries]
-    if fault := shared_name(named):
-        at.refuse(fault)
+    for k, (kind, name) in enumerate(named):
+        with at.of(f"{kind}s[{name!r}]", "name").noting():
+            if name in [one for _, one in named[:k]] and (fault := shared_name(named)):
+                at.of(f"{kind}s[{name!r}]", "name").refuse(fault)
     _check_files(scenario, at)
-    _check_compartments(scenario, at)
+    with at.of("compartments").noting():
+        read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
     _check_contacts(scenario, at)
     _check_grid(scenario, at)
-    try:
+    with at.of("truncations").noting():
         rules_of(scenario)
-    except InputError as error:
-        at.refuse(str(error))
-    check_tears(scenario, at)
+        check_tears(scenario, at)
 
     # pictures refer to surfaces by name, too
     surfaces = [name for _, name in named]
     for name in scenario.output.search or ():
-        if name not in surfaces:
-            known = ", ".join(map(repr, surfaces))
-            at.refuse(
-                f"output.search: unknown surface {name!r}. Surfaces are {known}."
-                f"{did_you_mean(name, surfaces)}"
-            )
+        with at.of("output", "search").noting():
+            _check_known(at.of("output", "search"), "output.search", "surface", name, surfaces)
+
+
+def _check_known(at: KeyPath, label: str, kind: str, name: str, known: Sequence[str]) -> None:
+    """A name is one of those that are known."""
+    if name not in known:
+        listed = ", ".join(map(repr, known)) or "none"
+        at.refuse(
+            f"{label}: unknown {kind} {name!r}. {kind.capitalize()}s are {listed}."
+            f"{did_you_mean(name, known)}"
+        )
 
 
 def _check_files(scenario: Scenario, at: KeyPath) -> None:
@@ -164,35 +267,33 @@ def _check_files(scenario: Scenario, at: KeyPath) -> None:
             continue
         if data[0].suffix.lower() in OF_SEVERAL:  # the name of the horizon picks the surface
             continue
+        place = at.of(f"horizons[{entry.name!r}]", "file")
         if data in seen:
             remedy = "Correct one of them."
             if data[0].suffix.lower() in OF_VARIABLES:
                 remedy = "Correct one of them, or give each its variable, as in variable = 'Top'."
-            at.refuse(
-                f"horizons[{entry.name!r}].file is that of horizon {seen[data]!r}, {entry.file}, "
-                f"so that nothing lies between them. {remedy}"
-            )
+            with place.noting():
+                place.refuse(
+                    f"horizons[{entry.name!r}].file is that of horizon {seen[data]!r}, "
+                    f"{entry.file}, so that nothing lies between them. {remedy}"
+                )
         seen[data] = entry.name
-
-
-def _check_compartments(scenario: Scenario, at: KeyPath) -> None:
-    """Faults that virtual walls continue exist, and what they end at."""
-    try:
-        read_compartments(scenario.compartments, [entry.name for entry in scenario.faults])
-    except InputError as error:
-        at.refuse(str(error))
 
 
 def _check_model(scenario: Scenario, at: KeyPath) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
-    # one at a time, so that the message can name the table to remove
     for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
-        if getattr(scenario, word) or (word == "truncations" and scenario.network.apply):
-            at.refuse(
-                f"[model] and {word} cannot be combined: a sealed model has its own. Remove one."
+        with at.of(word).noting():
+            if getattr(scenario, word) or (word == "truncations" and scenario.network.apply):
+                at.of(word).refuse(
+                    f"[model] and {word} cannot be combined: a sealed model has its own. Remove "
+                    "one."
+                )
+    with at.of("tops", "tie").noting():
+        if scenario.tops is not None and scenario.tops.tie:
+            at.of("tops", "tie").refuse(
+                "[model] and tops.tie cannot be combined: a sealed model stays as it is."
             )
-    if scenario.tops is not None and scenario.tops.tie:
-        at.refuse("[model] and tops.tie cannot be combined: a sealed model stays as it is.")
     _check_places(scenario, at)
 
 
@@ -201,23 +302,25 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
     given = set()
     for entry in scenario.contacts:
         label = f"contacts[{entry.name!r}]"
-        if (entry.elevation_m is None) == (entry.file is None):
-            at.refuse(f"{label}: give either elevation_m or file.")
-
+        place = at.of(label)
         # one contact may have several tables, each for its own block and zones
         where = entry.name, entry.block, tuple(sorted(entry.zones))
-        if where in given:
-            block = "without a block" if entry.block is None else f"for block {entry.block!r}"
-            zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
-            at.refuse(f"{label} is given {block}{zones} twice; delete one.")
+        with place.noting():
+            if (entry.elevation_m is None) == (entry.file is None):
+                place.refuse(f"{label}: give either elevation_m or file.")
+            if where in given:
+                block = "without a block" if entry.block is None else f"for block {entry.block!r}"
+                zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
+                place.refuse(f"{label} is given {block}{zones} twice; delete one.")
         given.add(where)
 
     # three ways to give an area, of which exactly one is set
-    aoi = scenario.aoi
-    if aoi is not None and (aoi.file, aoi.corners_m, aoi.rectangle or None).count(None) != 2:
-        at.refuse("aoi: give one of file, corners_m, rectangle.")
-    if aoi is not None and aoi.rectangle and scenario.box is not None:
-        at.refuse("aoi.rectangle proposes a box, and [box] is given as well; remove one.")
+    aoi, place = scenario.aoi, at.of("aoi")
+    with place.noting():
+        if aoi is not None and (aoi.file, aoi.corners_m, aoi.rectangle or None).count(None) != 2:
+            place.refuse("aoi: give one of file, corners_m, rectangle.")
+        if aoi is not None and aoi.rectangle and scenario.box is not None:
+            place.refuse("aoi.rectangle proposes a box, and [box] is given as well; remove one.")
 
 
 def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
@@ -226,27 +329,24 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
         return
 
     # zones are named from the horizons before a grid is read: a misspelt zone costs no run
-    try:
+    with at.of("horizons").noting():
         zones = names_of_zones([entry.name for entry in scenario.horizons])
-    except InputError as error:
-        at.refuse(str(error))
 
-    # a block is named by sides of faults, such as 'F1+ F2-'
-    faults = [entry.name for entry in scenario.faults]
-    sides = [name + sign for name in faults for sign in "+-"]
-    for entry in scenario.contacts:
-        label = f"contacts[{entry.name!r}]"
-        for zone in entry.zones:
-            if zone not in zones:
-                known = ", ".join(map(repr, zones))
-                guess = did_you_mean(zone, zones)
-                at.refuse(f"{label}: unknown zone {zone!r}. Zones are {known}.{guess}")
-        if entry.block not in (None, ELSEWHERE) and parse_sides(entry.block, faults) is None:
-            known = ", ".join(map(repr, sides)) or "none"
-            at.refuse(
-                f"{label}: unknown block {entry.block!r}. Name sides of faults: {known}."
-                f"{did_you_mean(entry.block, sides)}"
-            )
+        # a block is named by sides of faults, such as 'F1+ F2-'
+        faults = [entry.name for entry in scenario.faults]
+        sides = [name + sign for name in faults for sign in "+-"]
+        for entry in scenario.contacts:
+            label = f"contacts[{entry.name!r}]"
+            with at.of(label, "zones").noting():
+                for zone in entry.zones:
+                    _check_known(at.of(label, "zones"), label, "zone", zone, zones)
+            with at.of(label, "block").noting():
+                if entry.block not in (None, ELSEWHERE) and not parse_sides(entry.block, faults):
+                    known = ", ".join(map(repr, sides)) or "none"
+                    at.of(label, "block").refuse(
+                        f"{label}: unknown block {entry.block!r}. Name sides of faults: {known}."
+                        f"{did_you_mean(entry.block, sides)}"
+                    )
 
 
 def _check_grid(scenario: Scenario, at: KeyPath) -> None:
@@ -255,11 +355,13 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
         return
     from geosurf.grid.layers import layers_of  # loaded by those who want a grid
 
-    zones = names_of_zones([entry.name for entry in scenario.horizons])
-    try:
-        layers_of(scenario.grid.layers, zones, zones[1:-1])
-    except InputError as error:
-        at.refuse(f"grid.layers: {error}")
+    place = at.of("grid", "layers")
+    with place.noting():
+        zones = names_of_zones([entry.name for entry in scenario.horizons])
+        try:
+            layers_of(scenario.grid.layers, zones, zones[1:-1])
+        except InputError as error:
+            place.refuse(f"grid.layers: {error}")
 
 
-__all__ = ["checked_scenario", "parsed", "read_scenario", "text_of"]
+__all__ = ["MistakeOnLine", "find_mistakes", "read_scenario"]

@@ -7,14 +7,15 @@ the dataclass. ``check.allowed`` is that statement, for messages and docs.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from geosurf.conventions import did_you_mean, is_number
-from geosurf.errors import InputError, ScenarioError
+from geosurf.errors import InputError
 from geosurf.model.empty_blocks import WAYS
 from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, check_size
@@ -23,21 +24,87 @@ from geosurf.render.views import LARGEST, SMALLEST, check_size
 BARE = re.compile(r'"(\w+)"')
 
 
+Keys = tuple[str | int, ...]  # the path to a value in a document
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What is wrong with a value.
+
+    Attributes
+    ----------
+    keys : tuple of str or int
+        The path of the value, or of the table that lacks it.
+    sentence : str
+        What is wrong, and what to write.
+    missing : bool
+        Whether a key is not there.
+    """
+
+    keys: Keys
+    sentence: str
+    missing: bool = False
+
+
+class WrongValue(InputError):
+    """Ends the check of one value."""
+
+    def __init__(self, mistake: Mistake) -> None:
+        super().__init__(mistake.sentence)
+        self.mistake = mistake
+
+
 @dataclass(frozen=True)
 class KeyPath:
-    """The path of keys to a value, and its file: for messages."""
+    """The place of a value in a scenario, and the mistakes that were found in the whole of it.
+
+    Attributes
+    ----------
+    file : pathlib.Path
+    keys : tuple of str or int
+    words : str
+        The same as messages have it: ``horizons['Top'].file``.
+    found : list of Mistake
+    tables : dict of str to tuple
+        The keys of each table of a list, by its words.
+    """
 
     file: Path
-    keys: str = ""
+    keys: Keys = ()
+    words: str = ""
+    found: list[Mistake] = field(default_factory=list)
+    tables: dict[str, Keys] = field(default_factory=dict)
 
-    def inside(self, word: str) -> KeyPath:
-        """Return the path of a key in this table."""
-        # Paths grow like TOML's own: table.key.
-        return KeyPath(self.file, f"{self.keys}.{word}" if self.keys else word)
+    def inside(self, word: str, meant: str | None = None) -> KeyPath:
+        """Return the place of a key in this table; messages name the key that is `meant`."""
+        meant = meant or word
+        words = f"{self.words}.{meant}" if self.words else meant
+        return replace(self, keys=(*self.keys, word), words=words)
 
-    def refuse(self, sentence: str) -> NoReturn:
-        """Raise a `ScenarioError` that begins with the file."""
-        raise ScenarioError(f"{self.file}: {sentence}")
+    def row(self, number: int, label: str) -> KeyPath:
+        """Return the place of a table of this list."""
+        words = f"{self.words}[{label}]"
+        self.tables[words] = (*self.keys, number)
+        return replace(self, keys=self.tables[words], words=words)
+
+    def of(self, words: str, key: str = "") -> KeyPath:
+        """Return the place of a table, or of a key in it, by the words for the table."""
+        keys = self.tables.get(words, (words,) if words else ())
+        return replace(self, keys=(*keys, key) if key else keys, words=words)
+
+    def refuse(self, sentence: str, *, missing: bool = False) -> NoReturn:
+        """End the check of this value with a sentence."""
+        raise WrongValue(Mistake(self.keys, sentence, missing))
+
+    @contextmanager
+    def noting(self) -> Iterator[None]:
+        """Note a mistake that the block raises, and go on behind it."""
+        try:
+            yield
+        except WrongValue as error:
+            self.found.append(error.mistake)
+        except InputError as error:
+            self.found.append(Mistake(self.keys, str(error)))
 
 
 class Check(Protocol):
@@ -46,7 +113,7 @@ class Check(Protocol):
     allowed: str
 
     def __call__(self, at: KeyPath, value: Any) -> Any:
-        """Return the checked value, or raise `ScenarioError`."""
+        """Return the checked value, or raise `WrongValue`."""
 
 
 def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
@@ -62,7 +129,7 @@ def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
             result = function(at, value)
             if result is None:
                 guess = did_you_mean(value, BARE.findall(allowed)) if isinstance(value, str) else ""
-                at.refuse(f"{at.keys} is {value!r}; it must be {allowed}.{guess}")
+                at.refuse(f"{at.words} is {value!r}; it must be {allowed}.{guess}")
             return result
 
         checked.allowed = allowed  # type: ignore[attr-defined]
@@ -272,7 +339,7 @@ def file(at: KeyPath, value: Any) -> Path | None:
         near = [entry.name for entry in _entries(path.parent)]
         what = "a folder" if path.is_dir() else "not there"
         at.refuse(
-            f"{at.keys} is {value!r}, and {path} is {what}. Paths are relative to the folder of "
+            f"{at.words} is {value!r}, and {path} is {what}. Paths are relative to the folder of "
             f"the scenario.{did_you_mean(path.name, near)}"
         )
     return path
@@ -296,7 +363,7 @@ def one_of(*allowed: str) -> Check:
         # A misspelt word gets a suggestion; other types get the list alone.
         if isinstance(value, str) and value not in allowed:
             guess = did_you_mean(value, allowed)
-            at.refuse(f"{at.keys} is {value!r}; it must be one of {listed_words(allowed)}.{guess}")
+            at.refuse(f"{at.words} is {value!r}; it must be one of {listed_words(allowed)}.{guess}")
         return value if value in allowed else None
 
     return choice
@@ -313,7 +380,7 @@ def some_of(*allowed: str) -> Check:
         for word in value:
             if word not in allowed:
                 guess = did_you_mean(word, allowed)
-                at.refuse(f"{at.keys} has {word!r}; it may have {listed_words(allowed)}.{guess}")
+                at.refuse(f"{at.words} has {word!r}; it may have {listed_words(allowed)}.{guess}")
         return tuple(value) if len(set(value)) == len(value) else None
 
     return choices

@@ -10,8 +10,8 @@ import pytest
 from geosurf.cli import main
 from geosurf.errors import ScenarioError
 from geosurf.scenario import read_scenario
-from geosurf.scenario.mistakes import find_mistakes
 from geosurf.scenario.toml_lines import lines_of_keys
+from geosurf.scenario.validate import find_mistakes
 
 RIGHT = """title = "A"
 [[horizons]]
@@ -127,7 +127,7 @@ def test_each_mistake_has_its_line(tmp_path, mistake):
     assert line == row
     assert words in sentence
     assert not rest or row in (3, 7, 11)  # a surface without its name is unknown elsewhere
-    with pytest.raises(ScenarioError, match=r"scenario.toml: "):
+    with pytest.raises(ScenarioError, match=r"scenario.toml(, line \d+)?: "):
         read_scenario(path)
 
 
@@ -161,7 +161,7 @@ def test_a_line_that_is_not_toml_has_a_remedy_and_hides_nothing(tmp_path, mistak
     assert (row, True) in [(line, words in sentence) for line, sentence in found]
     if "twice. Keep one, with" not in words:  # whose keys are which cannot be known
         assert any(line == 16 and elsewhere[2] in sentence for line, sentence in found)
-    with pytest.raises(ScenarioError, match=rf"scenario.toml: line {row}: "):
+    with pytest.raises(ScenarioError, match=rf"scenario.toml, line {row}: "):
         read_scenario(tmp_path / "scenario.toml")
 
 

@@ -85,7 +85,9 @@ keep = "hanging wall"
     assert ">Truncated</h4>" in page
     assert "hanging wall (+)" in page
     around = scenario(("[box]", more.replace('main = "F1"', 'main = "F2"')))
-    with pytest.raises(ScenarioError, match=r"\.toml: truncations form a circle: F2 ends at"):
+    with pytest.raises(
+        ScenarioError, match=r"toml, line \d+: truncations form a circle: F2 ends at"
+    ):
         read_scenario(around)
 
 
