@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass
 from functools import cached_property, partial
 from typing import Any, Protocol
@@ -15,7 +15,7 @@ from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.streams import stream_of
 from geosurf.ensemble.throws import Factor
 from geosurf.errors import InputError
-from geosurf.model import Sheet, ThrowReport, TriSurface
+from geosurf.model import Sheet, TriSurface
 from geosurf.model.tear_plan import TearPlan
 from geosurf.model.tops import Tops
 from geosurf.scene import Scene
@@ -31,7 +31,7 @@ from geosurf.scene.given import (
     torn_like,
 )
 from geosurf.scene.tearing import longer_faults
-from geosurf.sheets.throw.throw_horizon import throw_horizon, throw_horizon_uncut
+from geosurf.sheets.throw.throw_horizon import throw_horizon
 
 OWN_NUMBERS = "a function that builds scenes draws its own numbers. Leave out uncertain=."
 
@@ -43,12 +43,6 @@ class Model(Protocol):
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
-
-    def build_uncut(self, change: Change) -> Scene | None:
-        """Return the same with sheets that nobody has cut yet; None if there are none.
-
-        What it raises, `build` raises, too. Its model raises `NotShown` where a sheet may be open.
-        """
 
     def outline(self, change: Change) -> Scene:
         """Return a scene with the area and box that `build` gives, from as little as that needs."""
@@ -94,9 +88,8 @@ class SceneModel:
         self._frame: dict[str, Any] = {}
         self.longer: LongerFaults = {}
         self.plans: dict[str, TearPlan] = {}
-        # Of horizons that throws tear: those that the first cut of the base case has closed, and
-        # the last sheet of each that does not move, by what it was made from.
-        self.closed_at_once: frozenset[str] = frozenset()
+        # Of horizons that throws tear: the last sheet of each that does not move, by what it was
+        # made from.
         self._thrown_sheets: dict[str, tuple[str, Sheet]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -131,18 +124,8 @@ class SceneModel:
         """Return the scene of one realisation; it shares with the others what does not change."""
         scene = self._unthrown(change)
         if change.throws:
-            return self._thrown(scene, change, frozenset())
+            return self._thrown(scene, change)
         return torn_like(scene, self.longer, self.plans) if self.plans else scene
-
-    def build_uncut(self, change: Change) -> Scene | None:
-        """Return the same with sheets that nobody has cut yet; None if there are none."""
-        if change.throws:
-            if not self.closed_at_once:
-                return None
-            return self._thrown(self._unthrown(change), change, self.closed_at_once)
-        if not self.plans:
-            return None
-        return torn_like(self._unthrown(change), self.longer, self.plans, uncut=True)
 
     def _unthrown(self, change: Change) -> Scene:
         """A scene with the inputs of a realisation, without throws."""
@@ -153,8 +136,8 @@ class SceneModel:
             horizons=change.horizons(), faults=change.faults, **changes, **self._frame
         )
 
-    def _thrown(self, scene: Scene, change: Change, uncut: Collection[str]) -> Scene:
-        """A scene with all horizons torn by the throws of a realisation, some left uncut."""
+    def _thrown(self, scene: Scene, change: Change) -> Scene:
+        """A scene with all horizons torn by the throws of a realisation."""
         # As the scene has them, extended and truncated: sheets have to end on these.
         faults = [scene.surface(name) for name in change.throws]
         throws = {
@@ -166,23 +149,19 @@ class SceneModel:
         def sheet_of(name: str) -> Sheet:
             """The sheet of a horizon."""
             horizon = moved.get(name) or self.horizon(name).surface
-            throw = throw_horizon_uncut if name in uncut else throw_horizon
-            return throw(horizon, faults, throws, name=name)
+            return throw_horizon(horizon, faults, throws, name=name)
 
         sheets = {
-            name: self.thrown_before(change, name, throws, name in uncut, partial(sheet_of, name))
+            name: self.thrown_before(change, name, throws, partial(sheet_of, name))
             for name in self.horizon_names
         }
         # Sheets replace the continuous horizons that they were made from.
         return scene.replace(horizons=sheets)
 
     def thrown_before(
-        self, change: Change, name: str, throws: Any, uncut: bool, make: Callable[[], Sheet]
+        self, change: Change, name: str, throws: Any, make: Callable[[], Sheet]
     ) -> Sheet:
-        """The sheet of a horizon: that of the last realisation if all it is made from stays.
-
-        Uncut sheets belong to one model, and are not remembered.
-        """
+        """The sheet of a horizon: that of the last realisation if all it is made from stays."""
         if name in change.up or change.faults:
             return make()
         digest = hashlib.sha256()
@@ -191,8 +170,7 @@ class SceneModel:
         if known is not None and known[0] == digest.hexdigest():
             return known[1]
         made = make()
-        if not uncut:
-            self._thrown_sheets[name] = digest.hexdigest(), made
+        self._thrown_sheets[name] = digest.hexdigest(), made
         return made
 
     def outline(self, change: Change) -> Scene:
@@ -216,12 +194,6 @@ class SceneModel:
     def started(self, base: Scene) -> None:
         """Keep how horizons were torn, and faults as long as they need them: not uncertain."""
         sheets = base.sheets.items()
-        # A tie to tops makes another mesh of a sheet, of which its model shows nothing.
-        if given_settings(self.scene)["tie"] is None:
-            self.closed_at_once = frozenset(
-                name for name, sheet in sheets
-                if isinstance(sheet.report, ThrowReport) and sheet.report.attempts == 1
-            )  # fmt: skip
         self.plans = {name: sheet.plan for name, sheet in sheets if sheet.plan is not None}
         # Read once: all realisations take over what this scene has read.
         for name in self.fault_names:
@@ -276,10 +248,6 @@ class BuiltModel:
                 "a geosurf.Scene."
             )
         return scene
-
-    def build_uncut(self, change: Change) -> Scene | None:
-        """None: a function builds scenes as it likes."""
-        return None
 
     def outline(self, change: Change) -> Scene:
         """Return the scene of a realisation: only the function knows its box."""

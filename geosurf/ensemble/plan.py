@@ -19,10 +19,9 @@ from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.models import Model, add_to
 from geosurf.ensemble.record import Record, UnitKey
-from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError
+from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
 from geosurf.scene.given import keep_results_apart, volumes_by_unit
-from geosurf.sheets.mesh.proof import NotShown, is_proven
 from geosurf.warning import silenced
 
 _BROKEN = (ArithmeticError, AssertionError, LookupError, TypeError, ValueError)
@@ -95,8 +94,7 @@ class Plan:
     def identity(self) -> str:
         """A hash of everything that results depend on."""
         # The version counts: another geosurf may compute other volumes.
-        # The second word changes with what a store holds.
-        digest = hashlib.sha256(f"{__version__} reasons of second cuts {self.seed}".encode())
+        digest = hashlib.sha256(f"{__version__} {self.seed}".encode())
         digest.update(self.model.identity().encode())
         add_to(digest, (self.uncertain, self.layers.identity if self.layers else ""))
         return digest.hexdigest()
@@ -149,7 +147,9 @@ class Plan:
             try:
                 for one in self.prepared:
                     one.apply(change)
-                record = self._built(change, warnings)
+                scene = self.model.build(change)
+                self._keep_apart(scene)
+                record = _with_tears(self.measure(scene, change.numbers), scene)
             except GeosurfError as error:
                 record = Record.failed(change.numbers, str(error))
             # A realisation that breaks an invariant is a failed one, and the others go on.
@@ -157,29 +157,6 @@ class Plan:
                 record = Record.failed(change.numbers, f"{type(error).__name__}: {error}")
         # Equal warnings count once.
         return record.numbered(realization, len(set(warnings)))
-
-    def _built(self, change: Change, warnings: list[GeosurfWarning]) -> Record:
-        """Build and measure a realisation; its sheets are cut once where their model shows them."""
-        before, recut = len(warnings), ""
-        scene = self.model.build_uncut(change)
-        if scene is not None:
-            self._keep_apart(scene)
-            try:
-                record = _with_tears(self.measure(scene, change.numbers), scene)
-                if is_proven(scene.sheets.values()):
-                    return record
-                recut = "repairs have moved vertices of the sheets"
-            except NotShown as reason:
-                recut = str(reason)
-            except GeometryError as error:
-                # Of closed sheets: the others have the same error. Of open ones there may be more.
-                if is_proven(scene.sheets.values()):
-                    raise
-                recut = str(error)
-            del warnings[before:]
-        scene = self.model.build(change)
-        self._keep_apart(scene)
-        return replace(_with_tears(self.measure(scene, change.numbers), scene), recut=recut)
 
     def _keep_apart(self, scene: Scene) -> None:
         """Let a realisation take shared results, and give none: nobody asks for its own.

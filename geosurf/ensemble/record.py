@@ -50,9 +50,6 @@ class Record:
     n_torn, n_searched : int
         Horizons that were torn as picked, and how many of them the plan of the base case did not
         close.
-    recut : str
-        Why horizons that throws tear were cut on their own before the model; empty if they were
-        not.
     n_warning : int
         How many different warnings there were.
 
@@ -73,7 +70,6 @@ class Record:
     juxtaposed: dict[PairKey, float] = field(default_factory=dict)
     n_torn: int = 0
     n_searched: int = 0
-    recut: str = ""
 
     @classmethod
     def failed(cls, numbers: dict[str, float], reason: str) -> Record:
@@ -95,7 +91,7 @@ class Record:
             "realization": self.realization,
             "n_warning": self.n_warning,
             "pairs": list(map(list, self.juxtaposed)),
-            "torn": [self.n_torn, self.n_searched, self.recut],
+            "torn": [self.n_torn, self.n_searched],
         }
         arrays: dict[str, Any] = {
             "head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8),

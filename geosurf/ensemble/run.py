@@ -97,7 +97,7 @@ def run_ensemble(
         not exist; ``base_volume`` of the base case, in which each parameter has its median;
         ``drawn`` (realization, parameter); ``status`` (1: done, 2: failed) and ``reason``; ``torn``
         and ``searched``: how many horizons were torn, and for how many of these the remedies of
-        the base case were not enough; ``recut``: why horizons with throw were cut twice, or empty.
+        the base case were not enough.
         With maps ``thickness_mean``, ``thickness_sd`` and ``probability`` (layer, northing,
         easting). See `quantiles`, `convergence` and `tornado` of ``geosurf.ensemble``.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -96,16 +96,6 @@ class ScenarioModel(SceneModel):
 
     def build(self, change: Change) -> Scene:
         """Return the scene of one realisation."""
-        return self._torn(change, frozenset())
-
-    def build_uncut(self, change: Change) -> Scene | None:
-        """Return the same with sheets that nobody has cut yet; None if there are none."""
-        # Those of horizons that do not move are remembered, and an uncut one belongs to one model.
-        uncut = self.closed_at_once | ({*change.up} & {*self.plans})
-        return self._torn(change, uncut) if uncut else None
-
-    def _torn(self, change: Change, uncut: Collection[str]) -> Scene:
-        """The scene of one realisation, with sheets of some horizons left uncut."""
         # Data of all horizons; those that have moved replace their own.
         values = {**self._values, **change.horizons()}
         scene = self._untorn(change, values)
@@ -130,7 +120,7 @@ class ScenarioModel(SceneModel):
             name: str, throws: Sequence[ThrowInput], make: Callable[[], Sheet]
         ) -> Sheet:
             """The same of a horizon that throws tear."""
-            return self.thrown_before(change, name, tuple(throws), name in uncut, make)
+            return self.thrown_before(change, name, tuple(throws), make)
 
         return torn_horizons(
             scenario,
@@ -142,7 +132,6 @@ class ScenarioModel(SceneModel):
             plans=self.plans,
             remember=remember,
             remember_thrown=remember_thrown,
-            uncut=uncut,
         )
 
     def identity(self) -> str:

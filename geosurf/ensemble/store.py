@@ -154,8 +154,6 @@ class EnsembleStore:
         meanings = {"flag_values": [*STATUSES], "flag_meanings": ", ".join(STATUSES.values())}
         self.array("status", "u1", ("realization",), (REGION,), **meanings)
         self.array("reason", str, ("realization",), (REGION,), long_name="why it failed")
-        words = "why horizons that throws tear were cut on their own, too; empty: they were not"
-        self.array("recut", str, ("realization",), (REGION,), long_name=words)
         self.array("warnings", "i4", ("realization",), (REGION,), long_name="number of warnings")
         for name, words in TEARS.items():
             self.array(name, "i4", ("realization",), (REGION,), long_name=words)
@@ -201,7 +199,7 @@ class EnsembleStore:
                 f"{self.path} holds {known} realisations, more than n={self.n}. Give n={known} or "
                 "more (at the command line -n), or another store (at the command line -o)."
             )
-        for name in ("volume", "status", "reason", "recut", "warnings", *TEARS, "drawn"):
+        for name in ("volume", "status", "reason", "warnings", *TEARS, "drawn"):
             one = self.group[name]
             one.resize((self.n, *one.shape[1:]))
         drawn = self.group["drawn"]
@@ -306,7 +304,6 @@ class EnsembleStore:
         if drawn.size:
             self.group["drawn"][at] = drawn
         self.group["reason"][at] = np.array([r.reason for r in records], dtype=object)
-        self.group["recut"][at] = np.array([r.recut for r in records], dtype=object)
         self.group["warnings"][at] = np.array([r.n_warning for r in records], dtype=np.int32)
         self.group["torn"][at] = np.array([r.n_torn for r in records], dtype=np.int32)
         self.group["searched"][at] = np.array([r.n_searched for r in records], dtype=np.int32)

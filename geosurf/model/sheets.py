@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -63,8 +62,6 @@ class Sheet(Shown):
     fewer_nodes : bool
         Whether a tolerance had left out nodes of its data. What that changes near faults has no
         bound.
-    prove : callable or None
-        Of a sheet that was not cut alone: what its model has to show, see `trim_sheets`.
     """
 
     name: str
@@ -83,7 +80,6 @@ class Sheet(Shown):
     walls: Mapping[str, np.ndarray] | None = None
     sectors: tuple[Sector, ...] = ()
     fewer_nodes: bool = False
-    prove: Callable[[TornLattice], Any] | None = None
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:
@@ -129,7 +125,6 @@ class Sheet(Shown):
             )
         made = torn_sheet(self.name, torn, marks)
         made.crs, made.sectors = self.crs, self.sectors
-        made.proof = None if self.prove is None else self.prove(torn)
         return made
 
     def surface_among(self, others: Callable[[str], TriSurface | None] | None) -> TriSurface:

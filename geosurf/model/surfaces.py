@@ -83,7 +83,6 @@ class TriSurface(Shown):
         self.checked = False  # whether all triangles are known to have an area
         self.sectors: tuple[Sector, ...] = ()
         self.torn: TornLattice | None = None  # of a torn sheet: the lattice that most of it is
-        self.proof: Any = None  # of a sheet that a model has to close
 
         # lattice without arrays: vertices and triangles follow by rule, when somebody reads them
         if vertices is None or triangles is None:

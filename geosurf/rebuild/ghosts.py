@@ -14,10 +14,9 @@ import numpy as np
 
 from geosurf.kernels.meshes.sheet_parts import join_past_others
 from geosurf.kernels.sheets.sheet_trim import classify_parts
-from geosurf.model import Patches, TriSurface
+from geosurf.model import Patches
 from geosurf.model.expected import expect
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.closed_sheets import sheet_in_model
 from geosurf.rebuild.dropped import drop_patches, drop_triangles
 from geosurf.rebuild.listed import Listed
 from geosurf.rebuild.wall_sides import on_wrong_side
@@ -57,41 +56,15 @@ def trim_sheets(patches: Patches) -> Patches:
     # of other grids all triangles are looked at
     lattices = [sheet.lattice for sheet in sheets]
     if not all(one is None or isinstance(one, TornLattice) for one in lattices):
-        return _trimmed_as_lists(patches, sheets)
+        return drop_triangles(patches, kept_parts(patches)[0])
     mesh = Listed.without_runs(patches)
     has_runs = np.zeros(mesh.n_patch, dtype=bool)
     has_runs[patches.pieces.patch[len(mesh.triangles) :]] = True
     keep = np.ones(mesh.n_patch, dtype=bool)
-    proofs = [sheet.proof for sheet in sheets if sheet.proof is not None]
-    corner = np.full(mesh.triangles.shape, -1) if proofs else None
-    seen = []
-    for i, joined, stays in _parts_of_sheets(mesh, corner, has_runs):
+    for i, joined, stays in _parts_of_sheets(mesh, None, has_runs):
         mine = mesh.patch_of_triangle[mesh.rows(i)]
         keep[mine] = stays[joined[mine]]
-        if corner is not None and mesh.sources[i].proof is not None:
-            runs = _dropped_runs(patches, i, stays[joined])
-            seen.append(sheet_in_model(patches, mesh, i, corner[mesh.rows(i)], keep[mine], runs))
-    for proof, found in zip(proofs, seen, strict=True):
-        proof(found)
     return drop_patches(patches, mesh, keep)
-
-
-def _dropped_runs(patches: Patches, sheet: int, stays: np.ndarray) -> np.ndarray:
-    """Triangles of a torn sheet, as its rows, in runs of patches that go; `stays` (n_patch,)."""
-    pieces, strips, source = patches.pieces, patches.pieces.strips[sheet], patches.sources[sheet]
-    if strips is None:
-        return np.empty(0, dtype=np.int64)
-    first, last = len(pieces.triangles) + pieces.first_run[sheet : sheet + 2]
-    gone = np.flatnonzero(~stays[pieces.patch[first:last]])
-    return source.rows_of_keys(strips.keys_of(gone)[0])
-
-
-def _trimmed_as_lists(patches: Patches, sheets: list[TriSurface]) -> Patches:
-    """The same by all triangles; nothing is shown about sheets here."""
-    for sheet in sheets:
-        if sheet.proof is not None:
-            sheet.proof(None)
-    return drop_triangles(patches, kept_parts(patches)[0])
 
 
 def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

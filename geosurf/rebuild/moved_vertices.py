@@ -65,7 +65,7 @@ def moved_surface(
     made = _as_grid(surface, rows, there) if torn is None else _as_torn(surface, torn, rows, there)
     if made is None:
         made = _as_list(surface, rows, there)
-    made.sectors, made.proof = surface.sectors, surface.proof
+    made.sectors = surface.sectors
     return in_crs_of(made, [surface])
 
 

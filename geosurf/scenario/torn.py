@@ -45,7 +45,6 @@ def torn_horizons(
     plans: Mapping[str, TearPlan] = MappingProxyType({}),
     remember: Remember = lambda name, faults, fill, make: make(),
     remember_thrown: RememberThrown = lambda name, throws, make: make(),
-    uncut: Collection[str] = (),
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -73,8 +72,6 @@ def torn_horizons(
         sheet of these; it may return what they gave before. Threads call it.
     remember_thrown : callable, optional
         Does the same for a horizon, its throws and a function that makes its sheet of these.
-    uncut : collection of str, optional
-        Horizons whose sheets are left to the model: see `throw_horizon_uncut` and `tear_from`.
 
     Returns
     -------
@@ -96,9 +93,7 @@ def torn_horizons(
         """One horizon at the faults that reach it."""
         name, plan = tear.name, plans.get(tear.name)
         some = {key: tear.faults[key] for key in reaching[name]}
-        made = partial(
-            _as_picked, scenario, scene, tear, horizons[name], some, plan, cache, name in uncut
-        )
+        made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
         return remember(name, some, tear.fill, made)
 
     def make(tears: Sequence[Tear], begins: Callable[[int], object]) -> list[Made]:
@@ -130,7 +125,7 @@ def torn_horizons(
             on_start("tear", name, "by its throws")
             with pictured(scene, out, (name, *scene.fault_names)):
                 some = throws[name]
-                make_it = partial(_by_throw, scene, some, name, horizon, cache, name in uncut)
+                make_it = partial(_by_throw, scene, some, name, horizon, cache)
                 sheets[name] = remember_thrown(name, some, make_it)
             done(name, sheets[name])
     if not sheets:
@@ -191,7 +186,6 @@ def _as_picked(
     faults: dict[str, TriSurface],
     plan: TearPlan | None,
     cache: ResultCache | None,
-    uncut: bool,
 ) -> Made:
     """A sheet from data that smear the horizon over its faults, or the faults that it needs."""
     from geosurf.sheets.mesh.too_short import TooShort  # loaded by those who tear
@@ -213,7 +207,6 @@ def _as_picked(
         """Tear these data as the scenario has it."""
         # A tie makes another mesh of the sheet, of which its model shows nothing.
         how = {**words, "asking": tear.asking, "needed": tear.needed}
-        how["uncut"] = uncut and tie is None
         return tear_from(plan, data, surfaces, name=name, **how)
 
     def torn() -> Made:
@@ -261,11 +254,9 @@ def _by_throw(
     name: str,
     horizon: Any,
     cache: ResultCache | None,
-    uncut: bool,
 ) -> Sheet:
-    """A sheet from a continuous horizon and the throws that move it; `uncut`: nobody has cut it."""
+    """A sheet from a continuous horizon and the throws that move it."""
     from geosurf.sheets import EllipticThrow, throw_horizon  # loaded by those who tear
-    from geosurf.sheets.throw.throw_horizon import throw_horizon_uncut
 
     throw: dict[str, Any] = {}
     for entry in throws:
@@ -283,8 +274,6 @@ def _by_throw(
     across = {entry.fault: entry.direction for entry in throws}
     shares = {entry.fault: entry.hanging_wall for entry in throws}
     words: dict[str, Any] = {"reach": reach, "hanging_wall": shares, "direction": across}
-    if uncut:
-        return throw_horizon_uncut(horizon, faults, throw, name=name, **words)
     if cache is None:
         return throw_horizon(horizon, faults, throw, name=name, **words)
     return cache.get_or_compute(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import os
 import sys
 from pathlib import Path
@@ -18,7 +17,6 @@ from geosurf.model.sectors import Sector
 _PART = 1 << 24  # bytes of a file that are read at once
 _LONG = 1 << 20  # bytes of an array that is shortened before it is hashed
 _LANES = 2048  # numbers of 64 bits to which it is shortened: they stay in the nearest cache
-_UNCUT = itertools.count()
 
 
 def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
@@ -49,10 +47,7 @@ def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
 
 def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     """Add one input to a hash, with the lengths and kinds that separate its parts."""
-    if isinstance(value, Sheet) and value.prove is not None:
-        # of one realisation of an ensemble, whose content nobody looks for a second time
-        digest.update(f"uncut {next(_UNCUT)}".encode())
-    elif isinstance(value, Sheet):
+    if isinstance(value, Sheet):
         # a sheet is its torn mesh; reports and cut-offs follow from it
         if value.mesh is not None:
             _add(digest, value.surface, strangers)

@@ -82,16 +82,10 @@ def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
     return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
 
 
-def torn_like(
-    scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan], uncut: bool = False
-) -> Scene:
-    """Return the scene, torn at faults as long as another scene needed them, first as it was.
-
-    With `uncut` sheets, its model raises `NotShown` where it does not show that they are closed.
-    """
+def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan]) -> Scene:
+    """Return the scene, torn at faults as long as another scene needed them, first as it was."""
     twin = scene.replace()
     twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
-    twin._plain.leaves_proof = uncut
     return twin
 
 

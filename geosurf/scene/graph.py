@@ -86,9 +86,6 @@ class Graph:
         Faults, and how long tears of another scene needed them: tears begin with these.
     plans : mapping of str to TearPlan
         How horizons of another scene were torn, which is tried first.
-    leaves_proof : bool
-        Whether horizons that their plans tear need not be cut before the model cuts them: it raises
-        `NotShown` unless it shows that they are closed.
 
     Examples
     --------
@@ -105,7 +102,6 @@ class Graph:
         self.inputs, self.memory, self.prepared_by = inputs, memory, prepared_by
         self.longer: LongerFaults = {}
         self.plans: TearPlans = {}
-        self.leaves_proof = False
         self.read = InputSurfaces(inputs, memory)
 
     # ---- inputs -> surfaces --------------------------------------------------------------

@@ -192,7 +192,7 @@ def _step(plain: Graph, tear: Tear) -> _Step:
         "torn", name, memory.hold(value), *map(memory.key_of, faults),
         _as_key(inputs.tear), *inputs.options.values(), tied, plain.plans.get(name),
         tear.fill if isinstance(tear.fill, bool) else memory.key_of(tear.fill.surface),
-        tear.asking, *needs_as_key(tear.needed), plain.leaves_proof,
+        tear.asking, *needs_as_key(tear.needed),
     )  # fmt: skip
 
     def make() -> Made:
@@ -205,7 +205,6 @@ def _step(plain: Graph, tear: Tear) -> _Step:
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
         words |= {"fill_empty_blocks": tear.fill, "asking": tear.asking, "needed": tear.needed}
         # a tie makes another mesh of the sheet, of which its model shows nothing
-        words["uncut"] = plain.leaves_proof and inputs.tie is None
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""

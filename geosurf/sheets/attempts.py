@@ -25,7 +25,7 @@ from geosurf.sheets.mesh.close import Closed, Filling, close, close_at_any_cost
 from geosurf.sheets.mesh.finish import lost_cutoffs, open_faults, remedy_of_overlap
 from geosurf.sheets.mesh.planned import close_as_planned
 from geosurf.sheets.mesh.tear_ends import lost_throw
-from geosurf.sheets.report.describe import fault_cuts, no_cuts
+from geosurf.sheets.report.describe import fault_cuts
 from geosurf.sheets.report.propose_trim import shows_smear, trims_alike, trims_of
 
 TRIM_CHANGES = (1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
@@ -46,20 +46,15 @@ class Torn:
     cuts : dict of str to FaultCut
     bad : frozenset of int
         Numbers of the faults at which it is open, or that it does not reach; empty if it is closed.
-    is_uncut : bool
-        Whether its model has to show that it is closed: it has no cut-offs.
     """
 
     closed: Closed
     cuts: dict[str, FaultCut]
     bad: frozenset[int]
-    is_uncut: bool = False
 
     @classmethod
     def of(cls, closed: Closed) -> Torn:
         """The cut-offs of a mesh, and where it is open."""
-        if closed.built.is_own is not None:
-            return cls(closed, no_cuts(closed.faults), frozenset(), is_uncut=True)
         cuts = fault_cuts(closed.picks.frame, closed.built, closed.faults)
         bad = open_faults(closed.built) | lost_cutoffs(closed.built, cuts)
         return cls(closed, cuts, frozenset(bad))
@@ -167,15 +162,13 @@ def torn_as_planned(
     plan: TearPlan,
     noise: float | None,
     filling: Filling,
-    uncut: bool = False,
 ) -> Torn | None:
     """The sheet with the trims and remedies of another one, if these close it; else None.
 
-    None as well where it loses throw, and the sheet of the plan lost none. `uncut` may leave it to
-    a model whether the sheet is closed.
+    None as well where it loses throw, and the sheet of the plan lost none.
     """
     try:
-        closed = close_as_planned(picks, faults, plan, noise, filling, uncut)
+        closed = close_as_planned(picks, faults, plan, noise, filling)
     except GeosurfError:  # other trims may do: they are searched for
         return None
     found = None if closed is None or closed.built.is_open else Torn.of(closed)

@@ -24,8 +24,7 @@ from geosurf.sheets.mesh.close import Filling, with_needed
 from geosurf.sheets.mesh.finish import crs_among, fault_surfaces, sheet_of
 from geosurf.sheets.mesh.pinch_out import pinched_out
 from geosurf.sheets.mesh.planned import fits, plan_of
-from geosurf.sheets.mesh.proof import prover
-from geosurf.sheets.report.describe import make_report, warnings_only
+from geosurf.sheets.report.describe import make_report
 from geosurf.sheets.report.propose_trim import trims_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
@@ -143,7 +142,6 @@ def tear_from(
     length_unit: str | None = None,
     asking: bool = False,
     needed: NeededFaults | None = None,
-    uncut: bool = False,
 ) -> Sheet:
     """
     Tear a horizon first with what closed a sheet of slightly other data.
@@ -161,9 +159,6 @@ def tear_from(
         Whether to stop where a fault would be extended.
     needed : NeededFaults, optional
         What this horizon needed when it asked. Faults are as long now; its trims stay.
-    uncut : bool, optional
-        Whether its model may show that the sheet is closed, as for `throw_horizon_uncut`. Such a
-        sheet has ``Sheet.prove``, no cut-offs, and a report of nothing but its warnings.
 
     Returns
     -------
@@ -200,8 +195,7 @@ def tear_from(
 
     # heights of all nodes, a torn mesh that the faults close, cut-offs and report
     filling = _filling(fill_empty_blocks, picks)
-    uncut = uncut and filling.other is None  # the model has another sheet where it is pinched out
-    torn = None if plan is None else torn_as_planned(picks, surfaces, plan, noise, filling, uncut)
+    torn = None if plan is None else torn_as_planned(picks, surfaces, plan, noise, filling)
     searched = torn is None
     if torn is None:
         trims = trims_of(trim if needed is None else needed.trims, picks, surfaces)
@@ -210,12 +204,10 @@ def tear_from(
             trims = replace(trims, use=plan.use)
         torn = torn_sheet(picks, surfaces, trims, noise, filling, asking)
     closed, cuts = with_needed(torn.closed, needed), torn.cuts
-    report = warnings_only(closed) if torn.is_uncut else make_report(closed, cuts)
-    sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
+    sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, make_report(closed, cuts))
     sheet = replace(
         sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape),
         plan=plan_of(closed, torn.loss, searched), fewer_nodes=has_fewer_nodes(data),
-        prove=prover(closed.built, [*cuts]) if torn.is_uncut else None,
     )  # fmt: skip
     if filling.other is not None and len(closed.pinched):
         present = np.isfinite(picks.means)

@@ -108,38 +108,6 @@ def test_horizons_are_thrown_again_by_the_factor(write):
         np.testing.assert_allclose(throw[np.isfinite(throw)], expected, atol=1e-6)
 
 
-DIES_AWAY = """
-[[throws]]
-fault = "F1"
-throw_m = 20
-reach_m = 700
-hanging_wall = 0.6
-[[uncertain]]
-kind = "throw factor"
-of = ["F1"]
-uniform = [1, 2]
-"""
-
-
-@pytest.mark.parametrize("throws", [THROW, DIES_AWAY])
-def test_thrown_sheets_are_cut_by_their_model_only(write, throws):
-    """And give the record of those that are cut alone, before."""
-    path = write(CONTACT, throws)
-    inside = BOX.replace("[0, 2000]", "[10, 1990]").replace("[0, 1500]", "[10, 1490]")
-    path.write_text(path.read_text().replace(BOX, inside))
-    for name, elevation in (("Top", -1000.0), ("Base", -1100.0)):  # no repair moves vertices of it
-        waves = plane(elevation, 0.01, n=13)
-        waves += 9.0 * np.sin(waves.easting / 310.0 + waves.northing / 470.0)
-        gs.write(waves, path.parent / f"{name}.nc")
-    plan = planned(path, 1, (), 0, None)[0]
-    plan.start()
-    assert plan.model.closed_at_once == {"Top", "Base"}
-    records = [plan.run(k) for k in range(2)]
-    assert [one.reason + one.recut for one in records] == ["", ""]
-    plan.model.closed_at_once = frozenset()
-    assert [repr(plan.run(k)) for k in range(2)] == [repr(one) for one in records]
-
-
 def test_where_throws_are_certain_nothing_is_thrown_again(write):
     """Realisations that move a contact have the sheets of the base case."""
     moved = '[[throws]]\nfault = "F1"\nthrow_m = 20\n[[uncertain]]\nkind = "contact shift"\n'

@@ -109,7 +109,6 @@ def test_a_fault_is_not_extended_in_vain(low, monkeypatch):
     closed = closing.close(picks, [short], trims, None, closing.Filling(), trims)
     assert max(tried) > short.n_vertex
     assert closed.built.is_open
-    assert closed.built.window is None
     assert closed.faults == (short,)
     assert closed.extensions == ()
 

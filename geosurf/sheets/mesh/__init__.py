@@ -11,10 +11,8 @@ rings.py           further rings of ghosts, where a sheet does not reach its fau
 repairs.py         what to change where a sheet leaks: end tears earlier, or add a ring
 last_links.py      nodes at the ends of tears that end early, on their own sides of the fault
 cut.py             the exact cut of a torn mesh by its faults
-window.py          what attempts cut around holes, before they cut the whole mesh
 islands.py         parts of the mesh that can be cut separately
 leaks.py           edges at which a cut sheet ends anywhere except on its faults
-proof.py           the same seen in a model that cuts the sheet
 finish.py          faults in, `Sheet` out; errors of sheets that do not close
 =================  ===============================================================================
 """

@@ -2,7 +2,7 @@
 
 The mesh is cut by the real faults. Where an outer edge would stay open, `repairs` ends the tear
 one link earlier if a tip is near, otherwise it gives the ghosts another ring there. Then the mesh
-is cut again: first near the holes, and at last as a whole.
+is cut again.
 """
 
 from __future__ import annotations
@@ -19,14 +19,13 @@ from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.carry_on import CarryOn
-from geosurf.sheets.mesh.cut import Cut, IsOwn, band_of, cut_band
+from geosurf.sheets.mesh.cut import Cut, band_of, cut_band
 from geosurf.sheets.mesh.holes import Hole
 from geosurf.sheets.mesh.known import Known
 from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs, repaired
 from geosurf.sheets.mesh.rings import levelled
 from geosurf.sheets.mesh.tear_ends import End, torn_limits
-from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts
-from geosurf.sheets.mesh.window import Window
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
 ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 MANY = 20  # holes
@@ -61,11 +60,6 @@ class Built:
         How many attempts there were until then.
     walls : dict of str to ndarray of int8 (n_node,), or None
         Of the nodes at each fault, if throw moved them: 1 hanging wall, -1 footwall.
-    window : Window or None
-        What was cut, if it is not all: what is open elsewhere is not known.
-    is_own : callable or None
-        Of a mesh that its model has to show to be closed: which nodes are clearly on their own
-        side of all faults.
     """
 
     state: Heights
@@ -78,8 +72,6 @@ class Built:
     repairs: Repairs
     n_cut: int = 1
     walls: dict[str, np.ndarray] | None = None
-    window: Window | None = None
-    is_own: IsOwn | None = None
 
     @property
     def is_open(self) -> bool:
@@ -132,7 +124,6 @@ def build(
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
     walls: dict[str, np.ndarray] | None = None,
-    at_ends: bool = False,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
@@ -156,15 +147,11 @@ def build(
         Whether the heights are those of the ends of tears in `start`.
     walls : dict, optional
         See `Built`.
-    at_ends : bool
-        Whether attempts look only where tears end, and its model shows whether the sheet is closed.
-        Small sheets are cut as a whole all the same.
 
     Returns
     -------
     Built
-        The first that is closed, or the last attempt. Only where `needs_more` ended the attempts,
-        or `at_ends`, it may have been cut in a window.
+        The first that is closed, or the last attempt.
     """
     setting = _setting(picks, state, faults, rising, carry_on, walls)
 
@@ -175,31 +162,14 @@ def build(
         solved_for = start.shortened, start.untorn
     fewest, since = len(setting.triangles.present), 0
     before: list[Sequence[Hole]] = []
-    window: Window | None = None
-    is_short = False
     for n_before in range(ROUNDS):
         # heights change with the ends of tears only: rings and level ghosts need no new solve
         if (repairs.shortened, repairs.untorn) != solved_for:
             solved_for = repairs.shortened, repairs.untorn
             state = die_at_tips(state, repairs, rising, solve_again)
-        # The first attempt cuts the whole sheet, the next ones look where it was open. No hole is
-        # left there: the whole sheet decides.
-        mesh = _meshed(setting, state, repairs)
-        if at_ends and n_before == 0:
-            window = Window.at_ends(state, mesh[0])
-        built = _cut(setting, state, repairs, mesh, window)
-        if window is not None and not built.is_open:
-            if at_ends:
-                built = replace(built, is_own=_is_own(setting, state))
-            else:
-                built = _cut(setting, state, repairs, mesh)
-        built = replace(built, n_cut=n_before + 1)
+        built = replace(_cut(setting, state, repairs), n_cut=n_before + 1)
         if not built.is_open:
             break
-        edges = [*built.cut.leaks, *built.cut.dead_ends]
-        # a window that the first attempt had saw where all tears end: the model sees these again
-        seen = None if at_ends and n_before == 0 else built.window
-        window = Window.around(built.cut.holes, edges, built.torn, picks.frame, seen)
 
         # many holes that do not become fewer: the data contradict the faults
         n_hole = len(built.cut.holes)
@@ -210,46 +180,13 @@ def build(
         stuck = _stuck(before, picks.frame.cell)
         # A fault that is too short cannot be repaired in the mesh: the caller extends it.
         if needs_more is not None and needs_more(stuck):
-            is_short = True
             break
         more = repaired(repairs, state, built.torn, built.cut, stuck, rising, at_any_cost)
         # No repair is left: the last attempt is handed back, open.
         if more is None:
             break
         repairs = more
-    # a sheet that stays open is shown as a whole
-    if built.window is not None and built.is_open and not is_short:
-        mesh = built.torn, built.ghosts, built.cuts
-        whole = _cut(setting, built.state, built.repairs, mesh)
-        built = replace(whole, n_cut=built.n_cut)
     return built
-
-
-def uncut(
-    picks: Picks,
-    state: Heights,
-    faults: Sequence[TriSurface],
-    rising: bool,
-    carry_on: CarryOn,
-    walls: dict[str, np.ndarray] | None,
-) -> Built:
-    """The mesh of the first attempt of `build`, which nobody has cut.
-
-    Whoever cuts it has to look whether it is closed: see `geosurf.sheets.mesh.proof`.
-    """
-    setting = _setting(picks, state, faults, rising, carry_on, walls)
-    torn, ghosts, cuts = _meshed(setting, state, NO_REPAIRS)
-    outer = outer_ghosts(torn, setting.triangles)
-    nothing = Cut([], [], [], [])
-    return Built(
-        state, setting.triangles, torn, ghosts, nothing, cuts, outer, NO_REPAIRS, 0, walls,
-        is_own=_is_own(setting, state),
-    )  # fmt: skip
-
-
-def _is_own(setting: Setting, state: Heights) -> IsOwn:
-    """Gives which nodes are clearly on their own side of all faults."""
-    return lambda nodes: setting.known.is_own(nodes, state)
 
 
 def _setting(
@@ -310,22 +247,16 @@ def _meshed(setting: Setting, state: Heights, repairs: Repairs) -> tuple[Torn, n
     return torn, levelled(torn, ghosts, state.values, repairs.level, picks.frame), cuts
 
 
-def _cut(
-    setting: Setting,
-    state: Heights,
-    repairs: Repairs,
-    mesh: tuple[Torn, np.ndarray, Cuts],
-    window: Window | None = None,
-) -> Built:
-    """Cut a mesh with some repairs exactly: all of it, or a window."""
+def _cut(setting: Setting, state: Heights, repairs: Repairs) -> Built:
+    """Cut the mesh with some repairs exactly."""
     triangles, frame = setting.triangles, setting.picks.frame
-    torn, ghosts, cuts = mesh
-    band = band_of(
-        torn, triangles, frame, state.values, ghosts, setting.reach, setting.walls, window
-    )
-    is_own = _is_own(setting, state)
+    torn, ghosts, cuts = _meshed(setting, state, repairs)
+    band = band_of(torn, triangles, frame, state.values, ghosts, setting.reach, setting.walls)
     blocks = [blocks for _, blocks in setting.known.meshes]
-    cut = cut_band(band, torn, triangles, setting.faults, frame, blocks, is_own, window)
-    return Built(
-        state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, 1, setting.walls, window
-    )
+
+    def is_own(nodes: np.ndarray) -> np.ndarray:
+        """Which nodes are clearly on their own side of all faults."""
+        return setting.known.is_own(nodes, state)
+
+    cut = cut_band(band, torn, triangles, setting.faults, frame, blocks, is_own)
+    return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, 1, setting.walls)

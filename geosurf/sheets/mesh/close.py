@@ -165,11 +165,6 @@ def close(
     # longer faults that have closed no hole stay as they were: other horizons would end on them
     if first is not None and built.is_open and _are_left(first.built, built, picks.frame.cell):
         closed = first
-    # it was to be torn again at longer faults
-    if closed.built.window is not None:
-        built = built_of(closed.picks, closed.rebuilt, closed.faults, start=closed.built.repairs)
-        n_cut += built.n_cut
-        closed = replace(closed, built=built)
     return replace(closed, n_cut=n_cut)
 
 
@@ -328,7 +323,6 @@ def built_of(
     start: Repairs = NO_REPAIRS,
     needs_more: NeedsMore | None = None,
     is_solved: bool = False,
-    at_ends: bool = False,
 ) -> Built:
     """The torn mesh, with ghosts on the sheets of their walls; see `build`."""
     # The diagonal rule of gridded horizons, so that a torn sheet equals its untorn part.
@@ -343,7 +337,7 @@ def built_of(
     carry_on = carry_on_by(picks.frame, weight, known, order)
     return build(
         picks, rebuilt.state, surfaces, rising, carry_on, solved_again(rebuilt, surfaces),
-        at_any_cost, start, needs_more, is_solved, at_ends=at_ends,
+        at_any_cost, start, needs_more, is_solved,
     )  # fmt: skip
 
 

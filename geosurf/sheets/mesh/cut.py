@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +38,6 @@ from geosurf.sheets.mesh.leaks import (
     sides_at_curves,
 )
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
-from geosurf.sheets.mesh.window import Window
 
 IsOwn = Callable[[np.ndarray], np.ndarray]  # nodes clearly on their own side of all faults
 
@@ -145,27 +143,20 @@ def band_of(
     ghosts: np.ndarray,
     reach: int,
     walls: Mapping[str, np.ndarray] | None = None,
-    window: Window | None = None,
 ) -> Band:
     """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first.
 
-    `walls` are those of nodes at faults, by name: see `geosurf.rebuild.wall_sides`. Of a window,
-    what lies in it.
+    `walls` are those of nodes at faults, by name: see `geosurf.rebuild.wall_sides`.
     """
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
     # An untorn sheet has no ghosts: its first triangle stands for it.
     near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)
-    copies = torn.corners
-    if window is not None:
-        near = near[is_among(near, window.nodes)]
-        inside = is_among(torn.node_of(copies.ravel()), window.nodes).reshape(-1, 3)
-        copies = copies[all_of(inside)]
 
     # whole triangles of the lattice first, then the copies: `is_copy` follows from this order
     t, corners = triangles.of_cells(near)
     whole = np.flatnonzero(~is_among(t, torn.divided))
-    faces = np.concatenate([corners.take(whole, axis=0), copies])
+    faces = np.concatenate([corners.take(whole, axis=0), torn.corners])
 
     # `used` is increasing: nodes before ghosts
     used, faces = renumbered(faces, torn.n_node + len(ghosts))
@@ -204,19 +195,15 @@ def cut_band(
     frame: Frame,
     blocks: Sequence[Blocks],
     is_own: IsOwn,
-    window: Window | None = None,
 ) -> Cut:
-    """Cut a band by its faults, exactly, and look for leaks; those of a window away from its rim.
+    """Cut a band by its faults, exactly, and look for leaks.
 
     `blocks` of each fault hold something wherever it can meet the band. `is_own` gives which nodes
     are clearly on their own side of all faults, at their own height.
     """
     # points are rounded once, in the frame of all: the same for any islands
     origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
-    if window is None:
-        found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
-    else:
-        found = [(np.arange(band.surface.n_triangle), window.faults(frame, blocks))]
+    found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
     parts = map_threads(
         partial(
             _cut_part,
@@ -225,7 +212,6 @@ def cut_band(
             frame=frame,
             origin=origin,
             is_own=is_own,
-            window=window,
         ),
         [
             (band if len(found) == 1 else band.only(rows), mine, [faults[k] for k in mine])
@@ -248,9 +234,8 @@ def _cut_part(
     frame: Frame,
     origin: np.ndarray,
     is_own: IsOwn,
-    window: Window | None,
 ) -> Part:
-    """Cut one island, or a window, by its faults."""
+    """Cut one island by its faults."""
     # The same exact arrangement as for a whole model, on a few thousand triangles.
     patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
 
@@ -271,9 +256,6 @@ def _cut_part(
     # A part that was counted as open without being kept may run through a copy.
     if not keep[open_part].all():
         dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
-    if window is not None:
-        leaks = _within(window, leaks, torn)
-        dead_ends = _within(window, dead_ends, torn)
     corners = band.vertex[band.surface.triangles]
 
     # the minimum cut is looked for only where something is open: most islands are closed
@@ -286,13 +268,6 @@ def _cut_part(
             pairs = [*(leak[:2] for leak in leaks), *dead_ends]
             holes = holes_at(pairs, _places(band), torn.n_node, frame.cell)
     return Part(numbers, patches, corners, keep, sides, leaks, dead_ends, holes)
-
-
-def _within(window: Window, found: list[Any], torn: Torn) -> list[Any]:
-    """Leaks or dead ends away from the rim of a window."""
-    pairs = np.array([one[:2] for one in found], dtype=np.int64)
-    inside = window.has(torn.node_of(pairs.ravel()).reshape(-1, 2))
-    return [one for one, stays in zip(found, inside.tolist(), strict=True) if stays]
 
 
 def _places(band: Band) -> Callable[[np.ndarray], np.ndarray]:

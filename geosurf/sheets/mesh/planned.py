@@ -68,12 +68,11 @@ def close_as_planned(
     plan: TearPlan,
     noise: float | None,
     filling: Filling,
-    uncut: bool = False,
 ) -> Closed | None:
     """Rebuild heights and tear the mesh with the trims and remedies of a plan; it may stay open.
 
     Where holes are left, attempts go on from there until one of them is stuck. None if the plan is
-    of other data, or of other traces. `uncut` looks at the ends of tears only: see `build`.
+    of other data, or of other traces.
 
     Raises
     ------
@@ -87,7 +86,7 @@ def close_as_planned(
 
     def closed(rebuilt: Rebuilt, start: Repairs, is_solved: bool = False) -> Closed:
         """The mesh with the repairs of the plan, and those that go on from there."""
-        built = built_of(picks, rebuilt, surfaces, False, start, is_beyond, is_solved, uncut)
+        built = built_of(picks, rebuilt, surfaces, False, start, is_beyond, is_solved)
         return Closed(
             picks, rebuilt, built, surfaces, (), trims, given, filled, pinched, built.n_cut
         )  # fmt: skip

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.errors import GeosurfWarning
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import FALLING, RISING
@@ -52,7 +51,7 @@ def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict
 
 
 def no_cuts(faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
-    """Empty cut-offs for each fault: of a sheet that was not cut on its own."""
+    """Empty cut-offs for each fault."""
     none = np.empty(0)
     return {
         fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
@@ -78,17 +77,6 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.column_stack([xy, line[:, 2]]), direction, (along - first) * frame.cell
 
 
-def warnings_only(closed: Closed) -> SheetReport:
-    """The warnings of a sheet without its numbers, which nobody reads in a realisation."""
-    return SheetReport(warnings=_warnings(closed))
-
-
-def _warnings(closed: Closed) -> tuple[GeosurfWarning, ...]:
-    """What closed a sheet, and throw that it does not have."""
-    state, trim = closed.built.state, closed.trims.widest
-    return (*remedies(closed), *throw_at_tips(closed.picks, state, closed.faults, trim))
-
-
 def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
     """All numbers of a sheet."""
     picks, built, solver = closed.picks, closed.built, closed.rebuilt.solver
@@ -104,7 +92,8 @@ def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
         f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
-    warnings = _warnings(closed)
+    # what closed the sheet, and throw that it does not have
+    warnings = (*remedies(closed), *throw_at_tips(picks, state, closed.faults, trim))
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,

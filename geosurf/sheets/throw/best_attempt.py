@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.mesh.build import Built, build, uncut
+from geosurf.sheets.mesh.build import Built, build
 from geosurf.sheets.mesh.finish import refuse_leaks
 from geosurf.sheets.mesh.rings import SPARE
 from geosurf.sheets.throw.attempt import Attempt, attempt
@@ -61,17 +61,6 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
     _, one, built = best
     refuse_leaks(movement.picks, built, movement.faults)
     return one, replace(built, n_cut=n_cut)
-
-
-def first_uncut(movement: Movement) -> tuple[Attempt, Built | None]:
-    """The first attempt of `best_attempt` and its mesh, which nobody has cut; see `uncut`."""
-    one = attempt(movement, LEANS[0], movement.first_branches())
-    if not len(one.state.cuts.node):
-        return one, None
-    state = next(_with_spare_rings(one.state))
-    return one, uncut(
-        movement.picks, state, movement.faults, movement.rising, one.ghosts, one.walls_by_name
-    )
 
 
 def _with_spare_rings(state: Heights) -> Iterator[Heights]:

@@ -32,11 +32,10 @@ from geosurf.sheets.mesh.finish import (
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.mesh.proof import prover
 from geosurf.sheets.report.cutoffs import longest
 from geosurf.sheets.report.describe import count_tips, fault_cuts, no_cuts
 from geosurf.sheets.throw.attempt import Attempt
-from geosurf.sheets.throw.best_attempt import best_attempt, first_uncut
+from geosurf.sheets.throw.best_attempt import best_attempt
 from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
 from geosurf.sheets.throw.movement import Movement, movement_of
 from geosurf.sheets.throw.sectors import cutoffs_to_expect, sectors_of, too_coarse
@@ -129,49 +128,6 @@ def throw_horizon(
         horizon, faults, throw, name, reach, hanging_wall, direction, positive, length_unit
     )
     return replace(_sheet(movement), crs=crs, fewer_nodes=has_fewer_nodes(horizon))
-
-
-def throw_horizon_uncut(
-    horizon: Any,
-    faults: Sequence[TriSurface],
-    throw: Mapping[str, Any],
-    *,
-    name: str,
-    reach: float | Mapping[str, float] | None = None,
-    hanging_wall: float | Mapping[str, float] = 1.0,
-    direction: str | Mapping[str, str] = "local",
-) -> Sheet:
-    """
-    Tear a horizon as `throw_horizon` does, and leave it to the model whether it is closed.
-
-    The model makes the same cuts. Its sheet has the mesh of the first attempt of `throw_horizon`,
-    and neither cut-offs nor a report.
-
-    Parameters
-    ----------
-    horizon, faults, throw, name, reach, hanging_wall, direction
-        As for `throw_horizon`.
-
-    Returns
-    -------
-    Sheet
-        With `Sheet.prove`, unless no fault tears it: a model that cannot show the sheet to be
-        closed raises `NotShown` then. See `geosurf.sheets.mesh.proof`.
-
-    Raises
-    ------
-    HorizonError, InputError, GeometryError
-        Those of `throw_horizon`, from the steps before its first cut.
-    """
-    movement, crs = _movement(
-        horizon, faults, throw, name, reach, hanging_wall, direction, None, None
-    )
-    first, built = first_uncut(movement)
-    if built is None:
-        return replace(_untorn(first), crs=crs)
-    cuts = no_cuts(movement.faults)
-    sheet = sheet_of(movement.picks, built, movement.faults, cuts, ThrowReport())
-    return replace(sheet, crs=crs, sectors=sectors_of(first), prove=prover(built, [*cuts]))
 
 
 def _movement(
