@@ -79,24 +79,6 @@ def fan(n, waves=7, name="A", tilt=0.0):
     return gs.TriSurface(name, "fault", vertices, np.c_[0 * k, 1 + k, 1 + (k + 1) % n])
 
 
-def closed_cone(n):
-    """A cone with a base: two vertices of n triangles each."""
-    turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
-    rim = np.c_[np.cos(turn) * 10, np.sin(turn) * 10, 0 * turn]
-    vertices, k = np.vstack([[0, 0, 12], [0, 0, -1], rim]), np.arange(n)
-    faces = [np.c_[0 * k, 2 + k, 2 + (k + 1) % n], np.c_[0 * k + 1, 2 + (k + 1) % n, 2 + k]]
-    return gs.TriSurface("A", "fault", vertices, np.concatenate(faces))
-
-
-def book(n):
-    """n triangles that share an edge."""
-    turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
-    rim = np.c_[np.cos(turn) * 10, np.sin(turn) * 10, np.sin(5 * turn)]
-    vertices = np.vstack([[0, 0, -3], [0, 0, 4], rim])
-    k = np.arange(n)
-    return gs.TriSurface("A", "fault", vertices, np.c_[0 * k, 0 * k + 1, 2 + k])
-
-
 def islands(n):
     """A horizon in about n squares that touch nothing."""
     n = 2 * math.isqrt(n) + 1
@@ -191,10 +173,7 @@ FAMILIES = {
     "planes-rebuilt": ((30, 100, 300), lambda n: _rebuild(planes_through_a_line(n))),
     "point": ((30, 100, 300), lambda n: _curves(planes_through_a_point(n))),
     "seam": ((10, 30, 100, 200), lambda n: _curves(seam(n), True)),
-    "fan": (HUNDRED_FOLD, lambda n: _curves([fan(n)], True)),
-    "cone": (HUNDRED_FOLD, lambda n: _curves([closed_cone(n)], True)),
     "fans": ((300, 3_000, 30_000), lambda n: _curves([fan(n), fan(n, 11, "B", 1.0)])),
-    "book": (HUNDRED_FOLD, lambda n: _curves([book(n)], True)),
     "identical": ((72, 224, 708), lambda n: _curves([grid("A", n), grid("B", n)])),
     "identical-rebuilt": ((72, 224, 708), lambda n: _rebuild([grid("A", n), grid("B", n)])),
     "sheets": ((3, 10, 30), lambda n: _curves([grid(f"S{k}", 21) for k in range(n)])),

@@ -8,13 +8,9 @@ gather.py          the faces that may meet, in one numbering
 named.py           the points where they meet: named, placed, merged
 tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
-aligned.py         candidate pairs of horizons of one survey
-upright.py         candidate pairs of grids with straight axes
-straight.py        rotated grids with even steps as grids with straight axes
+lattice_pairs.py   candidate pairs of two grids, of one survey or with straight axes
 torn.py            self-contacts of torn sheets
 torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
-lattice_maps.py    candidate pairs of two torn sheets over one lattice
-hubs.py            self-contacts at vertices with hundreds of triangles
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
 crossing.py        the exact test of a rounded mesh

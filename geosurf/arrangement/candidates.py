@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement import tree
-from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.broad import candidate_pairs
-from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
 from geosurf.arrangement.known_pairs import Known
-from geosurf.arrangement.lattice_maps import pairs_over_lattice
+from geosurf.arrangement.lattice_pairs import (
+    needed,
+    of_one_map,
+    pairs_of_grids,
+    pairs_of_one_map,
+)
 from geosurf.arrangement.memory_limit import TooManyPairs, refusal
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.arrangement.torn_trees import candidate_pairs as candidate_pairs_of
 from geosurf.arrangement.torn_trees import separated_by_tops, tree_for
-from geosurf.arrangement.upright import pairs_of_grids
 from geosurf.model import TriSurface
-
-_FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking tops
 
 
 def find_candidates(
@@ -36,8 +36,8 @@ def find_candidates(
 ]:
     """Candidate pairs of keys for each pair of surfaces, and what they cost, each and in all.
 
-    Rows of two keys, and of codes where these are known: see `geosurf.arrangement.upright`. What
-    `known` has is not searched.
+    Rows of two keys, and of codes where these are known: see `settled_pairs`. What `known` has is
+    not searched.
     """
     found = []
     known = known or {}
@@ -57,12 +57,7 @@ def find_candidates(
 
     def search(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
         """Candidates of one pair of surfaces, and what finding them cost."""
-        # A torn sheet or a fan has its own search: neighbours by the thousand are near one another.
-        if i == j and not is_torn(surfaces[i]):
-            around = hubs_of(surfaces[i])
-            if len(around[1]):
-                return pairs_around_hubs(surfaces[i], *around)
-
+        # a torn sheet has its own search: neighbours by the thousand are near one another
         if i == j and not voxels and is_torn(surfaces[i]):
             return pairs_with_itself(surfaces[i], origin)
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
@@ -111,9 +106,6 @@ def _pairs_of_two(
     if one_map:
         lattices: Any = surfaces[0].lattice, surfaces[1].lattice
         return pairs_of_one_map(lattices, trees)
-    torn = pairs_over_lattice(surfaces, origin)
-    if torn is not None:
-        return torn
     settled = pairs_of_grids(surfaces, trees, origin)
     return candidate_pairs_of(*trees) if settled is None else settled
 
@@ -130,7 +122,7 @@ def near_surfaces(
     apart = tree.apart(trees).tolist()
     near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
     asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]
-    if len(asked) <= _FEW:
+    if not asked:
         return near
 
     # Then the upper levels of the trees, for all pairs in one call.

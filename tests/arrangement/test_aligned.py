@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
-from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
+from geosurf.arrangement.lattice_pairs import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.search import ULP, find_contacts
 from geosurf.arrangement.tree import tree_of
 from geosurf.model import Lattice

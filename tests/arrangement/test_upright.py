@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
-from geosurf.arrangement import upright
+from geosurf.arrangement import lattice_pairs
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import Tree, apart
 from geosurf.kernels.contacts.axis_cells import cells_in_interval
@@ -96,7 +96,7 @@ def test_nearly_all_pairs_are_settled_by_floats(rng, turned, monkeypatch):
     wall = Lattice(40 + 3 * v + 0.2 * u, u, v + 0.01 * u, True, False)
     surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
     seen = []
-    monkeypatch.setattr(upright, "settled_pairs", watched(upright.settled_pairs, seen))
+    monkeypatch.setattr(lattice_pairs, "settled_pairs", watched(lattice_pairs.settled_pairs, seen))
     found = find_contacts(surfaces[::-1] if turned else surfaces)
     assert len(found.rows) == len(seen[0]) > 100
     assert (seen[0][:, 2] != NEEDS_EXACT).all()

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.arrangement.lattice_maps import lattice_map, without_ghosts
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume
 from geosurf.conventions import place
@@ -137,17 +136,11 @@ def limits_of(x: np.ndarray) -> np.ndarray:
 def graphs_of(patches: Patches, new: np.ndarray) -> np.ndarray:
     """Number of the graph over the map that each triangle is a part of, (n,); -1 for none.
 
-    Copies of the triangles of a grid whose cells do not fold over lie side by side there; so do
-    those of a torn sheet without ghosts. `new` are rows of triangles that are not copies.
+    Copies of the triangles of a grid whose cells do not fold over lie side by side there.
+    `new` are rows of triangles that are not copies.
     """
-    surface, parent = patches.surface_of_triangle, patches.parent_of_triangle
+    surface = patches.surface_of_triangle
     graph = np.where(is_graph(patches)[surface], surface, -1)
-    for i, source in enumerate(patches.sources):
-        over = lattice_map(source)
-        size = max(np.abs(source.vertices).max(initial=0.0), np.abs(patches.origin).max())
-        if over is not None and over.height > 16 * EPS * size:
-            mine = np.flatnonzero(surface == i)
-            graph[mine[without_ghosts(source)[parent[mine]]]] = i
     graph[new] = -1
     return graph
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from geosurf.arrangement.aligned import of_one_map, pairs_of_one_map
+from geosurf.arrangement.lattice_pairs import of_one_map, pairs_of_one_map
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.tree import Tree, apart, separated_by_tops, tree_of_list
 from geosurf.carve.certificate.facts import Facts

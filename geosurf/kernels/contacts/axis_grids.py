@@ -117,16 +117,16 @@ def _set_reach(x, y, at, floor, roof, box, slip, reach):
 
 
 @scalar
-def _near_heights(grid, boxes, block, wide, fine):
+def _near_heights(grid, boxes, block, fine):
     """Lowest and highest node of A near a node of B, from few; none (inf, -inf) if it is outside.
 
     First from the fewest nodes, which exclude most; then, with `fine`, from more.
     """
     c0, c1 = cells_in_interval(
-        grid.x, grid.a[N_COL] - 1, grid.pace_x, boxes[block, 0] - wide, boxes[block, 3] + wide
+        grid.x, grid.a[N_COL] - 1, grid.pace_x, boxes[block, 0], boxes[block, 3]
     )
     r0, r1 = cells_in_interval(
-        grid.y, grid.a[N_ROW] - 1, grid.pace_y, boxes[block, 1] - wide, boxes[block, 4] + wide
+        grid.y, grid.a[N_ROW] - 1, grid.pace_y, boxes[block, 1], boxes[block, 4]
     )
     # Outside of A's map, or a block that consists of holes.
     if not (c0 < c1 and r0 < r1 and boxes[block, 2] <= boxes[block, 5]):
@@ -139,13 +139,6 @@ def _near_heights(grid, boxes, block, wide, fine):
     if low <= boxes[block, 5] and boxes[block, 2] <= high:
         return low, high
     return np.inf, -np.inf
-
-
-@scalar
-def _widen(box, wide):
-    """Widen a box in the map: nodes of B may be that far off."""
-    box[0], box[1] = box[0] - wide, box[1] - wide
-    box[3], box[4] = box[3] + wide, box[4] + wide
 
 
 @scalar
@@ -173,7 +166,7 @@ def _push_children(nodes, levels, level, i, j, stack, top):
 
 
 @scalar
-def _near_blocks(grid, nb, lb, wide):
+def _near_blocks(grid, nb, lb):
     """Blocks of B (row, column) with nodes of A near, and the lowest and highest of these nodes."""
     # Depth first: at most four children of each level wait.
     stack = np.empty((4 * lb.shape[0] + 4, 3), dtype=np.int64)
@@ -186,7 +179,7 @@ def _near_blocks(grid, nb, lb, wide):
         node = lb[level, 0] + row * lb[level, 2] + col
 
         # Skip nodes of the pyramid of B without nodes of A at their height.
-        low, high = _near_heights(grid, nb, node, wide, level == 0)
+        low, high = _near_heights(grid, nb, node, level == 0)
         if not low <= high:
             continue
         if level > 0:
@@ -224,7 +217,7 @@ def _prefetch_patch(r, a, at):
 
 
 @scalar
-def _near_columns(grid, pb, qb, rb, ab, block, low, high, wide, box, ends, at, spans):
+def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
     """Lowest and highest node of A near each column of cells of a block, into `spans`.
 
     `block`: first and last (one more) row, first and last column of its cells. inf, -inf where no
@@ -239,7 +232,6 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, wide, box, ends, at, s
 
         # The box of a column of cells is that of its two columns of nodes.
         _hull(ends[0], ends[1], box)
-        _widen(box, wide)
         k = j - col0
         spans[k, 0], spans[k, 1] = np.inf, -np.inf
         if not (low <= box[5] and box[2] <= high):
@@ -252,15 +244,13 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, wide, box, ends, at, s
             _prefetch_patch(grid.z, grid.a, at)
 
 
-@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d d b l2 -> l l")
-def axis_grid_pairs(
-    pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, wide, swapped, pairs
-):
+@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
+def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
     """Pairs (key of A, key of B, codes or NEEDS_EXACT) that meet or may meet; cells compared.
 
     Returns the number of pairs; they are written while `pairs` has capacity. `codes` are those of
     the two corners of a contact, ``64 * first + second``. With `swapped`, B comes first everywhere.
-    Nodes may be off by `slip` in the frame of `origin`, and by `wide` in the map before that.
+    Nodes may be off by `slip` in the frame of `origin`.
     """
     # Scratch of one cell, of one patch, and of rows of nodes.
     c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
@@ -276,11 +266,11 @@ def axis_grid_pairs(
     pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
     pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
     grid = AxisGrid(pa, qa, ra, aa, na, la, pace_x, pace_y)
-    query = CellQuery(box, reach, origin, slip, wide, swapped)
+    query = CellQuery(box, reach, origin, slip, swapped)
     work = Work(c, f, v, h, w, codes_table, heights, marks, rows)
 
     # Blocks of B that A may meet; the next block is prefetched.
-    blocks, levels = _near_blocks(grid, nb, lb, wide)
+    blocks, levels = _near_blocks(grid, nb, lb)
     n, asked = 0, 0
     for b in range(blocks.shape[0]):
         if b + 1 < blocks.shape[0]:
@@ -288,7 +278,7 @@ def axis_grid_pairs(
         row0, col0 = BLOCK * blocks[b, 0], BLOCK * blocks[b, 1]
         row1, col1 = min(row0 + BLOCK, ab[N_ROW] - 1), min(col0 + BLOCK, ab[N_COL] - 1)
         _near_columns(
-            grid, pb, qb, rb, ab, (row0, row1, col0, col1), levels[b, 0], levels[b, 1], wide,
+            grid, pb, qb, rb, ab, (row0, row1, col0, col1), levels[b, 0], levels[b, 1],
             box, ends, at, spans,
         )  # fmt: skip
 
@@ -305,7 +295,6 @@ def axis_grid_pairs(
                 asked += 1
                 _cell_box(pb, ab, 0, i, j, box)
                 _cell_box(qb, ab, 1, i, j, box)
-                _widen(box, wide)
 
                 # The pyramid of A bounds the patch before its nodes are read.
                 floor, roof = _patch_near(grid, box, at)

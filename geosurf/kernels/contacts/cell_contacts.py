@@ -239,24 +239,24 @@ def contact_by_heights(w, v, one, h, codes_table):
 
 
 @scalar
-def _apart_on(c, axis, o, p, q, r, s, t, wide):
+def _apart_on(c, axis, o, p, q, r, s, t):
     """Whether triangles o p q and r s t are apart on one axis, by more than a distance."""
     low = min(c[o, axis], min(c[p, axis], c[q, axis]))
     high = max(c[o, axis], max(c[p, axis], c[q, axis]))
     least = min(c[r, axis], min(c[s, axis], c[t, axis]))
     most = max(c[r, axis], max(c[s, axis], c[t, axis]))
-    return low > most + wide or least > high + wide
+    return low > most or least > high
 
 
 @scalar
-def _boxes_apart(c, v, one, two, wide):
-    """Whether the boxes of two triangles do not meet; in the map, corners may be off by `wide`."""
+def _boxes_apart(c, v, one, two):
+    """Whether the boxes of two triangles do not meet."""
     o, p, q = v[one, 0], v[one, 1], v[one, 2]
     r, s, t = v[two, 0], v[two, 1], v[two, 2]
     return (
-        _apart_on(c, 2, o, p, q, r, s, t, 0.0)
-        or _apart_on(c, 0, o, p, q, r, s, t, 2.0 * wide)
-        or _apart_on(c, 1, o, p, q, r, s, t, 2.0 * wide)
+        _apart_on(c, 2, o, p, q, r, s, t)
+        or _apart_on(c, 0, o, p, q, r, s, t)
+        or _apart_on(c, 1, o, p, q, r, s, t)
     )
 
 
@@ -270,13 +270,13 @@ def _add_codes(codes, i, i2, on_first, on_last, of_first):
 
 
 @scalar
-def decide_contact(c, f, v, one, two, slip, wide, swapped):
+def decide_contact(c, f, v, one, two, slip, swapped):
     """How two triangles meet: 0 if not, NEEDS_EXACT, or two codes in one number.
 
     The same signs in the same order as in `triangle_contact._meet_filtered`.
     """
     # Boxes first, then sides of corners over both planes.
-    if _boxes_apart(c, v, one, two, wide) or not plane_of(c, f, one, v):
+    if _boxes_apart(c, v, one, two) or not plane_of(c, f, one, v):
         return 0
     o, p = v[two, 0], v[one, 0]
     a0 = _side(c, f, two, o, v[one, 0], slip)

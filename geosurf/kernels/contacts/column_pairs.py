@@ -57,7 +57,6 @@ class CellQuery(NamedTuple):
     reach: np.ndarray
     origin: np.ndarray
     slip: float
-    wide: float
     swapped: bool
 
 
@@ -152,7 +151,7 @@ def _add_pair(pairs, n, key_a, key_b, codes, swapped):
 @scalar
 def _pairs_of_cell(work, row, k, other, key_a, key_b, query, pairs, n):
     """Pairs of both triangles of a loaded cell of the patch and one of the cell, 2 + `other`."""
-    slip, wide, swapped = query.slip, query.wide, query.swapped
+    slip, swapped = query.slip, query.swapped
     c, f, v, h, w, codes_table, heights = (
         work.c,
         work.f,
@@ -174,7 +173,7 @@ def _pairs_of_cell(work, row, k, other, key_a, key_b, query, pairs, n):
     for half in range(2):
         codes = contact_by_heights(w, v, half, h[other], codes_table)
         if codes == UNDECIDED:
-            codes = decide_contact(c, f, v, half, 2 + other, slip, wide, swapped)
+            codes = decide_contact(c, f, v, half, 2 + other, slip, swapped)
         if codes != 0:
             n = _add_pair(pairs, n, key_a + half, key_b + other, codes, swapped)
     return n

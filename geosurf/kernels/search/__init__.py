@@ -9,7 +9,6 @@ file               question                                                  sou
 `separation`       Which neighbours meet in common corners and edges only?   separating plane
 `large_triangles`  Which triangles are near one that is far larger?
 `marked_voxels`    Which triangles may meet some few others?
-`vertex_fans`      Which triangles around a vertex overlap as seen from it?
 `rays`             Which surface does a ray along an axis hit first?
 =================  ========================================================  ================
 """

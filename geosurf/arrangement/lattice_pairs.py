@@ -1,16 +1,74 @@
-"""Find candidate pairs, and decide clear cases in floats, between grids with straight axes."""
+"""Find candidate pairs of two grids: of one survey, or one with straight axes and any other.
+
+Lattices of one survey have common nodes on the map. What two triangles share above an edge or a
+corner of the map only, the triangles above the cells on either side share as well. So between whole
+cells only what lies above one triangle is a candidate, whatever the method of search (`needed`),
+and can be listed without a walk (`pairs_of_one_map`). Four horizons of Drogon: 14 000 pairs in
+place of 340 000.
+
+Of other grids, the cells of one with straight axes below a cell of the other are found directly,
+and floats decide clear cases.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from geosurf.arrangement.straight import straightened
-from geosurf.arrangement.tree import Tree, all_pairs, tree_of_lattice
+from geosurf.arrangement.tree import Tree, all_pairs
+from geosurf.kernels.contacts.aligned_grids import aligned_pairs
 from geosurf.kernels.contacts.axis_grids import axis_grid_pairs
 from geosurf.model import Lattice, TriSurface
 
+_SLIP = 2.0**-48  # of the largest coordinate; above what rounding in any frame moves
 _ULP = 2.0**-52
 _MOST = 64  # cells of the straight grid below one of the other; beyond, trees pass by planes
+
+
+def of_one_map(one: TriSurface, two: TriSurface) -> bool:
+    """Whether two surfaces are lattices with the same nodes in the map."""
+    return (
+        one.lattice is not None and two.lattice is not None and one.lattice.shares_map(two.lattice)
+    )
+
+
+def pairs_of_one_map(
+    lattices: tuple[Lattice, Lattice],
+    trees: tuple[Tree, Tree],
+) -> tuple[np.ndarray, dict[str, int]]:
+    """Pairs of keys that may meet, and what they cost, as `tree.candidate_pairs` returns them.
+
+    The lattices share their map.
+    """
+    one, two = lattices
+    slip = _SLIP * float(max(np.abs(of.bounds).max() for of in trees))
+    sides = [(of.coordinates[2], of.places, of.nodes) for of in trees]
+    whole = one.whole and two.whole
+    # Cells with holes need another rule. One over the height of a triangle bounds its slope.
+    arguments = (*sides[0], *sides[1], trees[0].levels, whole, slip, 1.0 / one.map_height)
+    return all_pairs(lambda room: aligned_pairs(*arguments, room))
+
+
+def needed(one: Lattice, two: Lattice, pairs: np.ndarray) -> np.ndarray:
+    """Mask of the pairs (n, 2) of keys, of lattices with one map, that add what no other pair has.
+
+    All pairs with a cell that is not whole; else those above the same triangle of the map, or,
+    where diagonals differ, above the same cell.
+    """
+    whole = (_whole_cells(one) & _whole_cells(two)).ravel()
+    cells = pairs >> 1
+
+    # Two keys per cell, so half of the key is the cell; with different diagonals, triangles of one
+    # cell overlap on the map.
+    above = pairs if one.rising == two.rising else cells
+    mask: np.ndarray = ~whole[cells].all(axis=1) | (above[:, 0] == above[:, 1])
+    return mask
+
+
+def _whole_cells(lattice: Lattice) -> np.ndarray:
+    """Mask (n_row - 1, n_col - 1) of the cells with four nodes."""
+    p = lattice.present
+    mask: np.ndarray = p[:-1, :-1] & p[:-1, 1:] & p[1:, :-1] & p[1:, 1:]
+    return mask
 
 
 def are_alike(lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]) -> bool:
@@ -44,7 +102,7 @@ def are_alike(lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]) -> bo
 def pairs_of_grids(
     surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree], origin: np.ndarray
 ) -> tuple[np.ndarray, dict[str, int]] | None:
-    """Return `settled_pairs` of two grids of like cells, one with straight axes or even steps.
+    """Return `settled_pairs` of two grids of like cells, one with straight axes.
 
     None for other surfaces.
     """
@@ -53,18 +111,7 @@ def pairs_of_grids(
         return None
     lattices = first, second
     slip = slip_of(trees, origin)
-    if any(one.has_rising_axes for one in lattices):
-        return settled_pairs(lattices, trees, origin, slip) if are_alike(lattices, trees) else None
-
-    # rotated grids with even steps have straight axes in a frame of their own
-    found = straightened(lattices, trees, origin, slip)
-    if found is None:
-        return None
-    lattices, origin, slip = found
-    trees = tree_of_lattice(lattices[0]), tree_of_lattice(lattices[1])
-    return (
-        settled_pairs(lattices, trees, origin, slip, slip) if are_alike(lattices, trees) else None
-    )
+    return settled_pairs(lattices, trees, origin, slip) if are_alike(lattices, trees) else None
 
 
 def slip_of(trees: tuple[Tree, Tree], origin: np.ndarray) -> float:
@@ -79,7 +126,6 @@ def settled_pairs(
     trees: tuple[Tree, Tree],
     origin: np.ndarray,
     slip: float,
-    wide: float = 0.0,
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles that meet or may, and what they cost.
 
@@ -92,8 +138,6 @@ def settled_pairs(
         Of the local frame [m].
     slip : float
         By how much nodes may be off in it [m]; answers hold wherever they are.
-    wide : float
-        By how much they may be off in the map before that [m].
 
     Returns
     -------
@@ -108,5 +152,5 @@ def settled_pairs(
     one, two = trees[::-1] if swapped else trees
     sides = [(*of.coordinates, of.places, of.nodes, of.levels) for of in (one, two)]
     return all_pairs(
-        lambda room: axis_grid_pairs(*sides[0], *sides[1], origin, slip, wide, swapped, room), 3
+        lambda room: axis_grid_pairs(*sides[0], *sides[1], origin, slip, swapped, room), 3
     )
