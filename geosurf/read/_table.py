@@ -13,25 +13,322 @@ from __future__ import annotations
 import csv
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geosurf.errors import FormatError
+from geosurf.conventions.column_names import USUAL
+from geosurf.errors import FormatError, InputError
+from geosurf.model.expected import listed
 from geosurf.read._blocks import TextBlocks
-from geosurf.read._columns import (
-    OF_LINES,
-    Draft,
-    Table,
-    checked_columns,
-    checked_decimal,
-    is_value,
-    named_places,
-    numbered_places,
-    three_words,
-)
-from geosurf.read._common import COMMA
+from geosurf.read._common import COMMA, is_number, number, numbers
+from geosurf.read._noted import noted
+
+# ---- columns ----------------------------------------
+# Which words of a line are easting, northing and z, and the rows collected so far.
+
+
+END_MARK = 999.0  # three of these on a line end a polyline
+Columns = tuple[str, ...] | tuple[int, ...] | None
+OF_LINES = ("line number", "line name")  # what the further columns of lines mean
+
+
+@dataclass
+class Table:
+    """Points as they stand in a file.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (n, 3)
+        x, y, z; lines that end a polyline are 999, 999, 999.
+    lines : ndarray of int64, shape (n,)
+        Line of each, counted from 1.
+    labels, names : list of str or None
+        Words of two more columns: the number of the line, and the name of its fault; of points
+        those that the caller wants.
+    """
+
+    points: np.ndarray
+    lines: np.ndarray
+    labels: list[str] | None = None
+    names: list[str] | None = None
+
+
+@dataclass
+class Draft:
+    """What is known of a table while its lines go by."""
+
+    path: Path
+    columns: Columns
+    decimal: str
+    width: int | None = None  # values on each line, if a header states it
+    places: list[int] | None = None  # of x, y and z
+    header: bool = False
+    points: list[np.ndarray] = field(default_factory=list)
+    lines: list[np.ndarray] = field(default_factory=list)
+    spellings: tuple[Sequence[str], ...] = ()  # of more columns, lower case
+    more: list[int | None] = field(default_factory=list)  # their places
+    words: list[list[str]] = field(default_factory=list)  # their words, one list for each column
+    titles: tuple[str, ...] = OF_LINES  # what they mean
+
+    def take_more(self, row: list[str], line: int) -> None:
+        """Add the words of the further columns of one row."""
+        ends = self.titles is not OF_LINES and len(row) >= 3 and _are_end_mark(row)
+        for words, place in zip(self.words, self.more, strict=True):
+            if place is not None and ends:
+                words.append("")  # what ends points belongs to no well
+                continue
+            if place is not None and place >= len(row):
+                raise FormatError(
+                    f"{self.path}, line {line}: found {len(row)} values, expected at least "
+                    f"{place + 1}. Correct columns= or that line."
+                )
+            if place is not None:
+                words.append(row[place].strip())
+
+    def find_more(self, header: list[str] | None) -> None:
+        """Find the further columns: by the caller's fourth and fifth, or by their usual names."""
+        given = list((self.columns or ())[3:])
+        self.more = []
+        for k, usual in enumerate(self.spellings):
+            word = given[k] if k < len(given) else None
+            if isinstance(word, int):
+                self.more.append(word - 1)
+            elif word is not None and header is not None and word not in header:
+                raise FormatError(
+                    f"{self.path}: the header has no column {word!r}, only {', '.join(header)}. "
+                    "Correct columns=."
+                )
+            else:
+                known = usual if word is None else (word,)
+                found = [name for name in known if header is not None and name in header]
+                self.more.append((header or []).index(found[0]) if found else None)
+        self.words = [[] for _ in self.spellings]
+
+    def take(self, words: list[str], lines: Any) -> None:
+        """Add x, y, z of some rows: three words for each of their lines."""
+        if not words:
+            return
+
+        lines = np.asarray(lines, dtype=np.int64)
+        if self.decimal == ",":
+            words = [_with_point(self.path, lines[k // 3], word) for k, word in enumerate(words)]
+
+        # All words at once; one by one only to name the first that is wrong.
+        values = numbers(words)
+        if values is None:  # report the first invalid one
+            values = np.array(
+                [
+                    number(word, self.path, lines[k // 3], "x, y or z")
+                    for k, word in enumerate(words)
+                ]
+            )
+        self.points.append(values.reshape(-1, 3))
+        self.lines.append(lines)
+
+    def table(self) -> Table:
+        """Return what was taken."""
+        if not self.points:
+            below = " below the header" if self.header else ""
+            raise FormatError(
+                f"{self.path}: the file has no points{below}, expected x y z on each line. "
+                "Export the file again."
+            )
+        at = ", ".join(str(k + 1) for k in self.places or (0, 1, 2))
+        by = "by the header" if self.header else "by columns=" if self.columns else "the only ones"
+        noted("columns", f"easting, northing, z are columns {at} ({by})")
+        noted("decimal sign", self.decimal)
+        more: list[list[str] | None] = [None, None]
+        for k, (place, words) in enumerate(zip(self.more, self.words, strict=True)):
+            if place is not None:
+                more[k] = words
+                noted(self.titles[k], f"column {place + 1}")
+        return Table(np.concatenate(self.points), np.concatenate(self.lines), more[0], more[1])
+
+
+def checked_columns(columns: Any, most: int = 3) -> Columns:
+    """Return three names in lower case or three numbers from 1, or the reason why not.
+
+    Lines take up to five: x, y, z, the number of the line, the name of its fault.
+    """
+    if columns is None:
+        return None
+    how = "give three names or numbers"
+    one = isinstance(columns, str | int)
+    # One word alone is listed as one, which is too few.
+    words = (columns,) if one else listed(columns, "columns are words or numbers", how)
+    names = all(isinstance(word, str) for word in words)
+    counts = all(type(word) is int and word > 0 for word in words)
+
+    if not 3 <= len(words) <= most or not (names or counts):
+        more = (
+            ""
+            if most == 3
+            else " The number of the stick and the name of the fault may follow: (4, 5, 6, 8, 7)."
+        )
+        raise InputError(
+            f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
+            f"'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5).{more}"
+        )
+    return tuple(word.strip().lower() if isinstance(word, str) else word for word in words)
+
+
+def checked_decimal(decimal: Any) -> str:
+    """Return the decimal sign, or raise an error for anything else."""
+    if not isinstance(decimal, str) or decimal not in (".", ","):
+        raise InputError(f"decimal is {decimal!r}, expected '.' or ','. Write decimal=','.")
+    return decimal
+
+
+def is_value(draft: Draft, word: str) -> bool:
+    """Whether a word is a number with the decimal sign of this file."""
+    return is_number(word.replace(",", ".", 1) if draft.decimal == "," else word)
+
+
+def three_words(draft: Draft, words: list[str], i: int) -> list[str]:
+    """Words of x, y and z on one line, by the header, `columns`, or as the only numbers."""
+    # cheap test first: end marks are rare, and lines are many
+    ends = len(words) >= 3 and words[0].startswith("999") and _are_end_mark(words)
+    if ends:
+        return ["999", "999", "999"]
+
+    # a line with more or fewer values than the header is a shifted column, not a point
+    if draft.width is not None and len(words) != draft.width:
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(words)} values, expected {draft.width} as in the "
+            "header. Correct that line or export the file again."
+        )
+
+    # Places come from names, numbers of columns, or the only three numbers of the line.
+    if draft.columns is None and not draft.header:
+        draft.places = _only_numbers(draft, words, i)
+    elif draft.places is None:
+        draft.places = numbered_places(draft, i)
+    if max(draft.places) >= len(words):
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(words)} values, expected at least "
+            f"{max(draft.places) + 1}. Correct that line or export the file again."
+        )
+    return [words[k] for k in draft.places]
+
+
+def numbered_places(draft: Draft, i: int) -> list[int]:
+    """Places that the caller gave as numbers, where there is no header to look for names in."""
+    columns = draft.columns or ()
+    if any(isinstance(word, str) for word in columns):
+        raise FormatError(
+            f"{draft.path}, line {i}: the file has no header with the columns "
+            f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, "
+            "2, 3)."
+        )
+    return [int(k) - 1 for k in columns[:3]]
+
+
+def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
+    """Places of the three numbers of a line, which are those of the lines before."""
+    if len(words) < 3:
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(words)} values, expected x y z. "
+            "Correct that line or export the file again."
+        )
+
+    # three words in the first three places, as on the lines before, need no look at each
+    if len(words) == 3 and draft.places in (None, [0, 1, 2]):
+        return [0, 1, 2]  # the reader reports a word that is not a number
+    # Exactly three numbers among other words: these are x, y and z.
+    found = [k for k, word in enumerate(words) if is_value(draft, word)]
+    if len(found) != 3:
+        raise FormatError(
+            f"{draft.path}, line {i}: found {len(found)} numbers and no header, so the columns "
+            "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
+            f"columns=(3, 4, 5).{_of_line(draft, words)}"
+        )
+
+    # numbers that change their columns within a file are refused: one kind of line is misread
+    if draft.places not in (None, found):
+        raise FormatError(
+            f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in found]}, on the "
+            f"lines before in {[k + 1 for k in draft.places or []]}. Give the right columns, "
+            "as in columns=(1, 2, 3)."
+        )
+    return found
+
+
+def _of_line(draft: Draft, words: list[str]) -> str:
+    """For lines: which further columns a caller can give, and the words of this one."""
+    if draft.titles is not OF_LINES:
+        return " Fault sticks: read_fault, with columns=(x, y, z, stick, fault)."
+    if not draft.spellings:
+        return ""
+    shown = ", ".join(f"{k + 1} {word!r}" for k, word in enumerate(words[:12]))
+    return (
+        " The number of the stick and the name of the fault may follow, as in columns=(3, 4, 5, "
+        f"7, 6). This line is: {shown}."
+    )
+
+
+def _are_end_mark(words: list[str]) -> bool:
+    return all(is_number(word) and float(word) == END_MARK for word in words)
+
+
+def _with_point(path: Path, line: int, word: str) -> str:
+    """Return a number with a decimal comma as one with a point."""
+    # a point, or a second comma, would be a thousands separator
+    if "." in word or word.count(",") > 1:
+        raise FormatError(
+            f"{path}, line {line}: found {word!r}, expected a number with one decimal comma at "
+            "most. Leave decimal=',' out, or export numbers without thousands separators."
+        )
+    return word.replace(",", ".")
+
+
+def named_places(draft: Draft, header: list[str], line: int) -> list[int]:
+    """Where x, y and z are in a header of lower case, by their usual names or the caller's."""
+    # columns by number, counted from 1, go before names
+    if draft.columns is not None and not isinstance(draft.columns[0], str):
+        places = [int(k) - 1 for k in draft.columns[:3]]
+        if max(places) >= len(header):
+            raise FormatError(
+                f"{draft.path}, line {line}: the header has {len(header)} columns, but "
+                f"columns={draft.columns}. Columns are counted from 1."
+            )
+        return places
+
+    # Each axis needs exactly one column with a known name.
+    if draft.columns is None:
+        return [named_column(draft.path, header, axis, line) for axis in USUAL]
+    at = []
+    for k, axis in enumerate(USUAL):
+        at.append(_one_column(draft.path, header, axis, draft.columns[k : k + 1], line))
+    return at
+
+
+def named_column(path: Path, header: list[str], axis: str, line: int = 1) -> int:
+    """Where x, y or z is in a header of lower case, by its usual names."""
+    return _one_column(path, header, axis, USUAL[axis], line)
+
+
+def _one_column(
+    path: Path, header: list[str], axis: str, spellings: Sequence[Any], line: int
+) -> int:
+    """The one column that has one of some names."""
+    found = [i for i, word in enumerate(header) if word in spellings]
+    if len(found) != 1:
+        letters = "".join(header)
+        if any(map(str.isdigit, letters)) and not any(map(str.isalpha, letters)):
+            raise FormatError(
+                f"{path}, line {line}: found numbers, expected the names of columns. Write them on "
+                "a line above, such as X,Y,Z; decimal commas need another separator than commas."
+            )
+        raise FormatError(
+            f"{path}, line {line}: found {len(found)} columns for {axis} in {header}, expected one "
+            f"of {', '.join(map(str, spellings))} (upper or lower case). Rename the columns, or "
+            "set columns=."
+        )
+    return found[0]
+
 
 ROWS = 50_000  # of csv that are taken apart at a time
 

@@ -16,10 +16,10 @@ import numpy as np
 from geosurf.conventions.column_names import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._columns import END_MARK, Table, checked_decimal, named_column
 from geosurf.read._common import agreed_scale, agreed_sign, is_number, number
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset
+from geosurf.read._table import END_MARK, Table, checked_decimal, named_column
 from geosurf.read._tops_layout import Layout, layout_of
 from geosurf.read.polylines import NAMES, parts_of, polylines_from, sticks_from
 

@@ -17,7 +17,7 @@ from geosurf.read._common import otherwise
 from geosurf.read._detect import detect, head_of
 from geosurf.read._guard import is_zarr, opened, size_of_store
 from geosurf.read._noted import collected, noted
-from geosurf.read.grids.ijxyz import looks_like_ijxyz
+from geosurf.read.grids.node_lists import looks_like_ijxyz
 from geosurf.read.las import holds_tops
 from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, OF_ONE_FUNCTION, TITLES
 from geosurf.read.wells import heads_of, holds_heads, holds_wells

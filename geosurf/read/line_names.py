@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from geosurf.errors import FormatError
-from geosurf.read.charisma import read_charisma
 from geosurf.read.features import features
+from geosurf.read.polylines import read_charisma
 
 # formats whose files may hold the sticks of several faults
 NAMED_LINES = ("charisma", "geojson", "shapefile")

@@ -29,7 +29,7 @@ from geosurf.errors import FormatError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
 from geosurf.read._common import WHOLE, read_text
-from geosurf.read._gocad_draft import quoted_words
+from geosurf.read._gocad import quoted_words
 from geosurf.read.gocad import read_tsurf
 
 HORIZON_KINDS = ("top", "intraformational", "unconformity", "topographic")

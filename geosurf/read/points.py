@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._columns import END_MARK, Table
 from geosurf.read._common import agreed_scale, agreed_sign, number
 from geosurf.read._placed import points_dataset
-from geosurf.read._table import read_table
+from geosurf.read._table import END_MARK, Table, read_table
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

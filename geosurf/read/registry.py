@@ -18,7 +18,7 @@ from geosurf.errors import FormatError
 from geosurf.model.expected import path_of
 from geosurf.read._detect import detect, detect_foreign, head_of
 from geosurf.read._guard import is_zarr, opened
-from geosurf.read.grids.ijxyz import looks_like_ijxyz
+from geosurf.read.grids.node_lists import looks_like_ijxyz
 
 # format -> (module, function, suffixes)
 MESH_FORMATS = {
@@ -34,22 +34,22 @@ MESH_FORMATS = {
 }
 GRID_FORMATS = {
     "irap": (
-        "grids.irap",
+        "grids.binary_grids",
         "read_irap",
         (".gri", ".irap", ".irapbin", ".irapasc", ".irapascii", ".fgr"),
     ),
     "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
     "zarr": ("zarr_store", "read_zarr_horizon", (".zarr",)),
-    "zmap": ("grids.zmap", "read_zmap", (".zmap", ".zmp")),
-    "cps3": ("grids.cps3", "read_cps3", (".cps3", ".cps")),
-    "surfer": ("grids.surfer", "read_surfer", (".grd",)),
-    "storm": ("grids.storm", "read_storm", (".storm",)),
-    "esri": ("grids.esri", "read_esri", (".asc",)),
-    "gxf": ("grids.gxf", "read_gxf", (".gxf",)),
-    "earthvision": ("grids.earthvision", "read_earthvision", (".evgrid",)),
-    "sgrid": ("sgrid", "read_sgrid", (".sg",)),
+    "zmap": ("grids.text_grids", "read_zmap", (".zmap", ".zmp")),
+    "cps3": ("grids.text_grids", "read_cps3", (".cps3", ".cps")),
+    "surfer": ("grids.binary_grids", "read_surfer", (".grd",)),
+    "storm": ("grids.binary_grids", "read_storm", (".storm",)),
+    "esri": ("grids.text_grids", "read_esri", (".asc",)),
+    "gxf": ("grids.text_grids", "read_gxf", (".gxf",)),
+    "earthvision": ("grids.node_lists", "read_earthvision", (".evgrid",)),
+    "sgrid": ("gocad", "read_sgrid", (".sg",)),
     "geotiff": ("grids.geotiff", "read_geotiff", (".tif", ".tiff")),
-    "ijxyz": ("grids.ijxyz", "read_ijxyz", (".ijxyz",)),
+    "ijxyz": ("grids.node_lists", "read_ijxyz", (".ijxyz",)),
 }
 HORIZON_FORMATS = {
     **GRID_FORMATS,
@@ -59,11 +59,11 @@ HORIZON_FORMATS = {
 FAULT_FORMATS = {
     "sticks": ("polylines", "read_sticks", (".pol", ".csv", ".dat", ".txt")),
     "charisma": ("polylines", "read_charisma_sticks", (".charisma",)),
-    "cps3_lines": ("cps3_lines", "read_cps3_sticks", (".cps3lines",)),
+    "cps3_lines": ("polylines", "read_cps3_sticks", (".cps3lines",)),
     "attributes": ("attributes", "read_attribute_sticks", (".rmsattr",)),
     "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
-    "pline": ("gocad_lines", "read_pline_sticks", (".pl",)),
-    "sgrid": ("sgrid", "read_sgrid_fault", (".sg",)),
+    "pline": ("gocad", "read_pline_sticks", (".pl",)),
+    "sgrid": ("gocad", "read_sgrid_fault", (".sg",)),
     "geojson": ("features", "read_feature_sticks", (".geojson", ".json")),
     "shapefile": ("features", "read_feature_sticks", (".shp",)),
     "resqml": ("resqml.surfaces", "read_resqml_fault", (".epc",)),
@@ -71,7 +71,7 @@ FAULT_FORMATS = {
 }
 POINT_FORMATS = {
     "xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat")),
-    "vset": ("gocad_lines", "read_vset", (".vs",)),
+    "vset": ("gocad", "read_vset", (".vs",)),
     "las": ("las", "read_las_points", (".las",)),
     "geojson": ("features", "read_feature_points", (".geojson", ".json")),
     "shapefile": ("features", "read_feature_points", (".shp",)),
@@ -80,10 +80,10 @@ POINT_FORMATS = {
 }
 POLYGON_FORMATS = {
     "polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt", ".dat")),
-    "pline": ("gocad_lines", "read_pline", (".pl",)),
+    "pline": ("gocad", "read_pline", (".pl",)),
     "geojson": ("features", "read_feature_polygons", (".geojson", ".json")),
     "shapefile": ("features", "read_feature_polygons", (".shp",)),
-    "cps3_lines": ("cps3_lines", "read_cps3_polygons", (".cps3lines",)),
+    "cps3_lines": ("polylines", "read_cps3_polygons", (".cps3lines",)),
     "attributes": ("attributes", "read_attribute_polygons", (".rmsattr",)),
     "resqml": ("resqml.surfaces", "read_resqml_polygons", (".epc",)),
 }

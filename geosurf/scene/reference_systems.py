@@ -91,7 +91,7 @@ def _of_file(path: Path) -> str | None:
         return None
     from geosurf.read._detect import detect
     from geosurf.read.features import features
-    from geosurf.read.gocad_lines import crs_of_gocad_lines
+    from geosurf.read.gocad import crs_of_gocad_lines
 
     key = detect(path)
     if key == "pline":

@@ -18,8 +18,7 @@ from geosurf.errors import DependencyError, FormatError, InputError
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import noted
-from geosurf.read.grids.nodes import GridHeader, GridNodes
-from geosurf.read.grids.text import finished
+from geosurf.read.grids.nodes import GridHeader, GridNodes, finished
 
 STRAIGHT = 1e-9  # cosine of the angle between rows and columns that is a right one, to rounding
 UNITS = ("m", "metre", "meter", "metres", "meters", "ft", "foot", "feet", "km")

@@ -7,6 +7,7 @@ is that of their interpretation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,12 +15,212 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
+from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._noted import noted
-from geosurf.read.resqml.arrays import values_of
-from geosurf.read.resqml.package import Package, every, find, kind
-from geosurf.read.resqml.places import crs_of, grid_points, points_of, world
+from geosurf.read.resqml.package import Package, every, find, kind, places_along, values_of
+
+# ---- places ----------------------------------------
+# From points of a RESQML representation to easting, northing and elevation in metres.
+#
+# Points are in a local system: an offset and a turn in the map, an offset of z, units, and
+# whether z is depth (Energistics RESQML 2.0.1, LocalDepth3dCrs). The turn is clockwise from
+# north.
+
+
+SPELLINGS = {"ft[US]": "ftus", "ft[US survey]": "ftus"}
+# order of the two axes in the map -> which of them is easting, and the signs of easting, northing
+AXES = {
+    "easting northing": (0, 1.0, 1.0),
+    "northing easting": (1, 1.0, 1.0),
+    "westing southing": (0, -1.0, -1.0),
+    "southing westing": (1, -1.0, -1.0),
+    "northing westing": (1, -1.0, 1.0),
+    "westing northing": (0, -1.0, 1.0),
+}
+RADIANS = {"rad": 1.0, "dega": math.pi / 180.0, "degree": math.pi / 180.0}
+DEPTH = 8  # grids that take their nodes from another one
+COPIES = 4  # of the coordinates of a grid that are there at a time
+
+
+def world(
+    package: Package,
+    geometry: Element,
+    points: np.ndarray,
+    positive: str | None,
+    length_unit: str | None,
+) -> np.ndarray:
+    """
+    Return points (..., 3) as easting, northing, elevation [m].
+
+    Parameters
+    ----------
+    package : Package
+    geometry : Element
+        The ``PointGeometry`` that names the local system.
+    points : ndarray of float64, shape (..., 3)
+    positive, length_unit : str or None
+        What a caller states: it has to agree with the file.
+
+    Raises
+    ------
+    FormatError
+        If the local system is in time, or incomplete.
+    InputError
+        If `positive` or `length_unit` contradicts the file.
+    """
+    system = package.referred(geometry, "LocalCrs")
+    if kind(system) != "LocalDepth3dCrs":
+        raise FormatError(
+            f"{package.path}: points are in a {kind(system).removeprefix('obj_')}, expected a "
+            "LocalDepth3dCrs: geosurf reads surfaces in depth, not in time. Convert them to depth."
+        )
+    what = f"{package.path.name}: z"
+    down = package.text(system, "ZIncreasingDownward").lower() in ("true", "1")
+    sign = agreed_sign("down" if down else "up", positive, what)
+    scale = agreed_scale(_unit(package, system, "VerticalUom"), length_unit, None, what)
+    level = sign * scale
+    z = level * (points[..., 2] + package.number(system, "ZOffset")) + 0.0
+    x, y = _in_the_map(package, system, points)
+    return np.stack([x, y, z], axis=-1)
+
+
+def _in_the_map(
+    package: Package, system: Element, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Easting and northing [m]."""
+    order = package.text(system, "ProjectedAxisOrder").lower()
+    angle = package.need(system, "ArealRotation")
+    turn = package.number(system, "ArealRotation") * RADIANS.get(str(angle.get("uom")), math.nan)
+    if order not in AXES or not math.isfinite(turn) or (turn and order != "easting northing"):
+        raise package.damaged(
+            f"the local system has the axes {order!r} and a rotation in {angle.get('uom')!r}, "
+            "which geosurf does not read together"
+        )
+    a, b = points[..., 0], points[..., 1]
+    if turn:
+        c, s = math.cos(turn), math.sin(turn)
+        a, b = c * a + s * b, c * b - s * a
+    ends = a + package.number(system, "XOffset"), b + package.number(system, "YOffset")
+    scale = metres_per_unit(_unit(package, system, "ProjectedUom"), package.path.name)
+    east, *signs = AXES[order]
+    return signs[0] * scale * ends[east], signs[1] * scale * ends[1 - east]
+
+
+def _unit(package: Package, system: Element, name: str) -> str:
+    word = package.text(system, name)
+    return SPELLINGS.get(word, word)
+
+
+def crs_of(package: Package, geometry: Element) -> str | None:
+    """Return the projected reference system of points, or None where none is named."""
+    projected = find(package.referred(geometry, "LocalCrs"), "ProjectedCrs")
+    code = None if projected is None else find(projected, "EpsgCode")
+    name = None if projected is None else find(projected, "Unknown")
+    if code is not None:
+        return f"EPSG:{package.count(code)}"
+    word = ("" if name is None else name.text or "").strip()
+    return None if word.lower() in ("", "unknown") else word
+
+
+def points_of(
+    package: Package, node: Element, shape: tuple[int, ...], depth: int = 0
+) -> np.ndarray:
+    """
+    Return the points (*shape, 3) that an element ``Points`` describes, in the local system.
+
+    Parameters
+    ----------
+    package : Package
+    node : Element
+    shape : tuple of int
+        Rows and columns of a grid; the number of points elsewhere.
+    depth : int
+        How many grids took their nodes from another one so far.
+
+    Raises
+    ------
+    FormatError
+        If the kind of points is another one, or points are missing.
+    """
+    what = kind(node)
+    if what == "Point3dHdf5Array":
+        return _shaped(package, package.dataset(package.need(node, "Coordinates")), (*shape, 3))
+    if what == "Point3dLatticeArray" and len(shape) == len(every(node, "Offset")) == 2:
+        origin = _vector(package, package.need(node, "Origin"))
+        rows, columns = (
+            _axis(package, *one) for one in zip(every(node, "Offset"), shape, strict=True)
+        )
+        return origin + rows[:, None] + columns
+    if what == "Point3dZValueArray":
+        places = points_of(package, package.need(node, "SupportingGeometry"), shape, depth)
+        z = values_of(package, package.need(node, "ZValues"))
+        return np.concatenate([places[..., :2], _shaped(package, z, shape)[..., None]], axis=-1)
+    if what == "Point3dFromRepresentationLatticeArray" and len(shape) == 2:
+        return _from_another(package, node, shape, depth)
+    raise FormatError(
+        f"{package.path}: geosurf does not read points of the kind {what}. Export the surface with "
+        "the coordinates of its points."
+    )
+
+
+def _axis(package: Package, node: Element, n: int) -> np.ndarray:
+    """Vectors (n, 3) from the first place of an axis."""
+    way = _vector(package, package.need(node, "Offset"))
+    return places_along(package, package.need(node, "Spacing"), n)[:, None] * way
+
+
+def _vector(package: Package, node: Element) -> np.ndarray:
+    return np.array([package.number(node, f"Coordinate{k}") for k in (1, 2, 3)])
+
+
+def _from_another(
+    package: Package, node: Element, shape: tuple[int, ...], depth: int
+) -> np.ndarray:
+    """Nodes that another grid of the package has: all of them, or a lattice among them."""
+    other = package.referred(node, "SupportingRepresentation")
+    if kind(other) != "Grid2dRepresentation" or depth > DEPTH:
+        raise package.damaged(f"a grid takes its nodes from a {kind(other)}, or from itself")
+    nodes, _ = grid_points(package, other, depth + 1)
+    lattice = package.need(node, "NodeIndicesOnSupportingRepresentation")
+    offsets = every(lattice, "Offset")
+    if len(offsets) != 2:
+        raise package.damaged(f"nodes on another grid have {len(offsets)} axes, expected 2")
+    first = package.count(lattice, "StartValue")
+    row, column = (
+        places_along(package, one, n).astype(np.int64)
+        for one, n in zip(offsets, shape, strict=True)
+    )
+    index = first + row[:, None] + column
+    if len(np.unique(index)) < index.size:
+        # resqpy counts steps along each axis; the format, through all nodes, where none repeats
+        start = np.divmod(first, nodes.shape[1])
+        index = (start[0] + row)[:, None] * nodes.shape[1] + start[1] + column
+    flat = nodes.reshape(-1, 3)
+    if index.size and not 0 <= index.min() <= index.max() < len(flat):
+        raise package.damaged(f"a grid names a node that another grid of {len(flat)} has not")
+    return flat[index]
+
+
+def grid_points(package: Package, grid: Element, depth: int = 0) -> tuple[np.ndarray, Element]:
+    """Return the nodes (n_row, n_column, 3) of a grid in its local system, and its geometry."""
+    patch = package.need(grid, "Grid2dPatch")
+    shape = tuple(package.count(patch, f"{word}AxisCount") for word in ("Slowest", "Fastest"))
+    package.refuse_large(24 * COPIES * math.prod(shape), f"a grid of {shape[0]} x {shape[1]} nodes")
+    geometry = package.need(patch, "Geometry")
+    noted("nodes", f"{shape[1]} columns x {shape[0]} rows")
+    return points_of(package, package.need(geometry, "Points"), shape, depth), geometry
+
+
+def _shaped(package: Package, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Values as float64 in a shape, flat or not in the file."""
+    if values.size != math.prod(shape):
+        found, expected = (" x ".join(map(str, one)) for one in (values.shape, shape))
+        raise package.damaged(f"an array has {found} values, expected {expected}")
+    return values.reshape(shape).astype(np.float64)
+
 
 GRID, MESH = "Grid2dRepresentation", "TriangulatedSetRepresentation"
 POINTS = "PointSetRepresentation"
@@ -232,11 +433,15 @@ __all__ = [
     "POINTS",
     "Representation",
     "Words",
+    "crs_of",
     "grid_of",
+    "grid_points",
     "holds_units",
     "lines_of",
     "mesh_of",
     "patches_of",
     "places_of",
+    "points_of",
     "representations",
+    "world",
 ]

@@ -14,8 +14,7 @@ from xml.etree.ElementTree import Element
 from geosurf.errors import FormatError
 from geosurf.model import ROLES, TriSurface
 from geosurf.read.model3d import welded
-from geosurf.read.resqml.arrays import values_of
-from geosurf.read.resqml.package import Package, every, find, kind, open_package
+from geosurf.read.resqml.package import Package, every, find, kind, open_package, values_of
 from geosurf.read.resqml.representations import (
     FRAMEWORK,
     MESH,

@@ -14,9 +14,8 @@ import numpy as np
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError
 from geosurf.read._noted import noted
-from geosurf.read.resqml.arrays import values_of
-from geosurf.read.resqml.package import Package, find, kind, open_package
-from geosurf.read.resqml.places import SPELLINGS, crs_of, points_of, world
+from geosurf.read.resqml.package import Package, find, kind, open_package, values_of
+from geosurf.read.resqml.representations import SPELLINGS, crs_of, points_of, world
 
 TRAJECTORY = "WellboreTrajectoryRepresentation"
 EXPLICIT = "ParametricLineGeometry"

@@ -2,19 +2,356 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
-from geosurf.read._common import COMMA, number
+from geosurf.read._common import COMMA, is_number, number, read_text
+from geosurf.read._detect import detect
 from geosurf.read._noted import noted
-from geosurf.read._tops_layout import plain_name
-from geosurf.read.wells.layouts import Trace, begins_with_name
-from geosurf.read.wells.names import HORIZON, USUAL
+from geosurf.read._tops_layout import COMMENTS, layout_of, plain_name, unit_in_name
+from geosurf.read.tops import USUAL as OF_TOPS
+
+# ---- names ----------------------------------------
+# Usual names of the columns of well paths: lower case, letters and digits only.
+
+
+USUAL: dict[str, tuple[str, ...]] = {
+    "well": (*OF_TOPS["well"], "wlbwellborename"),
+    "x": OF_TOPS["x"],
+    "y": OF_TOPS["y"],
+    "z": (*OF_TOPS["z"], "tvdmsl"),
+    "md": ("md", "mdepth", "mdrkb", "mdmsl", "measureddepth", "mdkb"),
+    "inclination": ("inc", "incl", "inclination", "deviation", "devi", "dev", "incdeg", "incldeg"),
+    "azimuth": (
+        "azi", "azim", "azimuth", "azimgn", "azigrid", "azimuthgn", "azimuthgrid", "gridazimuth",
+        "azideg",
+    ),
+}  # fmt: skip
+HORIZON = OF_TOPS["horizon"]
+
+
+# ---- layouts ----------------------------------------
+# Layouts of files of well paths -> names of columns, rows of words, and what the header states.
+#
+# Four are recognised by their content:
+#
+# - well traces of Petrel (``# WELL TRACE FROM PETREL``);
+# - wells of RMS: four lines or more of a header, then x, y, z and logs;
+# - wells of ResInsight: a name before the rows x, y, TVD, MD of each well;
+# - tables with one line of column names, of one well or several.
+
+
+Rows = list[tuple[int, list[str]]]
+NAME = re.compile(r"#\s*WELL NAME:\s*(.*)", re.I)
+HEAD = re.compile(r"#\s*WELL HEAD ([XY])-COORDINATE:\s*(\S+)\s*(?:\(([^)]*)\))?", re.I)
+DATUM = re.compile(r"#\s*WELL DATUM[^:]*:\s*(\S+)\s*(?:\(([^)]*)\))?", re.I)
+SYSTEM = re.compile(r"#\s*XYZ TRACE IS GIVEN IN COORDINATE SYSTEM\s*(.*)", re.I)
+DEPTHS = re.compile(r"#\s*DEPTH\b.*\bGIVEN IN (\w+)-UNITS", re.I)
+# a line that begins a well of ResInsight: the name stands in quotes or behind the word
+SECTION = re.compile(r"\s*(?:well\s*)?name\b\s*:?\s*(.*)", re.I)
+QUOTED = re.compile(r"[\"'`\u2018\u2019\u00b4](.+?)[\"'`\u2018\u2019\u00b4]")
+
+
+@dataclass(frozen=True)
+class Trace:
+    """
+    A file of well paths, taken apart.
+
+    Attributes
+    ----------
+    kind : str
+        What the file is, in words.
+    header : list of str
+        Names of the columns, as they are written.
+    rows : list of (int, list of str)
+        Line number from 1, and its words.
+    well : str or None
+        Name of the only well, if the file states it.
+    head : dict of str to float
+        What the header states of the place with measured depth 0: ``x``, ``y``, ``z`` (elevation),
+        in units of the file.
+    units : dict of str to str
+        Of ``xy`` and of ``z``, if the file states them.
+    positive : str or None
+        Direction of z, if the format states it.
+    crs : str or None
+    """
+
+    kind: str
+    header: list[str]
+    rows: Rows
+    well: str | None = None
+    head: dict[str, float] | None = None
+    units: dict[str, str] | None = None
+    positive: str | None = None
+    crs: str | None = None
+
+
+def trace_of(path: Path, decimal: str, numbered: bool) -> Trace:
+    """
+    Return what a file of well paths holds, in words.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    decimal : {".", ","}
+    numbered : bool
+        Whether the caller gives columns by their numbers, so that no header is needed.
+
+    Raises
+    ------
+    FormatError
+        If the file has no header, no rows, or a row that does not fit.
+    """
+    key = detect(path)
+    if key == "rms_well":
+        return _rms(path)
+    lines = read_text(path).split("\n")
+    if key == "petrel_well":
+        return _petrel(path, lines)
+    if begins_with_name(lines):
+        return _sections(path, lines)
+    layout = layout_of(path, decimal)
+    header = layout.header or _commented_header(lines)
+    if header is None and not numbered:
+        line, words = layout.rows[0]
+        raise FormatError(
+            f"{path}, line {line}: the file has no line with names of columns, and the line has "
+            f"{len(words)} values. Give the columns, counted from 1, as in columns={{'md': 1, "
+            "'x': 2, 'y': 3, 'z': 4}."
+        )
+    found = Trace("table", header or [], layout.rows)
+    _check_widths(path, found)
+    return found
+
+
+def _commented_header(lines: list[str]) -> list[str] | None:
+    """Names of columns in the last comment before the rows, as in ``# MD INC AZI``."""
+    last: str | None = None
+    for line in lines:
+        text = line.strip()
+        if text and not text.startswith(COMMENTS):
+            break
+        last = text.lstrip("#!- ") or last
+    words = (last or "").replace(",", " ").replace(";", " ").split()
+    known = [word for word in words if any(plain_name(word) in names for names in USUAL.values())]
+    return words if len(known) >= 3 else None
+
+
+def _check_widths(path: Path, found: Trace) -> None:
+    """Refuse rows that are shorter or longer than the header."""
+    for line, words in found.rows:
+        if found.header and len(words) != len(found.header):
+            raise FormatError(
+                f"{path}, line {line}: found {len(words)} values, expected {len(found.header)} as "
+                f"the columns {', '.join(found.header)}. Correct that line or export the file "
+                "again."
+            )
+
+
+# ----------------------------------------------------------------------- Petrel
+def _petrel(path: Path, lines: list[str]) -> Trace:
+    """A well trace of Petrel: comments, a line of names between two rulers, and rows."""
+    head: dict[str, float] = {}
+    units: dict[str, str] = {}
+    found = Trace("well trace of Petrel", [], [], head=head, units=units)
+    for i, line in enumerate(lines, start=1):
+        text = line.strip()
+        if match := NAME.match(text):
+            found = replace(found, well=match[1].strip().strip("\"'") or None)
+        elif match := HEAD.match(text):
+            head[match[1].lower()] = number(match[2], path, i, "place of the well head")
+            units["xy"] = (match[3] or units.get("xy", "m")).strip().lower()
+        elif match := DATUM.match(text):
+            head["z"] = number(match[1], path, i, "elevation of the well datum")
+            units.setdefault("z", (match[2] or "m").strip().lower())
+        elif match := SYSTEM.match(text):
+            found = replace(found, crs=match[1].strip() or None)
+        elif match := DEPTHS.match(text):
+            units["z"] = match[1].lower()
+        elif text and not text.startswith(("#", "===")):
+            words = text.split()
+            if found.header:
+                found.rows.append((i, words))
+            else:
+                found.header.extend(words)
+    if not found.rows or any(map(is_number, found.header)):
+        raise FormatError(
+            f"{path}: the well trace has no line with names of columns and rows below it, such as "
+            "'MD X Y Z TVD DX DY AZIM_TN INCL DLS AZIM_GN'. Export it again."
+        )
+    _check_widths(path, found)
+    return found
+
+
+# -------------------------------------------------------------------------- RMS
+def _rms(path: Path) -> Trace:
+    """A well of RMS: version, kind, name and place, number of logs, one line for each, rows."""
+    lines = [line.strip() for line in read_text(path).split("\n")]
+    words = lines[2].split()
+    # name, x, y and perhaps the elevation of the rig; names may have blanks, and end with a number
+    n = len(words) - (3 if len(words) > 3 and is_number(words[-3]) else 2)
+    count = int(lines[3])
+    logs = [line.split()[0] if line else "" for line in lines[4 : 4 + count]]
+    if len(logs) < count or not all(logs):
+        raise FormatError(
+            f"{path}, line 4: the header announces {count} logs, but not each has a line. Export "
+            "the well again."
+        )
+    rows = [(i, text.split()) for i, text in enumerate(lines, start=1) if text and i > 4 + count]
+    found = Trace("well of RMS", ["x", "y", "z", *logs], rows, " ".join(words[:n]))
+    if not rows:
+        raise FormatError(f"{path}: the well has no points below its header. Export it again.")
+    _check_widths(path, found)
+    return found
+
+
+# ------------------------------------------------------------------- ResInsight
+def begins_with_name(lines: list[str]) -> bool:
+    """Return whether a text has the name of a well before its first row of numbers."""
+    for line in lines[:50]:
+        if _section(line) is not None:
+            return True
+        if line.strip()[:1] in "+-.0123456789" and line.strip():
+            return False
+    return False
+
+
+def _section(line: str) -> str | None:
+    """The name in a line that begins a well, or None."""
+    match = SECTION.fullmatch(line)
+    if match is None or any(sign in line for sign in ",;\t"):
+        return None
+    quoted = QUOTED.search(match[1])
+    name = quoted[1] if quoted else match[1]
+    # names of columns may begin alike
+    is_header = not quoted and any(plain_name(word) in USUAL["md"] for word in name.split())
+    return None if is_header else name.strip() or None
+
+
+def _sections(path: Path, lines: list[str]) -> Trace:
+    """Wells of ResInsight: a name, then x, y, TVD (depth below sea level) and MD on each line."""
+    rows: Rows = []
+    well: str | None = None
+    for i, line in enumerate(lines, start=1):
+        name = _section(line)
+        words = line.split()
+        if name is not None:
+            well = name
+        elif not words or not is_number(words[0]) or words == ["-999"]:
+            continue  # comments, names of columns, and the end of a well
+        elif well is None or len(words) != 4:
+            raise FormatError(
+                f"{path}, line {i}: found {len(words)} values, expected x, y, TVD and MD below the "
+                "name of a well. Correct that line or export the file again."
+            )
+        else:
+            rows.append((i, [well, *words]))
+    if not rows:
+        raise FormatError(f"{path}: the wells have no points. Export the file again.")
+    header = ["well", "x", "y", "z", "md"]
+    return Trace("wells of ResInsight", header, rows, positive="down")
+
+
+# ---- heads ----------------------------------------
+# Where wells begin: the place at measured depth 0, by the name of each well.
+
+
+Heads = dict[str, tuple[float, float, float]]
+DRILL_FLOOR = ("kb", "rkb", "rt", "datum", "elevation", "z", "kbelevation", "rtelevation")
+HOW = "Give {'W-1': (easting, northing, elevation)} in metres, or a table with Well, X, Y and KB."
+
+
+def heads_of(heads: Any, decimal: str) -> Heads:
+    """
+    Return easting, northing and elevation [m] of wells at measured depth 0.
+
+    Parameters
+    ----------
+    heads : mapping, path-like or None
+        A mapping, or a table with the columns ``Well``, ``X``, ``Y`` and ``KB`` (elevation of the
+        drill floor above sea level).
+    decimal : {".", ","}
+
+    Raises
+    ------
+    InputError, FormatError
+        If it is neither, or a value is not a number.
+
+    Examples
+    --------
+    >>> heads_of({"W-1": (500, 900, 25)}, ".")
+    {'W-1': (500.0, 900.0, 25.0)}
+    """
+    if heads is None:
+        return {}
+    if isinstance(heads, Mapping):
+        return {_name(name): _place(name, place) for name, place in heads.items()}
+    if not hasattr(heads, "__fspath__") and not isinstance(heads, str):
+        raise InputError(f"heads is a {type(heads).__name__}, not places of wells. {HOW}")
+    path = Path(heads)
+    layout = layout_of(path, decimal)
+    words = [plain_name(word) for word in layout.header or ()]
+    at = []
+    for what, known in (
+        ("well", USUAL["well"]), ("x", USUAL["x"]), ("y", USUAL["y"]), ("KB", DRILL_FLOOR)
+    ):  # fmt: skip
+        found = [k for k, word in enumerate(words) if word in known]
+        if len(found) != 1:
+            raise FormatError(
+                f"{path}: found {len(found)} columns for {what} in "
+                f"{', '.join(layout.header or ()) or 'no header'}, expected one of "
+                f"{', '.join(known)}. {HOW}"
+            )
+        at.append(found[0])
+    units = [unit_in_name(layout.header[k]) if layout.header else None for k in at]
+    scale = [metres_per_unit(unit or "m", f"{path.name}: heads of wells") for unit in units]
+    result: Heads = {}
+    for line, row in layout.rows:
+        x, y, z = (number(row[k].replace(decimal, "."), path, line, "x, y or KB") for k in at[1:])
+        if row[at[0]] in result:
+            raise FormatError(f"{path}, line {line}: well {row[at[0]]!r} is there twice. Keep one.")
+        result[row[at[0]]] = (x * scale[1], y * scale[2], z * scale[3])
+    return result
+
+
+def holds_heads(head: bytes) -> bool:
+    """
+    Return whether a table begins as one of well heads: names, places, and the drill floor.
+
+    Examples
+    --------
+    >>> holds_heads(b"Well,X,Y,KB"), holds_heads(b"Well,X,Y,Z")
+    (True, False)
+    """
+    first = head.decode("utf-8", "replace").lstrip().split("\n", 1)[0]
+    words = [plain_name(word) for word in re.split(r"[,;\t]" if "," in first else r"[;\t]", first)]
+    known = (USUAL["well"], USUAL["x"], USUAL["y"], DRILL_FLOOR[:4])
+    return len(words) >= 4 and all(any(word in names for word in words) for names in known)
+
+
+def _name(name: Any) -> str:
+    if not isinstance(name, str) or not name:
+        raise InputError(f"heads has the name {name!r}, expected the name of a well. {HOW}")
+    return name
+
+
+def _place(name: str, place: Any) -> tuple[float, float, float]:
+    try:
+        x, y, z = real_numbers(place).tolist()
+    except (TypeError, ValueError) as error:
+        raise InputError(f"heads[{name!r}] is {place!r}, not three numbers. {HOW}") from error
+    if not all(abs(value) < float("inf") for value in (x, y, z)):
+        raise InputError(f"heads[{name!r}] is {place!r}, which is not finite. {HOW}")
+    return float(x), float(y), float(z)
+
 
 SURVEY = ("md", "inclination", "azimuth")
 PLACES = ("x", "y", "z")
@@ -155,13 +492,20 @@ def rows_of_wells(path: Path, trace: Trace, places: dict[str, int]) -> dict[str,
 
 
 __all__ = [
+    "HORIZON",
     "PLACES",
     "SURVEY",
+    "USUAL",
+    "Trace",
+    "begins_with_name",
     "check_kind",
     "checked_columns",
     "column_of",
+    "heads_of",
+    "holds_heads",
     "holds_wells",
     "places_of",
     "rows_of_wells",
     "three_names",
+    "trace_of",
 ]

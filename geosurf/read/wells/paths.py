@@ -12,33 +12,184 @@ import numpy as np
 from geosurf.conventions import counted, elevation_sign, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
-from geosurf.read._columns import checked_decimal
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset, refuse_columns
+from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import plain_name, unit_in_name
 from geosurf.read.las import path_of_las
 from geosurf.read.resqml.wells import wells_of_resqml
 from geosurf.read.wells.columns import (
     PLACES,
     SURVEY,
+    Trace,
     check_kind,
     checked_columns,
     column_of,
+    heads_of,
     places_of,
     rows_of_wells,
     three_names,
+    trace_of,
 )
-from geosurf.read.wells.curvature import along_arcs
-from geosurf.read.wells.heads import heads_of
-from geosurf.read.wells.layouts import Trace, trace_of
-from geosurf.read.wells.stations import checked_stations
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
-    from geosurf.read.wells.heads import Heads
+    from geosurf.read.wells.columns import Heads
+
+
+# ---- curvature ----------------------------------------
+# Minimum curvature: from measured depths and directions of a well to places along it.
+#
+# Between two stations the path is an arc of a circle that has the directions of both as its
+# tangents, the method of the industry. Straight lines between stations would leave the arc by
+# several metres where stations are far apart, so points are added along each arc.
+
+
+SAG = 0.01  # m: how far a straight line between two points may be from the arc
+
+
+def along_arcs(
+    md: np.ndarray, inclination: np.ndarray, azimuth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return places along a well relative to its first station, and their measured depths.
+
+    Parameters
+    ----------
+    md : ndarray of float64, shape (n,)
+        Measured depths of the stations [m], which rise.
+    inclination, azimuth : ndarray of float64, shape (n,)
+        Angles from the vertical, and clockwise from grid north [degrees]. The directions of two
+        neighbours are not opposite.
+
+    Returns
+    -------
+    (ndarray of float64, shape (m, 3), ndarray of float64, shape (m,))
+        East, north and up [m], and measured depths [m]: of all stations, and of points between
+        them, so that straight lines are within 1 cm of the arcs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quarter = 500.0 * np.pi  # an arc with a radius of 1000 m, from the vertical to the east
+    >>> places, _ = along_arcs(np.array([0.0, quarter]), np.array([0.0, 90.0]), np.full(2, 90.0))
+    >>> places[-1].round(9).tolist()
+    [1000.0, 0.0, -1000.0]
+    """
+    inc, azi = np.radians(inclination), np.radians(azimuth)
+    tangents = np.column_stack([np.sin(inc) * np.sin(azi), np.sin(inc) * np.cos(azi), -np.cos(inc)])
+    one, two = tangents[:-1], tangents[1:]
+    length = np.diff(md)
+
+    # the angle between two directions from sine and cosine is accurate for small ones, too
+    cosine = (one * two).sum(axis=1)
+    sine = np.linalg.norm(np.cross(one, two), axis=1)
+    angle = np.arctan2(sine, cosine)
+    across = two - one * cosine[:, None]
+    across /= np.where(sine > 0.0, sine, 1.0)[:, None]
+
+    # so many pieces that no straight one is farther than SAG from its arc
+    with np.errstate(divide="ignore"):
+        flat = np.where(angle > 0.0, SAG * angle / length, 0.0)
+    widest = 2.0 * np.arccos(np.maximum(1.0 - flat, -1.0))
+    count = np.ceil(np.divide(angle, widest, out=np.ones_like(angle), where=angle > 0.0))
+    count = np.maximum(count.astype(np.int64), 1)
+    piece = np.repeat(np.arange(len(length)), count)
+    share = np.concatenate([np.arange(1, n + 1) / n for n in count])
+
+    # on the arc: R sin(phi) along the first direction, R (1 - cos(phi)) across, with R = L / angle
+    turned = share * angle[piece] / np.pi
+    along = share * np.sinc(turned)
+    aside = share * np.sinc(0.5 * turned) * np.sin(0.5 * np.pi * turned)
+    moved = length[piece, None] * (along[:, None] * one[piece] + aside[:, None] * across[piece])
+    ends = np.cumsum(count) - 1
+    starts = np.concatenate([np.zeros((1, 3)), np.cumsum(moved[ends], axis=0)])
+    places = np.concatenate([np.zeros((1, 3)), starts[piece] + moved])
+    depths = md[piece] + share * length[piece]
+    depths[ends] = md[1:]
+    return places, np.concatenate([md[:1], depths])
+
+
+# ---- stations ----------------------------------------
+# Stations of a survey: measured depths and directions that make one path.
+
+
+Three = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def checked_stations(
+    path: Path,
+    name: str,
+    lines: list[int],
+    md: np.ndarray,
+    inclination: np.ndarray,
+    azimuth: np.ndarray,
+) -> Three:
+    """
+    Return the stations of a well from measured depth 0 on, without repeated ones.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str
+        Of the well.
+    lines : list of int
+        Line of each station, from 1.
+    md, inclination, azimuth : ndarray of float64, shape (n,)
+        Measured depths [m], which do not fall, and angles [degrees].
+
+    Raises
+    ------
+    FormatError
+        For angles that are not degrees, two directions at one depth, opposite neighbours, and a
+        first station that leaves the way from the well head open.
+    """
+    wrong = (inclination < 0.0) | (inclination > 180.0) | (np.abs(azimuth) > 360.0)
+    if wrong.any():
+        k = int(wrong.argmax())
+        raise FormatError(
+            f"{path}, line {lines[k]}: well {name!r} has the inclination {inclination[k]:g} and "
+            f"the azimuth {azimuth[k]:g}. Inclinations are 0 to 180 degrees from the vertical, "
+            "azimuths -360 to 360 degrees from grid north."
+        )
+    repeats = np.append(False, np.diff(md) == 0.0)
+    turned = repeats & np.append(False, (np.diff(inclination) != 0.0) | (np.diff(azimuth) != 0.0))
+    if turned.any():
+        k = int(turned.argmax())
+        raise FormatError(
+            f"{path}, line {lines[k]}: well {name!r} has two directions at the measured depth "
+            f"{md[k]:g} m. Delete one of the stations."
+        )
+    stations = np.column_stack([md, inclination, azimuth])[~repeats]
+    lines = [line for line, repeat in zip(lines, repeats, strict=True) if not repeat]
+    if stations[0, 0] != 0.0:
+        if stations[0, 0] < 0.0 or stations[0, 1] != 0.0:
+            raise FormatError(
+                f"{path}, line {lines[0]}: the first station of well {name!r} is at the measured "
+                f"depth {stations[0, 0]:g} m with the inclination {stations[0, 1]:g}, so the way "
+                "there is unknown. Add a station at measured depth 0."
+            )
+        stations = np.concatenate([np.zeros((1, 3)), stations])  # straight down to the first one
+        lines = [lines[0], *lines]
+    back = _turns_back(*np.radians(stations[:, 1:]).T)
+    if len(back):
+        raise FormatError(
+            f"{path}, line {lines[int(back[0]) + 1]}: well {name!r} turns by 180 degrees from one "
+            "station to the next, so its arc is unknown. Correct the angles."
+        )
+    return stations[:, 0], stations[:, 1], stations[:, 2]
+
+
+def _turns_back(inclination: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """Rows after which the direction is opposite."""
+    flat = np.sin(inclination)
+    ways = np.column_stack([flat * np.sin(azimuth), flat * np.cos(azimuth), np.cos(inclination)])
+    rows: np.ndarray = np.flatnonzero((ways[:-1] * ways[1:]).sum(axis=1) < -1.0 + 1e-12)
+    return rows
+
 
 Path3 = tuple[np.ndarray, np.ndarray | None]  # points (n, 3) and measured depths (n,)
 
@@ -259,4 +410,9 @@ def _dataset(path: Path, wells: dict[str, Path3], crs: str | None) -> xr.Dataset
     return found[["well", *(key for key in found.data_vars if key != "well")]]
 
 
-__all__ = ["read_wells"]
+__all__ = [
+    "SAG",
+    "along_arcs",
+    "checked_stations",
+    "read_wells",
+]
