@@ -24,7 +24,6 @@ step_log.py       one line per step
 toml_lines.py     lines of the keys of a TOML text
 settings.py       keys that are set outside of the file
 plan.py           what a run reads and writes
-page.py           docs/scenario.md, from the keys
 ================  =============================================================
 """
 

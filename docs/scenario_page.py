@@ -35,7 +35,7 @@ mount point or your current folder, and on Windows, files move in one by one: ol
 `UNFINISHED.txt` is there meanwhile. The next run finishes what a killed one has left. One run at a
 time writes into a folder. Where the geometry is impossible at one place, `failure.png` shows it.
 
-This page is made from the code by `python -m geosurf.scenario.page > docs/scenario.md`.
+This page is made from the code by `python docs/scenario_page.py > docs/scenario.md`.
 """
 
 
