@@ -36,7 +36,6 @@ from geosurf.cli.ensemble_command import ensemble_command
 from geosurf.cli.exit_codes import ExitCode
 from geosurf.cli.install_commands import doctor_command
 from geosurf.cli.live import peak_megabytes
-from geosurf.cli.loading import in_own_process, loading
 from geosurf.cli.parser import build_parser
 from geosurf.cli.without_dask import skip_dask
 
@@ -61,9 +60,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["check", "missing.toml"])
     2
     """
-    if argv is None:
-        in_own_process()
-
     # outermost: the parser's own messages quote arguments in any script
     with encodable_output():
         options = build_parser().parse(argv)
@@ -71,8 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             skip_dask()
         exit_code = ExitCode(options.debug, lambda: options.kept(options))
         start = time.perf_counter()
-        with loading():
-            from geosurf.conventions.running import silence  # not for --help: it loads numpy
+        from geosurf.conventions.running import silence  # not for --help: it loads numpy
 
         # commands show their own progress
         with exit_code, printed_warnings(), silence():

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from geosurf.cli.answer import Answer
 from geosurf.cli.console import clear_line
 from geosurf.cli.live import live_progress
-from geosurf.cli.loading import loading
 from geosurf.cli.results import certificate_data, exit_code_of, units_data, warnings_data
 from geosurf.errors import InputError
 
@@ -31,10 +30,9 @@ RESULTS = (*FILES, "grid", "pictures", "report")
 
 def run_command(options: argparse.Namespace) -> Answer:
     """Run a scenario and write everything, or what ``--only`` names."""
-    with loading():
-        from geosurf.report.table import as_plain_text
-        from geosurf.report.tables import volume_table
-        from geosurf.scenario import run
+    from geosurf.report.table import as_plain_text
+    from geosurf.report.tables import volume_table
+    from geosurf.scenario import run
 
     # time counts from here: reading is part of the run
     progress = live_progress(options, steps=True)

@@ -1,13 +1,10 @@
-"""Determine how much memory is free, give back what is not used, and when to look for garbage."""
+"""Determine how much memory is free, and give back what is not used."""
 
 from __future__ import annotations
 
-import gc
 import math
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.kernels.compile.memory_pages import of_glibc
@@ -93,26 +90,3 @@ def give_back_memory() -> None:
     trim = of_glibc("malloc_trim")
     if trim is not None:
         trim(0)
-
-
-@contextmanager
-def collect_later() -> Iterator[None]:
-    """Let Python look for objects that refer to themselves afterwards, not now.
-
-    It looks whenever many objects have been made. Drawing and its libraries make hundreds of
-    thousands that stay: each look takes a tenth of a second, and finds nothing.
-
-    Examples
-    --------
-    >>> with collect_later():
-    ...     gc.isenabled()
-    False
-    """
-    if not gc.isenabled():  # whoever turned it off turns it on
-        yield
-        return
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()

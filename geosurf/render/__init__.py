@@ -18,7 +18,6 @@ backend.py        the choice of a graphics driver
 probe.py          the test of one graphics driver, in a separate process
 compose.py        content, frame and file of a picture
 layers.py         layers and legend entries of a picture
-load_ahead.py     pyvista, VTK and matplotlib, loaded while a model is built
 surface_layers.py  triangles and lines of surfaces, patches and intersection lines
 thin_surfaces.py  surfaces with as many triangles as pixels can show
 unit_layers.py    triangles and lines of units, together or exploded

@@ -9,7 +9,6 @@ import numpy as np
 
 from geosurf.render.backend import off_screen
 from geosurf.render.layers import Layer
-from geosurf.render.load_ahead import wait_until_loaded
 from geosurf.render.palette import PAPER, RGB
 from geosurf.render.pixels import averaged
 from geosurf.render.views import Camera
@@ -56,7 +55,6 @@ def draw_layers(
     """
     peeled = any(layer.opacity < 1.0 for layer in layers)
     n_part = _parts(camera.size, LARGEST_PEELED if peeled else LARGEST_PART)
-    wait_until_loaded()
     with off_screen():
         import pyvista
 

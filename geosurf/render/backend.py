@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,7 +32,6 @@ INSTALL = (
 )
 
 _lock = threading.Lock()
-_early: threading.Thread | None = None  # that has been looking for a backend
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,7 @@ def off_screen() -> Iterator[None]:
         return
 
     # VTK reads the variable when a window opens; one picture at a time sets it
-    window = _found(os.environ.get(CHOICE) or "").backend.window
+    window = find_backend(os.environ.get(CHOICE) or "").backend.window
     with _lock:
         wanted = {CHOICE: window, ALLOWED: "true"}
         before = {key: os.environ.get(key) for key in wanted}
@@ -167,34 +166,13 @@ def off_screen() -> Iterator[None]:
                     os.environ[key] = value
 
 
-def begin_to_find() -> None:
-    """Look for a backend in a thread, while a model is built: the probe is another process."""
-    global _early
-    if sys.platform.startswith("linux") and _early is None:
-        asked = os.environ.get(CHOICE) or ""
-        _early = threading.Thread(target=_find_quietly, args=(asked,), daemon=True)
-        _early.start()
-
-
-def _find_quietly(asked: str) -> None:
-    with suppress(DependencyError):  # raised again by whoever draws
-        find_backend(asked)
-
-
-def _found(asked: str) -> Finding:
-    """What `find_backend` returns, after the thread that may be looking."""
-    if _early is not None:
-        _early.join()
-    return find_backend(asked)
-
-
 def views_obstacle() -> str:
     """Return why views in three dimensions cannot be drawn here, and the remedy, or ''."""
     if sentence := missing_sentence("pictures in three dimensions need", *DRAWING):
         return sentence
     if sys.platform.startswith("linux"):
         try:
-            _found(os.environ.get(CHOICE) or "")
+            find_backend(os.environ.get(CHOICE) or "")
         except DependencyError as error:
             return str(error)
     return ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions.memory import collect_later, give_back_memory
+from geosurf.conventions.memory import give_back_memory
 from geosurf.conventions.packages import need_views
 from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
@@ -38,7 +38,6 @@ N_BAND = 4  # of a colour bar, between two of its values
 VECTOR = (".png", ".svg", ".pdf")
 
 
-@collect_later()
 def draw_picture(
     content: Content,
     path: str | os.PathLike[str],

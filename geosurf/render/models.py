@@ -16,7 +16,6 @@ from geosurf.render.clip import Prism
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import check_look, draw_picture
 from geosurf.render.layers import Content, show_outline
-from geosurf.render.load_ahead import begin_to_load
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
@@ -130,7 +129,6 @@ def render_scene(
     _check_colour_by(by, show)
     if selection.names is not None and not BUILT & set(show):
         selection.check(_names_of(scene, show))
-    begin_to_load()
     _check_scene(scene, show)
 
     # only what is shown is asked of the scene, so that nothing else is computed
@@ -272,7 +270,6 @@ def render_surfaces(
     style = style_of(style)
     if not is_word(colour_by, ("surface", "z")):
         raise InputError(f"colour_by is {colour_by!r}, expected 'surface' or 'z'.")
-    begin_to_load()
     content = show_surfaces(
         surfaces, by_elevation=colour_by == "z", style=style, size=size, zoom=zoom
     )
@@ -330,7 +327,6 @@ def render_units(
     selection.check(n for unit in units.values() for n in (unit.name, unit.zone, unit.block) if n)
     words = "zone and block" if isinstance(by, str) and by == "unit" else words
     note = "" if explode == 0.0 else "Exploded view."
-    begin_to_load()
     return draw_picture(
         show_units(units, explode, only=selection, colour_by=colour_by, style=style),
         path,

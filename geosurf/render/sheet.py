@@ -8,7 +8,9 @@ left.
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -19,7 +21,6 @@ from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import Entry
 from geosurf.render.letters import replace_missing_letters
-from geosurf.render.load_ahead import quiet_matplotlib, wait_until_loaded
 from geosurf.render.names import Room
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.render.pixels import pasted
@@ -259,9 +260,23 @@ def check_axes(axes: Any) -> None:
     expect(axes, Axes, "ax must be axes of matplotlib", "pass ax=figure.subplots()")
 
 
+@contextmanager
+def quiet_matplotlib() -> Iterator[None]:
+    """Suppress what matplotlib logs at its first import: its cache of fonts and its folders.
+
+    One thread at a time: of two, the second one would restore what the first one has set.
+    """
+    logger = logging.getLogger("matplotlib")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
 def _figure(size: tuple[int, int]) -> Figure:
     """An empty white figure, independent of the global state of pyplot."""
-    wait_until_loaded()
     with quiet_matplotlib():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure

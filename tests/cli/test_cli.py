@@ -350,17 +350,6 @@ def test_curves_need_to_know_up_from_down(tmp_path, capsys):
     assert "1 curve, 0 closed, 10 m" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("call", "lasting"), [("main()", True), ("main(sys.argv[1:])", False)])
-def test_only_the_process_of_a_command_takes_what_it_imported_as_lasting(call, lasting):
-    """Another program that calls `main` has objects of its own, which it may want to be collected."""
-    code = (
-        "import gc, sys; from geosurf.cli import main; sys.argv = ['geosurf', 'check', 'no.toml']\n"
-        f"assert {call} == 2; print(gc.isenabled(), gc.get_freeze_count() > 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split()[-2:] == ["True", str(lasting)]
-
-
 # rooms and their parts that a model of grids and meshes without rules, wells and pictures leaves out
 NOT_FOR_ALL = (
     *(

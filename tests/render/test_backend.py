@@ -75,45 +75,11 @@ def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
     assert done.stdout.strip() == "[]", done.stderr
 
 
-def test_what_draws_is_loaded_in_a_thread_while_a_model_is_built():
-    done = run(
-        "import sys, threading\n"
-        "from geosurf.render.load_ahead import begin_to_load, wait_until_loaded\n"
-        "wait_until_loaded()\n"
-        "before = 'pyvista' in sys.modules\n"
-        "begin_to_load(), begin_to_load()\n"
-        "print(before, [one.name for one in threading.enumerate()].count('geosurf-load-ahead'))\n"
-        "wait_until_loaded()\n"
-        "print({'pyvista.plotting', 'matplotlib.figure', 'PIL.PngImagePlugin'} <= set(sys.modules))"
-    )
-    assert done.stdout.split() == ["False", "1", "True"], done.stderr
-    assert not done.stderr
-
-
-def test_the_thread_that_loads_leaves_warnings_alone():
-    """What is done with warnings belongs to all threads; two that change it can lose it."""
-    done = run(
-        "import threading, warnings\n"
-        "from geosurf.render.load_ahead import begin_to_load, wait_until_loaded\n"
-        "enter, threads = warnings.catch_warnings.__enter__, set()\n"
-        "def note(self):\n"
-        "    threads.add(threading.current_thread().name)\n"
-        "    return enter(self)\n"
-        "warnings.catch_warnings.__enter__ = note\n"
-        "begin_to_load()\n"
-        "wait_until_loaded()\n"
-        "print(threads)"
-    )
-    assert done.stdout.strip() == "{'MainThread'}", done.stderr
-
-
-def test_what_cannot_be_loaded_ahead_is_an_error_for_those_who_draw(tmp_path):
-    """The thread that loads says nothing: whoever draws tries again, and tells."""
+def test_what_cannot_be_loaded_is_an_error_for_those_who_draw(tmp_path):
     code = "import sys; sys.modules['vtkmodules.vtkCommonCore'] = None\n" + DRAW
     done = run(code.format(path=str(tmp_path / "no.png")))
     assert done.returncode == 1
     assert "vtkCommonCore" in done.stderr.strip().splitlines()[-1]
-    assert "Exception in thread" not in done.stderr
 
 
 def test_no_library_names_what_is_missing_and_the_package(monkeypatch, forgetful):
