@@ -73,7 +73,7 @@ def main() -> None:
                for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))  # fmt: skip
     failed, searched = int((result.status == 2).sum()), int((result.searched > 0).sum())
     cores, load = len(os.sched_getaffinity(0)), os.getloadavg()[0]
-    kernels = "compiled by numba" if RUNNER.compiles else "from a library"
+    kernels = "compiled by numba" if RUNNER.compiles else "frozen"
     sys.stdout.write(
         f"{asked.case}: {asked.n} realisations, {failed} failed, {searched} with a search, "
         f"{seconds:.1f} s, user {user:.1f} s, {cores} cores, load {load:.1f}, kernels {kernels}\n"

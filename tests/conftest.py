@@ -17,11 +17,6 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-# Tests have kernels of their own, which no library has: one that `geosurf warmup --library` made is
-# left aside. Tests of libraries name theirs.
-if "GEOSURF_FROZEN" not in os.environ:
-    os.environ.setdefault("GEOSURF_JIT", "1")
-
 # The first example may compile a kernel, so no example has a deadline of its own.
 settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
 settings.register_profile("thorough", max_examples=2000, deadline=None)

@@ -28,11 +28,7 @@ def doctor_command(options: argparse.Namespace) -> Answer:
 
 def warmup_command(options: argparse.Namespace) -> Answer:
     """Compile all kernels, so that the next command starts at once."""
-    from geosurf.kernels.compile.warmup import warm, warm_library
-
-    if options.library:
-        done = warm_library()
-        return Answer({"kernels": done}, done)
+    from geosurf.kernels.compile.warmup import warm
 
     # a line that is overwritten makes no sense in a file or a pipe
     show = sys.stderr.isatty() and not options.quiet

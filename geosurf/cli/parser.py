@@ -73,12 +73,7 @@ def build_parser() -> Parser:
     info = add("info", info_command, "show what files hold and how geosurf reads them", "Top.gri")
     info.add_argument("files", metavar="FILE", nargs="+", help="files of any format")
     add("doctor", doctor_command, "check the installation", "")
-    warmup = add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)", "")
-    warmup.add_argument(
-        "--library",
-        action="store_true",
-        help="as one library, which processes load a second faster (needs a C compiler)",
-    )
+    add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)", "")
     completion = add(
         "completion",
         completion_command,

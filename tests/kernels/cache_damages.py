@@ -52,12 +52,6 @@ class Scene:
         (found,) = self.cache.glob("predicates.scale_of-*.nbc")
         return found
 
-    @property
-    def written(self) -> Path:
-        """The list of written arguments."""
-        (found,) = self.cache.glob("geosurf-writes-*.json")
-        return found
-
     def seal(self, payload: bytes) -> None:
         """A file with a right checksum: as geosurf itself would have written it."""
         self.kernel.write_bytes(sealed(self.kernel.name, payload))
@@ -515,30 +509,3 @@ def litter(scene):
             pickle.dumps(Planted(str(scene.marker)))
         )
     scene.warns = False
-
-
-# ---- the list of written arguments -------------------------------------------------------
-
-
-@damage
-def list_of_old(scene):
-    """The list of written arguments is [1]"""
-    scene.written.write_bytes(b"[1]")
-
-
-@damage
-def list_empty(scene):
-    """The list of written arguments is empty"""
-    scene.written.write_bytes(b"")
-
-
-@damage
-def list_changed(scene):
-    """The list of written arguments says something else"""
-    scene.written.write_bytes(scene.written.read_bytes().replace(b"[0]", b"[1]"))
-
-
-@damage
-def list_for_all(scene):
-    """The list of written arguments can be written by all"""
-    scene.written.chmod(0o606)

@@ -34,7 +34,6 @@ from geosurf.errors import DependencyError, InputError
 from geosurf.kernels.compile.call_wrappers import source_of_wrappers
 from geosurf.kernels.compile.frozen_runner import MANIFEST, stamp_of
 from geosurf.kernels.compile.platforms import COFF, PLATFORMS, Platform, platform_name
-from geosurf.kernels.compile.written_arguments import written_arguments
 
 NOT_HERE = 3
 _SHIM = Path(__file__).with_name("shim.c")
@@ -93,14 +92,14 @@ def freeze(
     import llvmlite
     import numba
 
-    # What has to agree before `frozen_runner` loads the library, and which arguments are written.
+    # What has to agree before `frozen_runner` loads the library.
     manifest = {
         "stamp": stamp,
         "sha256": hashlib.sha256(library.read_bytes()).hexdigest(),
         "platform": target_name,
         "levels": list(target.levels),
         "made_with": {"numba": numba.__version__, "llvmlite": llvmlite.__version__},
-        "written": {name: written_arguments(str(folder))[name] for name in kernels},
+        "kernels": sorted(kernels),
     }
     (out / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
     return manifest
@@ -263,7 +262,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except DependencyError as error:
         sys.stderr.write(f"{error}\n")
         return NOT_HERE
-    sys.stdout.write(f"{len(manifest['written'])} kernels frozen.\n")
+    sys.stdout.write(f"{len(manifest['kernels'])} kernels frozen.\n")
     return 0
 
 

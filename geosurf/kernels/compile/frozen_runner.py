@@ -1,4 +1,4 @@
-"""Kernels frozen into a library, mostly when a wheel was built: loaded by ctypes, without numba.
+"""Kernels frozen into a library when a wheel was built: loaded by ctypes, without numba.
 
 The library speaks numba's calling convention, which is plain C::
 
@@ -169,14 +169,12 @@ class FrozenRunner:
     Parameters
     ----------
     library : Library
-    origin : str
-        Where it is from, for people.
     """
 
     compiles = False
 
-    def __init__(self, library: Library, origin: str = "came with this installation") -> None:
-        self._library, self._origin = library, origin
+    def __init__(self, library: Library) -> None:
+        self._library = library
 
     def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return the helper as it is; frozen kernels have their own copy."""
@@ -188,17 +186,12 @@ class FrozenRunner:
         """Return the frozen kernel."""
         return FrozenKernel(name, signature, self._library)
 
-    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
-        """Return the places of the arguments that an entry writes."""
-        # Known since the library was made: sources are not read again.
-        return tuple(self._library.manifest["written"][name])
-
     def describe(self) -> str:
         """Return one sentence for people."""
         made = self._library.manifest["made_with"]
         return (
-            f"kernels are frozen: machine code for {self._library.level} that {self._origin}, "
-            f"with numba {made['numba']}."
+            f"kernels are frozen: machine code for {self._library.level} that came with this "
+            f"installation, with numba {made['numba']}."
         )
 
     def obstacle(self) -> str:

@@ -10,7 +10,6 @@ import operator
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -35,16 +34,20 @@ NUMBERS: dict[str, Callable[[Any], Any]] = {"d": float, "l": _whole, "b": bool}
 class Signature:
     """Letters of arguments and results: ``d2`` is a table of float64, ``l`` an int64.
 
+    An argument with a star, ``d2*``, is written by the kernel. Kernels as plain Python get all
+    other arrays read-only, so that numpy refuses a star that is missing.
+
     Examples
     --------
-    >>> Signature.parse("d2 l1 b -> l1 d")
-    Signature(arguments=('d2', 'l1', 'b'), results=('l1', 'd'))
+    >>> Signature.parse("d2 l1* b -> l1 d")
+    Signature(arguments=('d2', 'l1', 'b'), results=('l1', 'd'), written=(1,))
     >>> Signature.parse("d2 -> .").results
     ()
     """
 
     arguments: tuple[str, ...]
     results: tuple[str, ...]
+    written: tuple[int, ...] = ()
 
     @classmethod
     def parse(cls, text: str) -> Signature:
@@ -54,10 +57,11 @@ class Signature:
         # A dot states that there are no results; forgetting the arrow is an error.
         if results == (".",):
             results = ()
-        fit = arrow and all(re.fullmatch("[dlb][1-9]?", letters) for letters in arguments)
+        fit = arrow and all(re.fullmatch(r"[dlb]([1-9]\*?)?", one) for one in arguments)
         if not fit or not all(re.fullmatch("[dl]|[dlb][1-9]", letters) for letters in results):
             raise ValueError(f"{text!r}: expected letters like 'd2 l b -> l1 l', or '-> .'")
-        return cls(arguments, results)
+        written = tuple(k for k, letters in enumerate(arguments) if letters.endswith("*"))
+        return cls(tuple(letters.rstrip("*") for letters in arguments), results, written)
 
 
 class Gate:
@@ -68,14 +72,11 @@ class Gate:
     kernel : str
         Name for messages.
     signature : Signature
-    written : callable
-        Returns the places of the arguments that the kernel writes. Asked only when an array
-        is not fit as it is: one that is written cannot be cast, since the caller would
-        never see the result.
+        An array that is written cannot be cast, since the caller would never see the result.
 
     Examples
     --------
-    >>> gate = Gate("shift", Signature.parse("d1 l -> ."), lambda: [0])
+    >>> gate = Gate("shift", Signature.parse("d1* l -> ."))
     >>> gate([np.zeros(3), np.int32(2)])
     [array([0., 0., 0.]), 2]
     >>> gate([[0.0, 1.0], 2])
@@ -83,13 +84,9 @@ class Gate:
     TypeError: shift: argument 0 is written; expected an aligned C array d1 as it is, found a list
     """
 
-    def __init__(
-        self, kernel: str, signature: Signature, written: Callable[[], Iterable[int]]
-    ) -> None:
-        self._kernel = kernel
+    def __init__(self, kernel: str, signature: Signature) -> None:
+        self._kernel, self._written = kernel, signature.written
 
-        # Analysing the source takes half a second, so it is asked once and only if needed.
-        self._written = cache(written)
         # Parsed once per kernel: calls only compare.
         self._kinds = [
             (None, 0, NUMBERS[letters])
@@ -126,7 +123,7 @@ class Gate:
                 f"{self._kernel}: argument {place} has {array.ndim} dimensions, expected {n_dim}"
             )
         # A copy of an argument that is written would be written in vain.
-        if place in self._written():
+        if place in self._written:
             self._as_it_is(place, value, array, dtype)
             return array
         if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:

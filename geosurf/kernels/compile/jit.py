@@ -5,8 +5,9 @@
 ``@entry("d2 l2 l -> l")``
     A kernel that Python calls. The text gives one letter and the number of
     dimensions for each argument and result (``d`` float64, ``l`` int64, ``b`` bool; no
-    digit for a number, a dot for no result), so that exactly one machine-code version exists
-    and can be compiled ahead of time. The gate in front of it casts and checks (`gate`).
+    digit for a number, a dot for no result, a star for an array that is written), so that
+    exactly one machine-code version exists and can be compiled ahead of time. The gate in
+    front of it casts and checks (`gate`).
 
 The same sources run under three runners, with the same bits as results. The choice is made once,
 when the first kernel is imported, and holds for all of them:
@@ -15,7 +16,7 @@ when the first kernel is imported, and holds for all of them:
 runner           what runs                                           when
 ===============  ==================================================  =============================
 `plain_runner`   Python itself, every index checked                  NUMBA_DISABLE_JIT=1
-`frozen_runner`  machine code of a library, without numba            the wheel or the cache has one
+`frozen_runner`  machine code of a library, without numba            the wheel has one
 `numba_runner`   machine code compiled here by numba, and cached     otherwise, or GEOSURF_JIT=1
 ===============  ==================================================  =============================
 
@@ -47,10 +48,6 @@ class Runner(Protocol):
         self, name: str, function: Callable[..., Any], signature: Signature
     ) -> Callable[..., Any]:
         """Return what runs an entry on arguments that have passed its gate."""
-        ...
-
-    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
-        """Return the places of the arguments that an entry writes."""
         ...
 
     def describe(self) -> str:
@@ -96,12 +93,6 @@ def choose() -> Runner:
                     f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze "
                     "the kernels again."
                 ) from unfit
-        from geosurf.kernels.compile.own_library import own_library
-
-        try:
-            return FrozenRunner(own_library(stamp), "`geosurf warmup --library` made")
-        except Unfit as unfit:
-            reason += f", and {unfit}"
     # No library fits: compile here.
     from geosurf.kernels.compile.numba_runner import JitRunner
 
@@ -152,9 +143,7 @@ class Entry:
         self.name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
         self.python = function
         self.signature = signature
-
-        # Which arguments are written is asked only when an array does not fit as it is.
-        self._gate = Gate(function.__name__, signature, lambda: runner.written(self.name, function))
+        self._gate = Gate(function.__name__, signature)
         self._run = runner.caller(self.name, function, signature)
 
     def compile(self) -> bool:

@@ -17,6 +17,7 @@ import re
 import sys
 from collections.abc import Callable
 from functools import cache
+from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,6 @@ from geosurf.errors import DependencyError
 from geosurf.kernels.compile.file_cache import CHOICE, Store
 from geosurf.kernels.compile.gate import Signature
 from geosurf.kernels.compile.helpers import Helper, entry_dispatcher, names_of_its_own
-from geosurf.kernels.compile.plain_runner import written_in_source
 from geosurf.kernels.compile.sources import MACHINERY, file_of
 
 _HELPERS = Path(__file__).with_name("helpers.py")
@@ -190,11 +190,13 @@ def _has_moved(error: Exception) -> bool:
 
 def _announce(kernel: str) -> None:
     """Announce once that kernels are being compiled, since it takes a while."""
-    # Only where a person watches; log files stay clean.
-    if not _announced and sys.stderr is not None:
-        if sys.stderr.isatty() or "ipykernel" in sys.modules:
-            sys.stderr.write("geosurf: compiling kernels, a minute or more, once per version\n")
-            sys.stderr.flush()
+    # Workers do not repeat what their parent has said.
+    if not _announced and sys.stderr is not None and parent_process() is None:
+        sys.stderr.write(
+            "geosurf: compiling kernels, up to a minute, once per version (`geosurf warmup` "
+            "compiles all of them on all cores)\n"
+        )
+        sys.stderr.flush()
     _announced.append(kernel)
 
 
@@ -236,10 +238,6 @@ class JitRunner:
     ) -> Callable[..., Any]:
         """Return the kernel; nothing is compiled yet."""
         return JitKernel(function, signature, self._store)
-
-    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
-        """Return the places of the arguments that an entry writes."""
-        return written_in_source(name, function)
 
     def describe(self) -> str:
         """Return one sentence for people."""

@@ -34,13 +34,6 @@ def kernel_files(folder: Path) -> list[Path]:
     )
 
 
-def folder_of(file: Path) -> Path:
-    """Return the folder that the kernels of a file belong to: that above its room."""
-    parent = file.parent
-    # Outside of geosurf, as in tests, kernels lie in one folder.
-    return ROOT if ROOT in parent.parents else parent
-
-
 def module_of(file: Path) -> str:
     """Return the name of the module in a kernel file of geosurf."""
     return ".".join(["geosurf.kernels", *file.relative_to(ROOT).with_suffix("").parts])

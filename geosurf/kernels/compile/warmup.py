@@ -1,7 +1,7 @@
 """Compile all kernels ahead of time: ``geosurf warmup``.
 
-numba holds one lock while it compiles, so threads do not help; two processes with one cache do. A
-file is compiled by one process, those with the largest imports first.
+numba holds one lock while it compiles, so threads do not help; processes with one cache do, one for
+each core. A file is compiled by one process.
 """
 
 from __future__ import annotations
@@ -14,14 +14,13 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from importlib import import_module
 
 from geosurf.errors import OutputError
 from geosurf.kernels.compile import jit
 from geosurf.kernels.compile.sources import ROOT, kernel_files, module_of
 
-N_PROCESS = 2
 Progress = Callable[[int, int], object]
 
 
@@ -47,43 +46,17 @@ def warm(progress: Progress | None = None) -> str:
     what = jit.RUNNER.describe()
     if not jit.RUNNER.compiles:
         return f"Nothing to compile: {what}"
-    from geosurf.kernels.compile.numba_runner import closure, kernel_folder
+    from geosurf.kernels.compile.numba_runner import kernel_folder
 
     obstacle = jit.RUNNER.obstacle()
     if obstacle:
         raise OutputError(f"Compiled kernels could not be reused. {obstacle}")
     start = time.perf_counter()
-    files = {module_of(path): path for path in kernel_files(ROOT)}
-    # Files with the largest imports take longest and go first: both processes end together.
-    weight = {name: -sum(p.stat().st_size for p in closure(files[name])) for name in files}
-    found = _compile_all(sorted(weight, key=weight.__getitem__), progress)
+    found = _compile_all([module_of(path) for path in kernel_files(ROOT)], progress)
     n_loaded = sum(found.values())
     n_new = len(found) - n_loaded
     done = f"{n_new} kernels compiled in {time.perf_counter() - start:.0f} s"
     return f"{done}, {n_loaded} were compiled before; cached in {kernel_folder()}."
-
-
-def warm_library() -> str:
-    """
-    Compile all kernels into one library in the cache, as a wheel has it.
-
-    Returns
-    -------
-    str
-        One sentence: what was done, or why there is nothing to do.
-
-    Raises
-    ------
-    DependencyError
-        If there is no C compiler.
-    OutputError
-        If the library cannot be saved.
-    """
-    if not jit.RUNNER.compiles:
-        return f"Nothing to compile: {jit.RUNNER.describe()}"
-    from geosurf.kernels.compile.own_library import freeze_into_cache
-
-    return freeze_into_cache()
 
 
 def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
@@ -92,20 +65,37 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
     # Workers of somebody else, a notebook for example, are left alone.
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")  # a fork would take over threads and their locks
-    with ProcessPoolExecutor(N_PROCESS, spawn, _begin_worker) as pool:
-        jobs = [pool.submit(_compile_file, name) for name in names]
-        try:
-            # As they end: an error shows at once.
-            for n_done, job in enumerate(as_completed(jobs), start=1):
+    waiting, n_file = list(names), len(names)
+    pools = [ProcessPoolExecutor(1, spawn, _begin_worker) for _ in range(n_processes())]
+    # Half of the processes take files from the front, the others from the end: neighbours share
+    # helpers, and a process compiles a helper once.
+    jobs = {
+        pool.submit(_compile_file, waiting.pop(-(k % 2))): (pool, -(k % 2))
+        for k, pool in enumerate(pools[:n_file])
+    }
+    try:
+        while jobs:
+            done, _ = wait(jobs, return_when=FIRST_COMPLETED)
+            for job in done:
+                pool, end = jobs.pop(job)
                 found |= job.result()
-                if progress is not None:
-                    progress(n_done, len(jobs))
-        finally:
-            if not all(job.done() for job in jobs):  # an error must not wait for the other jobs
-                pool.shutdown(wait=False, cancel_futures=True)
-                for worker in set(multiprocessing.active_children()) - others:
-                    worker.terminate()
+                if waiting:
+                    jobs[pool.submit(_compile_file, waiting.pop(end))] = pool, end
+            if progress is not None:
+                progress(n_file - len(waiting) - len(jobs), n_file)
+    finally:
+        for pool in pools:
+            pool.shutdown(wait=not jobs, cancel_futures=True)
+        if jobs:  # an error must not wait for the other jobs
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.terminate()
     return found
+
+
+def n_processes() -> int:
+    """Number of cores that this process may use."""
+    cores = getattr(os, "sched_getaffinity", None)
+    return len(cores(0)) if cores else os.cpu_count() or 1
 
 
 def _begin_worker() -> None:

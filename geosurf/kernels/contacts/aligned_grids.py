@@ -203,7 +203,7 @@ def _block_reach(nodes, i, j, levels, rim):
     return low, high
 
 
-@entry("d1 l1 d2 d1 l1 d2 l2 b d d l2 -> l l")
+@entry("d1 l1 d2 d1 l1 d2 l2 b d d l2* -> l l")
 def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
     """Candidate pairs of triangles, while `pairs` has capacity; their number, blocks visited.
 

@@ -244,7 +244,7 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
             _prefetch_patch(grid.z, grid.a, at)
 
 
-@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
+@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2* -> l l")
 def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
     """Pairs (key of A, key of B, codes or NEEDS_EXACT) that meet or may meet; cells compared.
 

@@ -107,7 +107,7 @@ def may_coincide(x):
     return place[:m].copy()
 
 
-@entry("d2 l2 l1 l1 -> l l1")
+@entry("d2* l2* l1 l1 -> l l1")
 def drop_rows(x, t, some, of):
     """Drop rows of `some` (rising) that stand for earlier ones, `of`: what stays, and new rows.
 
@@ -166,7 +166,7 @@ def find_suspects(x, t, m, rows):
     return found[:n].copy(), n_corner
 
 
-@entry("d2 l2 l1 l1 -> .")
+@entry("d2* l2* l1* l1* -> .")
 def close_up_points(x, d, m, same):
     """Move points into the gaps of merged ones; writes the new id of each to `same`."""
     n_vertex = m[N_VERTEX]
@@ -188,7 +188,7 @@ def close_up_points(x, d, m, same):
     m[N_POINT] = n
 
 
-@entry("d2 l2 l2 l2 l1 l1 l1 l l l1 -> l")
+@entry("d2 l2 l2 l2 l1* l1* l1 l l l1* -> l")
 def merge_suspects(x, t, e, d, m, w, suspects, part, n_part, same):
     """Merge equal points, and points equal to a vertex, of one part of the suspects; their number.
 

@@ -136,7 +136,7 @@ def _passes(x, a, b, box, node, reach):
     return first <= last + 1e-9
 
 
-@entry("d2 l2 l1 l1 l1 d l2 -> l")
+@entry("d2 l2 l1 l1 l1 d l2* -> l")
 def points_near_segments(x, segments, first_segment, points, first_point, reach, pairs):
     """Write pairs (segment, point): rows of `segments` and of x; their number.
 

@@ -125,7 +125,7 @@ def pack_contacts(rows):
     return out
 
 
-@entry("l2 b1 l l1 -> l1")
+@entry("l2 b1 l l1* -> l1")
 def pack_decided(pairs, is_new, is_open, codes):
     """Pack crossings in two points of pairs that are new, to their codes; the other new pairs.
 

@@ -277,7 +277,7 @@ def _place_in_doubles(frame, f, low, high):
     return undecided[:n]
 
 
-@entry("d2 l2 l2 l2 l1 l1 l l -> .")
+@entry("d2* l2 l2 l2 l1* l1* l l -> .")
 def place_points(x, t, e, d, m, w, low, high):
     """Correctly rounded coordinates of constructed points `low` to `high` - 1, each of an edge and
     a plane.

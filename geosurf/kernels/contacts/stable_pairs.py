@@ -136,7 +136,7 @@ def _is_near_plane(x, t, m, w, a, b, slip):
     return False
 
 
-@entry("d2 l2 l1 l1 l2 b1 d -> b1")
+@entry("d2 l2 l1* l1* l2 b1 d -> b1")
 def unstable_pairs(x, t, m, w, pairs, meet, part):
     """Pairs whose contact could change if points moved by a part of their coordinates.
 

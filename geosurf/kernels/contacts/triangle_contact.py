@@ -321,7 +321,7 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
     return rows[n, N_CORNER] > 0
 
 
-@entry("d2 l2 l2 l1 l1 d l2 l1 -> l l")
+@entry("d2 l2 l2 l1* l1* d l2* l1* -> l l")
 def meet_pairs(x, t, pairs, m, w, slip, rows, near):
     """Contacts of candidate pairs of triangles; the numbers of rows written and of near pairs.
 

@@ -11,7 +11,7 @@ from geosurf.kernels.compile.jit import entry
 from geosurf.kernels.contacts.packed_contact import TRIANGLE_A, TRIANGLE_B
 
 
-@entry("l2 l2 l -> l1 l")
+@entry("l2* l2* l -> l1 l")
 def number_faces(rows, near, n_face):
     """New number of each face in contacts or near pairs, or -1, and how many; both get them."""
     number = np.full(n_face, -1, dtype=np.int64)
@@ -32,7 +32,7 @@ def number_faces(rows, near, n_face):
     return number, n
 
 
-@entry("l2 l1 l1 l1 l l2 l1 l1 -> l1 l1")
+@entry("l2 l1 l1 l1 l l2* l1* l1* -> l1 l1")
 def select_faces(t, surface, key, number, n_vertex, new_t, new_surface, new_key):
     """Write the faces that have a number; returns the new number of each vertex that these use, or
     -1, and those vertices.

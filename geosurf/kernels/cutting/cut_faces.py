@@ -283,7 +283,7 @@ def _write_children(points, mesh, local, children, parents, out, suspect, n_susp
     return out, n_suspect
 
 
-@entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l l2 l1 -> l l1")
+@entry("d2* l2 l2 l2* l1* l1* l2* l1* l2 l1 l l2* l1* -> l l1")
 def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, children, parents):
     """Children of all cut faces: their number, FULL, or BROKEN - (face number); and suspect rows.
 
@@ -329,7 +329,7 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     return out, suspect[:n_suspect].copy()
 
 
-@entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 -> l1")
+@entry("d2* l2 l2 l2* l1* l1* l2* l1* l2* -> l1")
 def adopt_points(x, t, e, d, m, w, names, places, made):
     """Ids of points that another call of `cut_faces` made, given as their definitions in order.
 

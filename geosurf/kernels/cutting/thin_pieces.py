@@ -96,7 +96,7 @@ def largest_coordinate(x, t, faces):
     return largest
 
 
-@entry("d2 l2 l1 l1 l2 d2 l2 l1 d -> l1")
+@entry("d2 l2 l1* l1* l2 d2 l2 l1 d -> l1")
 def thin_children(x, t, m, w, rows, y, children, parent, limit):
     """Rows of the thin children of faces.
 

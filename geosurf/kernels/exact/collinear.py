@@ -59,7 +59,7 @@ def _is_in_planes(frame, p):
     return True
 
 
-@entry("d2 l2 l2 l2 l1 l1 l2 l1 -> .")
+@entry("d2 l2 l2 l2 l1* l1* l2 l1* -> .")
 def inside_segments(x, t, e, d, m, w, rows, out):
     """out[i] = 1 if point rows[i, 0] lies inside segment rows[i, 1:3], its ends excluded.
 

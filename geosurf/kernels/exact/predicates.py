@@ -260,7 +260,7 @@ def scale_of(x):
     return -low, high - low
 
 
-@entry("d2 l2 l1 l1 -> l1")
+@entry("d2 l2 l1 l1* -> l1")
 def flat_triangles(x, t, m, w):
     """Rows of the triangles whose area is exactly zero."""
     flat = np.empty(t.shape[0], dtype=np.int64)
@@ -293,14 +293,14 @@ def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray
     return m, workspace(m[LIMBS])
 
 
-@entry("d2 l2 l1 l1 l1 -> .")
+@entry("d2 l2 l1* l1* l1* -> .")
 def orient2d_rows(x, rows, m, w, out):
     """out[i] = turn of the vertices rows[i] on axes (0, 1)."""
     for i in range(rows.shape[0]):
         out[i] = orient2d(x, m, w, rows[i, 0], rows[i, 1], rows[i, 2], 0, 1)
 
 
-@entry("d2 l2 l1 l1 l1 -> .")
+@entry("d2 l2 l1* l1* l1* -> .")
 def orient3d_rows(x, rows, m, w, out):
     """out[i] = side of vertex rows[i, 3] of the plane of the first three."""
     for i in range(rows.shape[0]):

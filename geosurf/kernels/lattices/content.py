@@ -22,7 +22,7 @@ def _mixed(state, number):
     return product ^ ((product >> 32) & _LOWER)
 
 
-@entry("l1 l1 -> .")
+@entry("l1* l1 -> .")
 def mix_into(state, numbers):
     """Mix numbers into the state of some lanes, as many as fill all lanes AT_ONCE times."""
     n = state.shape[0]

@@ -109,7 +109,7 @@ def _list_rest(found, at, n_row, size, taken, top, fine, n_fine):
     return n_fine
 
 
-@entry("l2 l1 l1 l1 l l l2 l2 -> l l")
+@entry("l2 l1 l1 l1 l l l2* l2* -> l l")
 def find_blocks(runs, start, kind, sizes, n_row, n_col, blocks, fine):
     """Write all blocks, the largest ones that fit, and triangles beside them, while there is room.
 

@@ -81,7 +81,7 @@ def count_unusable(p, q, r, a, runs):
     return n_bad
 
 
-@entry("l1 l2 b1 -> .")
+@entry("l1 l2 b1* -> .")
 def mark_runs(a, runs, marks):
     """Mark the triangles of runs, by key."""
     width = 2 * (a[N_COL] - 1)
@@ -168,7 +168,7 @@ def _add_sums(c, level, sign, i, out):
     return area, around
 
 
-@entry("d1 d1 d1 l1 l1 d1 d d2 d2 -> .")
+@entry("d1 d1 d1 l1 l1 d1 d d2* d2* -> .")
 def sums_of_runs(p, q, r, a, label, origin, level, out, rest):
     """Add to the rows of runs (n_run, 14) the sums over their triangles; to `rest` (1, 3) twice the
     area (two numbers) and all sides of the triangles without a label, which exist.
@@ -363,7 +363,7 @@ def _alike_from(label, shared, n_col, i, j):
     return n
 
 
-@entry("l1 l1 b1 l2 l l l2 -> l l2")
+@entry("l1 l1 b1 l2 l l l2* -> l l2")
 def count_private(a, label, shared, sides, first, last, counts):
     """Add private nodes and edges of some rows of nodes (first, last) to the counts of units; the
     number of nodes of shells, and pairs of runs with a common private edge.
@@ -399,7 +399,7 @@ def count_private(a, label, shared, sides, first, last, counts):
     return n_used, pairs[:n_pair].copy()
 
 
-@entry("l2 d2 d2 -> .")
+@entry("l2 d2 d2* -> .")
 def add_to_units(sides, sums, out):
     """Add sums of elements (see `sums_of_runs`) to those of the units that they bound.
 

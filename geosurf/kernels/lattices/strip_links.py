@@ -23,7 +23,7 @@ def _whole_edge(corners, number, face, one, two):
     return -1
 
 
-@entry("l2 l1 l1 l1 l l l2 l1 l1 l1 b l2 l1 l l1 -> l l2")
+@entry("l2 l1 l1 l1 l l l2 l1 l1 l1 b l2 l1 l l1* -> l l2")
 def link_runs(
     t, key, face, ring, low, high, corners, number, a, absent, turned, runs, start,
     first_run, link,

@@ -55,7 +55,7 @@ def number_nodes(a, runs, nodes, points, n):
     return id_of_node, n
 
 
-@entry("d1 d1 d1 l1 l1 l d1 d2 -> .")
+@entry("d1 d1 d1 l1 l1 l d1 d2* -> .")
 def write_nodes(p, q, r, a, id_of_node, first, origin, x):
     """Positions of the nodes with new points (`first` and on), in the local frame."""
     for k in range(id_of_node.shape[0]):
@@ -76,7 +76,7 @@ def _fill_places(a, runs, first, last, places):
         places[runs[i, FIRST] : runs[i, LAST] + 1] = i
 
 
-@entry("l1 l2 l1 l1 l2 l1 l2 -> .")
+@entry("l1 l2 l1 l1 l2 l1 l2* -> .")
 def write_triangles(a, runs, start, cut, corners, id_of_node, t):
     """Corners of cut triangles and of those of runs, in the order of keys."""
     n_col = a[N_COL]
@@ -116,7 +116,7 @@ def write_triangles(a, runs, start, cut, corners, id_of_node, t):
         n += 1
 
 
-@entry("l1 l2 l1 l1 l1 l l1 l1 -> .")
+@entry("l1 l2 l1 l1 l1 l l1* l1* -> .")
 def write_labels(a, runs, start, cut, elements, first_run, keys, out):
     """Keys and elements of the same triangles; runs are the elements `first_run` and on."""
     n_col = a[N_COL]

@@ -190,7 +190,7 @@ def gaps_of_holes(n_row, n_col, rising, start, holes):
     return gaps[:n].copy()
 
 
-@entry("l1 l1 l1 l2 -> l1 l")
+@entry("l1 l1 l1 l2* -> l1 l")
 def find_runs(a, keys, absent, runs):
     """Fill `runs` up to capacity; start of each row, and the number of runs."""
     n_row = max(a[N_ROW] - 1, 0)

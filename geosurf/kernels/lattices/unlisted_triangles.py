@@ -105,7 +105,7 @@ def _mark_near(one, count, two, count_two, hit, hit_two):
                 hit_two[two.keys[j]] = True
 
 
-@entry("d1 d1 d1 l1 d2 l2 b1 b1 d1 d1 d1 l1 l2 l1 d2 l2 b1 b1 -> .")
+@entry("d1 d1 d1 l1 d2 l2 b1 b1* d1 d1 d1 l1 l2 l1 d2 l2 b1 b1* -> .")
 def mark_near(pa, qa, ra, aa, na, la, free, hit, pb, qb, rb, ab, tb, ob, nb, lb, free_b, hit_b):
     """Mark the unlisted triangles of a lattice that are near triangles of another surface.
 

@@ -32,7 +32,7 @@ OFF = -1  # the key of a point beside the lattice
 _NEIGHBOURS = 9  # cells around a guess, itself among them
 
 
-@entry("l1 l2 l1 l1 -> .")
+@entry("l1 l2 l1 l1* -> .")
 def spread_runs(a, runs, values, out):
     """Write the value of each run to all of its triangles, by key."""
     for i in range(runs.shape[0]):
@@ -199,7 +199,7 @@ def _n_below(x, y, z, a, k, corners, px, py, levels, first, n, floor, turn, s, m
     return begin
 
 
-@entry("d1 d1 l1 d2 l1 l2 d1 l d2 d1 l d1 l1 l1 l1 -> .")
+@entry("d1 d1 l1 d2 l1 l2 d1 l d2 d1 l d1 l1* l1* l1* -> .")
 def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, rule, m, w, unit):
     """Add the steps of all surfaces of a group to the highest level below each.
 
@@ -228,7 +228,7 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
                 unit[q * n + below - 1] += step
 
 
-@entry("d1 d1 l1 d1 l d2 d1 l1 l1 l1 -> .")
+@entry("d1 d1 l1 d1 l d2 d1 l1* l1* l1* -> .")
 def find_keys(x, y, a, guess, turn, p, rule, m, w, key):
     """Write the key of the triangle that each vertical line passes, or OFF beside the grid.
 

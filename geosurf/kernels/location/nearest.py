@@ -109,7 +109,7 @@ def _push_nearer(nodes, levels, node, level, px, py, pz, wide, stack, far, top):
     return top
 
 
-@entry("d2 l2 l1 d2 l2 d2 d1 -> .")
+@entry("d2 l2 l1 d2 l2 d2 d1* -> .")
 def nearest_distance(x, t, order, nodes, levels, p, out):
     """Write the distance from each point to the nearest triangle; there is at least one."""
     # a little farther than the best one is looked at, too: rounding then decides nothing, and the

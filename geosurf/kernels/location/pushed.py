@@ -124,7 +124,7 @@ def count_levels(levels, first, n, height):
     return low
 
 
-@entry("l1 l -> .")
+@entry("l1* l -> .")
 def sum_from_top(unit, n):
     """Turn steps at the highest level below each surface into units, line by line of n levels.
 

@@ -82,7 +82,7 @@ def _row_of_bins(c, t, grid, shape, row, ends):
     return west, _bin(ends[1] + slip, grid[0], grid[2], shape[1])
 
 
-@entry("d2 d1 l1 l1 -> l")
+@entry("d2 d1 l1 l1* -> l")
 def count_bins(c, grid, shape, count):
     """Count the triangles of each bin, and return the sum."""
     total = 0
@@ -98,7 +98,7 @@ def count_bins(c, grid, shape, count):
     return total
 
 
-@entry("d2 l1 d1 l1 l1 l1 -> .")
+@entry("d2 l1 d1 l1 l1* l1* -> .")
 def fill_bins(c, facing, grid, shape, at, items):
     """Write the triangles of each bin in their order, the highest first.
 
@@ -161,7 +161,7 @@ def _n_below(c, facing, ends, t, px, py, levels, first, n, floor, s, m, w):
     return begin
 
 
-@entry("d2 d1 d1 l1 d2 d1 -> l1")
+@entry("d2 d1 d1 l1 d2* d1* -> l1")
 def order_by_tile(p, levels, box, shape, ordered, z):
     """Order of points by tiles of the map, row by row, with their coordinates: a counting sort.
 
@@ -186,7 +186,7 @@ def order_by_tile(p, levels, box, shape, ordered, z):
     return order
 
 
-@entry("d2 l1 d2 l1 d1 l1 l1 l1 d2 d1 l d1 l1 l1 l1 -> .")
+@entry("d2 l1 d2 l1 d1 l1 l1 l1 d2 d1 l d1 l1* l1* l1* -> .")
 def add_triangle_units(
     c, facing, ends, step, grid, shape, start, items, p, levels, each, rule, m, w, unit
 ):

@@ -94,7 +94,7 @@ def _mark(s, slip, grid, shape, met):
         n += 2
 
 
-@entry("d2 d d1 l1 b1 -> .")
+@entry("d2 d d1 l1 b1* -> .")
 def mark_triangles(c, slip, grid, shape, met):
     """Mark the voxels that triangles may meet."""
     s = np.empty((_DEPTH, 9))
@@ -104,7 +104,7 @@ def mark_triangles(c, slip, grid, shape, met):
         _mark(s, slip, grid, shape, met)
 
 
-@entry("d1 d1 l1 d2 l1 l2 d d1 l1 b1 -> .")
+@entry("d1 d1 l1 d2 l1 l2 d d1 l1 b1* -> .")
 def mark_lattice(x, y, a, z, column, steps, slip, grid, shape, met):
     """Mark the voxels that the whole cells of gridded surfaces may meet."""
     s = np.empty((_DEPTH, 9))
@@ -127,7 +127,7 @@ def mark_lattice(x, y, a, z, column, steps, slip, grid, shape, met):
                     _mark(s, slip, grid, shape, met)
 
 
-@entry("l1 l1 -> .")
+@entry("l1 l1* -> .")
 def pack_voxels(inside, words):
     """Write the units of voxels as words; they are -1 outside the model, `OPEN` at surfaces."""
     for v in range(inside.shape[0]):
@@ -135,7 +135,7 @@ def pack_voxels(inside, words):
         words[v >> 2] |= code << (16 * (v & 3))
 
 
-@entry("d2 d1 d1 l1 l1 l1 l1 -> l")
+@entry("d2 d1 d1 l1 l1 l1* l1* -> l")
 def units_of_voxels(p, origin, grid, shape, words, unit, others):
     """Write the unit of each point whose voxel has one; list the others, and return their number.
 

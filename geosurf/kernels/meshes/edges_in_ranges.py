@@ -13,7 +13,7 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.meshes.mesh import find, join, match_in_buckets, numbered, with_upper
 
 
-@entry("l2 l l l1 -> .")
+@entry("l2 l l l1* -> .")
 def count_lower(t, low, high, count):
     """Count half-edges by their lower vertex, of triangles `low` to `high` - 1."""
     for i in range(low, high):
@@ -23,7 +23,7 @@ def count_lower(t, low, high, count):
         count[min(c, a)] += 1
 
 
-@entry("l2 -> l1")
+@entry("l2* -> l1")
 def begin_buckets(count):
     """First place of each vertex, and the end; `count` (n_range, n_vertex) becomes the first place
     of each range in the bucket of each vertex.
@@ -38,7 +38,7 @@ def begin_buckets(count):
     return start
 
 
-@entry("l2 l l l1 l1 l1 -> .")
+@entry("l2 l l l1* l1* l1* -> .")
 def fill_buckets(t, low, high, place, bucket, ring):
     """Put half-edges into buckets from the places of this range on; each is a ring of its own."""
     for i in range(low, high):
@@ -50,13 +50,13 @@ def fill_buckets(t, low, high, place, bucket, ring):
             ring[3 * i + c] = 3 * i + c
 
 
-@entry("l1 l1 l l l1 -> l")
+@entry("l1 l1 l l l1* -> l")
 def match_buckets(start, bucket, low, high, ring):
     """Put half-edges in the buckets of vertices `low` to `high` - 1 into rings; number of edges."""
     return match_in_buckets(start, bucket, low, high, start.shape[0] - 1, ring)
 
 
-@entry("l1 l l l l l1 -> .")
+@entry("l1 l l l l l1* -> .")
 def mark_alone(ring, low, high, free, paired, link):
     """Write to `link` which of the half-edges `low` to `high` - 1 are alone."""
     for h in range(low, high):
@@ -120,7 +120,7 @@ def _longer(pairs):
     return found
 
 
-@entry("l1 l1 l1 l l l1 -> l2 l1")
+@entry("l1 l1 l1 l l l1* -> l2 l1")
 def join_range(owners, ring, twin, low, high, parent):
     """Join triangles `low` to `high` - 1 with each other over the edges inside patches.
 
@@ -163,7 +163,7 @@ def join_range(owners, ring, twin, low, high, parent):
     return across[:n_across].copy(), rim[:n_rim].copy()
 
 
-@entry("l1 l2 l1 l1 l1 -> l1")
+@entry("l1* l2 l1 l1 l1 -> l1")
 def join_ranges(parent, across, surface, ring, twin):
     """Patch of each triangle, numbered by first triangle, once the ranges have been joined."""
     for k in range(across.shape[0]):

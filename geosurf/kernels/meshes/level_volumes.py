@@ -53,7 +53,7 @@ def _add_both(out, i, above, below):
     _add(out, i, 2, below)
 
 
-@entry("d2 l2 l1 b1 d d2 -> .")
+@entry("d2 l2 l1 b1 d d2* -> .")
 def volume_beside_triangles(x, t, face, asked, level, out):
     """Add to the rows (n_face, 4) of their faces six times the volume between triangles and a
     level: above it (two numbers) and below it (two numbers, negative below upper sides).
@@ -70,7 +70,7 @@ def volume_beside_triangles(x, t, face, asked, level, out):
         _add_both(out, face[i], above, below)
 
 
-@entry("d1 d1 d1 l1 l2 l1 d d2 -> .")
+@entry("d1 d1 d1 l1 l2 l1 d d2* -> .")
 def volume_beside_runs(p, q, r, a, runs, face, level, out):
     """Add the same for runs."""
     rising = a[RISING] != 0
@@ -108,7 +108,7 @@ def volume_beside_runs(p, q, r, a, runs, face, level, out):
                 _add_both(out, face[i], above, below)
 
 
-@entry("d2 l2 l1 b1 d2 -> .")
+@entry("d2 l2 l1 b1 d2* -> .")
 def heights_of_triangles(x, t, face, asked, out):
     """Widen the rows (n_face, 2) of their faces to the lowest and highest corner of triangles."""
     for i in range(t.shape[0]):
@@ -151,7 +151,7 @@ def heights_of_runs(r, a, runs, runs0, known):
     return out
 
 
-@entry("d2 l1 d d2 -> .")
+@entry("d2 l1 d d2* -> .")
 def widen_by_runs(ends, face, origin, out):
     """Widen the rows (n_face, 2) of their faces by those of runs, less `origin`."""
     for i in range(ends.shape[0]):

@@ -19,7 +19,7 @@ from geosurf.kernels.compile.jit import entry
 from geosurf.kernels.meshes.mesh import find, join
 
 
-@entry("l2 l1 l1 l2 l1 l1 l2 b1 l1 l1 l l l l l l2 l1 l1 l1 -> .")
+@entry("l2 l1 l1 l2 l1 l1 l2 b1 l1 l1 l l l l l l2* l1* l1* l1* -> .")
 def merge_by_face(
     child, parent, uncut, t, surface_of_face, key_of_face,
     other, taken, number, keys, of, i, j, row, stop, triangles, surface, key, face,
@@ -71,7 +71,7 @@ def merge_by_face(
         row += 1
 
 
-@entry("l2 l -> l1 l")
+@entry("l2* l -> l1 l")
 def number_used(t, n):
     """Number of each of n points among those that triangles use, or -1; and how many these are.
 

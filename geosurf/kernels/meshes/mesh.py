@@ -218,7 +218,7 @@ def pieces(t, ring):
     return numbered(parent)
 
 
-@entry("d2 l2 l2 l1 l1 l1 -> l1")
+@entry("d2 l2 l2 l1 l1* l1* -> l1")
 def inverted_triangles(x, t, parents, parent, m, w):
     """Rows of the triangles that do not face as their parents do, on the same axis."""
     rows = np.empty(t.shape[0], dtype=np.int64)

@@ -159,7 +159,7 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
     return found
 
 
-@entry("l2 l l -> l1")
+@entry("l2* l l -> l1")
 def number_by_bits(table, n_column, limit):
     """`number_in_place` by a bit for each possible key."""
     # One bit per possible key.

@@ -117,7 +117,7 @@ def open_edges(t, ring, link, part, low, high):
     return first[:n].copy()
 
 
-@entry("l1 l1 b1 -> l")
+@entry("l1 l1 b1* -> l")
 def mark_around(ring, first, marked):
     """Mark the triangles around some edges, by a half-edge of each; returns how many marks."""
     n = 0

@@ -77,7 +77,7 @@ def _look_ahead(t, ring, part, parent, px, first, low, at):
                 break
 
 
-@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
+@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1* l1* l1* -> l")
 def sort_seams(x, t, ring, first, part, parent, px, pt, m, w, start, seams):
     """Write the order of the triangles around some edges, by a half-edge of each, to `seams`.
 
@@ -125,7 +125,7 @@ def sort_seams(x, t, ring, first, part, parent, px, pt, m, w, start, seams):
     return DONE
 
 
-@entry("l1 l1 l1 l1 l1 -> .")
+@entry("l1 l1 l1 l1* l1* -> .")
 def join_seams(start, seams, part, sides, pieces):
     """Unite sides that face each other across edges, and in `pieces` all parts that touch."""
     for k in range(start.shape[0] - 1):

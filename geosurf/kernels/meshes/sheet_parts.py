@@ -66,7 +66,7 @@ def join_past_others(edge, triangle, fault, surface, patch, parent, of, n_patch)
     return label
 
 
-@entry("d2 l2 l2 l1 l1 l1 l1 l1 l1 l2 l l l l1 l1 -> d1")
+@entry("d2 l2 l2 l1 l1 l1 l1 l1 l1 l2 l l l l1* l1* -> d1")
 def balance_at_fault(
     x, t, ends, edge, triangle, surface, part, parent, wall, faces, of, fault, n_part, m, w
 ):  # fmt: skip

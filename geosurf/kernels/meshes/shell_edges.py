@@ -56,7 +56,7 @@ def _has_run_between(row, first_run, chain, n):
     return False
 
 
-@entry("l2 l1 l l2 l l l2 -> l l")
+@entry("l2 l1 l l2 l l l2* -> l l")
 def count_shared(t, row, first_run, sides, n_vertex, n_shared, counts):
     """Add vertices below `n_shared`, and edges with one of these, to the counts of units.
 

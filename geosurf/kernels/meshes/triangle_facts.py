@@ -30,7 +30,7 @@ def _normal(x, a, b, c):
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@entry("d2 l2 l1 d1 d1 d1 b1 -> .")
+@entry("d2 l2 l1 d1 d1 d1* b1* -> .")
 def rises_of_triangles(x, t, surface, lower, upper, rise, within):
     """Write whether each triangle lies in a box. If so, add twice its area in the map, below 0
     where it looks down, to that of its surface.
@@ -62,7 +62,7 @@ def sizes_of_triangles(x, t):
     return area, around
 
 
-@entry("d2 l2 d l2 d2 -> .")
+@entry("d2 l2 d l2 d2* -> .")
 def add_triangles_to_units(x, t, level, sides, out):
     """Add triangles to the sums of the units that they bound, as `run_checks.add_to_units` does
     for runs. Volumes are measured from an elevation, `level`.

@@ -21,7 +21,7 @@ def bounds_of_triangles(x, t):
     return found
 
 
-@entry("l2 b1 l1 l -> l1 l")
+@entry("l2 b1 l1* l -> l1 l")
 def number_untouched(t, taken, number, first):
     """Number the points of the triangles that are not taken, and count these triangles.
 

@@ -42,7 +42,7 @@ def _lowest(x, t, i):
     return low
 
 
-@entry("d2 l2 l1 b1 d d2 -> .")
+@entry("d2 l2 l1 b1 d d2* -> .")
 def volume_below_triangles(x, t, face, asked, level, out):
     """Add six times the volume between triangles and a level (two numbers), and twice their map
     area, to the rows (n_face, 3) of their faces; negative where normals look down.
@@ -150,7 +150,7 @@ def volume_below_runs(p, q, r, a, runs, level, runs0, known):
     return out
 
 
-@entry("l1 d2 l1 d2 -> .")
+@entry("l1 d2 l1 d2* -> .")
 def add_runs(a, sums, face, out):
     """Add the rows of `volume_below_runs` to the rows (n_face, 3) of their faces."""
     sign = -1.0 if a[TURNED] != 0 else 1.0
@@ -179,7 +179,7 @@ def _extend(out, i, c, up):
         out[i, 5 + k] = max(out[i, 5 + k], max(c[0, k], max(c[1, k], c[2, k])))
 
 
-@entry("d2 l2 l1 b1 d2 -> .")
+@entry("d2 l2 l1 b1 d2* -> .")
 def extent_triangles(x, t, face, asked, out):
     """Add to the rows (n_face, 12): area (two numbers), lower and upper corner of triangles, twice
     the area in the map of those that look up (two numbers) and of those that look down (two).
@@ -294,7 +294,7 @@ def _extend_by_run(p, q, r, a, row, first, last, origin, out, f, up):
     out[f, down], out[f, down + 1] = down_high, down_low
 
 
-@entry("d1 d1 d1 l1 l2 l1 d1 d2 -> .")
+@entry("d1 d1 d1 l1 l2 l1 d1 d2* -> .")
 def extent_runs(p, q, r, a, runs, face, origin, out):
     """Add the same for runs; `origin` is subtracted from their nodes."""
     up = 10 if a[TURNED] != 0 else 8

@@ -189,7 +189,7 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
     return side
 
 
-@entry("d2 l2 l1 d2 l2 l1 b1 l1 l1 d1 l2 -> .")
+@entry("d2 l2 l1 d2 l2 l1 b1 l1 l1 d1 l2* -> .")
 def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sides):
     """Write for each ray the side where it leaves its set, and the first side of others that it
     hits.
@@ -240,7 +240,7 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
                 break
 
 
-@entry("l1 d2 l2 d2 d1 l1 -> l")
+@entry("l1 d2 l2 d2 d1 l1* -> l")
 def rows_in_box(order, nodes, levels, boxes, box, rows):
     """Write the triangles whose boxes meet a box, up to capacity; their number."""
     stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)

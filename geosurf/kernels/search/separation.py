@@ -295,7 +295,7 @@ def _is_one_graph(graph, filled, low, high):
     return True
 
 
-@entry("d2 l2 l l1 d2 d1 d l1 l1 l1 l l l2 -> l")
+@entry("d2 l2 l l1 d2 d1 d l1 l1 l1 l l l2* -> l")
 def undecided_pairs(
     x, t, n_first, graph, boxes, bounds, size, shape, offsets, filled, first, last, pairs
 ):

@@ -367,7 +367,7 @@ def _is_excluded(a, i, level_i, one, b, j, level_j, two):
     return level_j == 0 and level_i > 0 and _box_misses_leaf(b, j, two, a.nodes, i)
 
 
-@entry("d1 d1 d1 l1 l2 l1 d2 l2 d1 d1 d1 l1 l2 l1 d2 l2 b l2 -> l l")
+@entry("d1 d1 d1 l1 l2 l1 d2 l2 d1 d1 d1 l1 l2 l1 d2 l2 b l2* -> l l")
 def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, same, pairs):
     """Candidate pairs of triangles, while `pairs` has capacity; their number, nodes visited.
 

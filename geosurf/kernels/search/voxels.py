@@ -144,7 +144,7 @@ def fill_voxels(boxes, rows, bounds, size, shape):
     return offsets[: n_voxel + 1].copy(), filled
 
 
-@entry("d2 l1 d2 d1 d l1 l1 l1 b l2 -> l")
+@entry("d2 l1 d2 d1 d l1 l1 l1 b l2* -> l")
 def voxel_pairs(boxes_a, rows_a, boxes_b, bounds, size, shape, offsets, filled, same, pairs):
     """Pairs of triangles with overlapping boxes, written up to capacity; their number.
 

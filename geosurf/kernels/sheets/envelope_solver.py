@@ -168,7 +168,7 @@ def _look_up(g, form, number, place, at):
     return least
 
 
-@entry("l1 d1 l1 -> l")
+@entry("l1 d1* l1 -> l")
 def factorise(first, lower, start):
     """Cholesky factor of an envelope matrix, in place; the row with a pivot <= 0, or -1."""
     for i in range(first.shape[0]):

@@ -14,7 +14,7 @@ from __future__ import annotations
 from geosurf.kernels.compile.jit import entry
 
 
-@entry("d2 d1 l2 l1 l1 d2 l1 l1 d d1 -> .")
+@entry("d2 d1 l2 l1 l1 d2 l1 l1 d d1* -> .")
 def values_on_triangles(
     plane, values, triangles, starts, items, points, rows, block, inside, out
 ):  # fmt: skip

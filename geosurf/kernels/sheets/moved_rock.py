@@ -36,7 +36,7 @@ def _bilinear(flat, start, n, m, u, v):
     return lower * (1.0 - g) + upper * g
 
 
-@entry("d1 l l d1 d1 d1 -> .")
+@entry("d1 l l d1 d1 d1* -> .")
 def values_in_table(flat, n, m, u, v, out):
     """Write the values of a table (n, m), row by row, at broken rows and columns."""
     for k in range(u.shape[0]):
@@ -58,7 +58,7 @@ def across(flat, start, n, m, fault, s, z):
     return _in_table(flat, start, n, m, fault, s, within) + fault[3] * (z - within)
 
 
-@entry("d1 l l d1 d1 d1 d1 -> .")
+@entry("d1 l l d1 d1 d1 d1* -> .")
 def across_fault(flat, n, m, fault, s, z, out):
     """Write where a fault is across strike: straight on past its ends, sloping on beyond."""
     for k in range(s.shape[0]):
@@ -76,7 +76,7 @@ def largest_heave(flat, n, m, fault, s, z, throw):
     return most
 
 
-@entry("d2 d d1 l l d1 d2 d1 d1 -> .")
+@entry("d2 d d1 l l d1 d2 d1 d1* -> .")
 def distances_from_fault(axes, first, flat, n, m, fault, xy, z, out):
     """Write how far places are from a fault at their elevation, across strike."""
     for k in range(z.shape[0]):
@@ -148,7 +148,7 @@ def moved_from(
     return to * a + r * c, to * b + r * d, low
 
 
-@entry("d2 d d1 l l d1 d1 l l l d d2 d1 d1 d1 d2 d1 -> .")
+@entry("d2 d d1 l l d1 d1 l l l d d2 d1 d1 d1 d2* d1* -> .")
 def move_rock(
     axes, first, flat, n, m, fault, lines, n_line, m_line, steps, reach, xy, z, part, throw,
     moved, lower,
@@ -201,7 +201,7 @@ def height_at(grid, rising, to_columns, x, y):
     return _on_triangles(grid, rising, u, v)
 
 
-@entry("l1 d2 d2 d1 d2 d1 b d d1 d2 -> l1 d2 d2 d1")
+@entry("l1 d2 d2 d1 d2 d1 b d d1* d2* -> l1 d2 d2 d1")
 def settle(todo, where, at, old, now, height, both, close, z, was):
     """Take the particles that have arrived, and shift the origin of the others by what they miss.
 
@@ -229,14 +229,14 @@ def settle(todo, where, at, old, now, height, both, close, z, was):
     return left[:n].copy(), place[:n].copy(), origin[:n].copy(), level[:n].copy()
 
 
-@entry("d2 b d1 d1 d1 -> .")
+@entry("d2 b d1 d1 d1* -> .")
 def heights_on_triangles(grid, rising, x, y, out):
     """Write elevations of the triangles of a grid at columns x and rows y."""
     for k in range(x.shape[0]):
         out[k] = _on_triangles(grid, rising, x[k], y[k])
 
 
-@entry("d2 b d2 d2 d1 -> .")
+@entry("d2 b d2 d2 d1* -> .")
 def heights_at_places(grid, rising, to_columns, xy, out):
     """Write elevations of the triangles of a grid at places; `to_columns` gives column and row."""
     for k in range(out.shape[0]):

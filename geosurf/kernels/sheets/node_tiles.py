@@ -43,7 +43,7 @@ def numbers_of_nodes(nodes, n_col, tile_of, numbers):
     return found, n_new
 
 
-@entry("l1 l l1 l -> l")
+@entry("l1 l l1* l -> l")
 def open_tiles(nodes, n_col, tile_of, n_tile):
     """Number the tiles of nodes that have none in `tile_of`, from `n_tile` on; how many now."""
     for k in range(nodes.shape[0]):
@@ -54,7 +54,7 @@ def open_tiles(nodes, n_col, tile_of, n_tile):
     return n_tile
 
 
-@entry("l1 l1 l l1 l1 -> .")
+@entry("l1 l1 l l1 l1* -> .")
 def put_numbers(nodes, values, n_col, tile_of, numbers):
     """Write the numbers of nodes into their tiles."""
     for k in range(nodes.shape[0]):

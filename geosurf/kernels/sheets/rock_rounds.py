@@ -61,7 +61,7 @@ def _stay_in_walls(walls, first, n_round):
     return True
 
 
-@entry("d2 l2 d1 b1 d2 d b d2 d1 d l d2 b d2 d2 d l d1 d2 d2 d1 d2 d2 -> l")
+@entry("d2 l2 d1 b1 d2 d b d2 d1 d l d2 b d2 d2 d l d1* d2* d2* d1* d2* d2* -> l")
 def settle_rock(
     faults, tables, flat, acts, ends, lean, gradual, parts, steep, spare, steps,
     grid, rising, to_columns, xy, close, rounds, z, was, in_walls, z_there, was_there, moved_there,
@@ -198,7 +198,7 @@ def first_folded(now, parts, n_row, n_col):
     return -1
 
 
-@entry("d2 d2 l l d1 -> .")
+@entry("d2 d2 l l d1* -> .")
 def outside_of_grid(xy, to_columns, n_row, n_col, out):
     """Write the distance by which places lie outside of a grid of nodes [cells], 0 inside."""
     for k in range(xy.shape[0]):

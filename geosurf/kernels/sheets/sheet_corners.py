@@ -104,7 +104,7 @@ def _separated_by_edge(x, t, m, w, f, own, g):
     return False
 
 
-@entry("d2 l2 l2 l1 l1 -> b1")
+@entry("d2 l2 l2 l1* l1* -> b1")
 def overlap_in_map(x, t, pairs, m, w):
     """Whether two triangles (rows of `t`) may overlap except in a corner or an edge of the mesh.
 

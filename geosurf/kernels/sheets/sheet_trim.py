@@ -70,7 +70,7 @@ def _vertex_at(local, p, vertices, origin, faces, face):
     return -1
 
 
-@entry("d2 l2 l1 l2 d2 d1 b1 b1 b1 l1 l1 l l2 -> b1 b1")
+@entry("d2 l2 l1 l2 d2 d1 b1 b1 b1 l1 l1 l l2* -> b1 b1")
 def classify_parts(
     local, triangles, parent, faces, vertices, origin, on_fault, ghost, outer, patch, part_of,
     n_part, named,

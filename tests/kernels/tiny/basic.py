@@ -39,7 +39,7 @@ def crossed(x):
     return (x + 1.0).T
 
 
-@entry("d1 l -> d1 d1")
+@entry("d1* l -> d1 d1")
 def fill(out, value):
     """Write through a helper; hand back the argument and a part of it."""
     _fill(out, value)
@@ -78,7 +78,7 @@ def room(n):
     return out
 
 
-@entry("l l1 -> .")
+@entry("l l1* -> .")
 def spin(n, out):
     """Count for a while, in machine code."""
     x = 1
