@@ -80,7 +80,7 @@ CHANGES: dict[str, tuple[Any, Any, bool]] = {
     "self_intersections": (start, True, False),
     "extend": (start, {"E": ("end", "down")}, True),
     "truncations": (start, {"E": ("V", "hanging wall", True)}, True),
-    "tolerance": (start, 3.0, True),
+    "tolerance": (start, 10.0, True),
     "tops": (start, tops().isel(top=[0, 3]), True),
     "tie": (start, {"range": 800.0}, True),
     "lengthen": (start, {"E": {"start": 120.0}}, True),
