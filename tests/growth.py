@@ -180,7 +180,7 @@ FAMILIES = {
     "sheets-rebuilt": ((10, 30, 100), lambda n: _rebuild([grid(f"S{k}", 21) for k in range(n)])),
     "islands": (HUNDRED_FOLD, lambda n: _carve(islands(n))),
     "bodies": ((100, 1_000, 10_000), _shells),
-    "chords": ((1_000, 10_000, 100_000), lambda n: _curves(chords(n))),
+    "chords": ((1_000, 3_000, 10_000), lambda n: _curves(chords(n))),
     "loops": (HUNDRED_FOLD, lambda n: _curves(loops(n))),
 }  # fmt: skip
 

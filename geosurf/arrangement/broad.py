@@ -45,12 +45,13 @@ def shared_box(
     """
     rows_a, rows_b = np.arange(len(boxes_a)), np.arange(len(boxes_b))
     if boxes_a is boxes_b and len(boxes_a):  # they meet everywhere
-        return voxels.bounds_of(boxes_a, rows_a), rows_a, rows_a
+        return voxels.bounds_of(boxes_a), rows_a, rows_a
     bounds: np.ndarray | None = None
     for _ in range(3):
         if len(rows_a) == 0 or len(rows_b) == 0:
             return None
-        one, two = voxels.bounds_of(boxes_a, rows_a), voxels.bounds_of(boxes_b, rows_b)
+        one = voxels.bounds_of(boxes_a.take(rows_a, axis=0))
+        two = voxels.bounds_of(boxes_b.take(rows_b, axis=0))
         # Lower corners of the meet in the first three columns, upper ones in the last three [m].
         cut = np.concatenate([np.maximum(one[:3], two[:3]), np.minimum(one[3:], two[3:])])
         if (cut[:3] > cut[3:]).any():
@@ -93,9 +94,10 @@ def fit_voxels(
     extent = bounds[3:] - bounds[:3]
     # As many voxels as faces of the larger surface, but none smaller than its usual face.
     if size is None:
-        finer = (boxes_a, rows_a) if len(rows_a) >= len(rows_b) else (boxes_b, rows_b)
-        face = float(np.median(voxels.longest_sides(*finer)))
-        wanted = max(len(finer[1]) / _FACES_PER_VOXEL, 1.0)
+        of, rows = (boxes_a, rows_a) if len(rows_a) >= len(rows_b) else (boxes_b, rows_b)
+        sides = of.take(rows, axis=0)
+        face = float(np.median((sides[:, 3:] - sides[:, :3]).max(axis=1)))
+        wanted = max(len(rows) / _FACES_PER_VOXEL, 1.0)
 
         # the limit is for sizes that users choose; rounding up an axis may double the number
         wanted = min(wanted, 0.45 * _MOST_VOXELS)
@@ -125,7 +127,7 @@ def equal_voxels(boxes: np.ndarray, n_voxel: int) -> tuple[np.ndarray, float, np
     >>> equal_voxels(np.array([[0, 0, 0, 4.0, 4, 4]]), 8)[1:]
     (2.0, array([2, 2, 2]))
     """
-    bounds = voxels.bounds_of(boxes, np.arange(len(boxes)))
+    bounds = voxels.bounds_of(boxes)
     extent = bounds[3:] - bounds[:3]
     size = _size_for(extent, n_voxel) or max(float(extent.max()), 1.0)
     return bounds, size, np.maximum(np.ceil(extent / size), 1.0).astype(np.int64)

@@ -17,7 +17,7 @@ from geosurf.arrangement.room import shortened
 from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.merging import drop_rows, may_coincide
-from geosurf.kernels.contacts.used_faces import number_faces, select_faces, select_nodes
+from geosurf.kernels.contacts.used_faces import number_faces, select_faces
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
 from geosurf.model import TriSurface
@@ -57,7 +57,11 @@ class Faces:
         of_vertex, used = select_faces(
             self.t, self.surface, self.key, number, len(self.x), t, surface, key
         )
-        nodes = [select_nodes(*own, of_vertex) for own in self.nodes]
+        nodes = []
+        for own, ids in self.nodes:
+            numbers = of_vertex.take(ids)
+            some = np.flatnonzero(numbers >= 0)
+            nodes.append((own.take(some), numbers.take(some)))
         # `take` is many times as fast as an index in brackets where rows are short
         return Faces(self.x.take(used, axis=0), t, surface, key, nodes)
 

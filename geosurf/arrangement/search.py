@@ -27,7 +27,8 @@ from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.naming import write_records
 from geosurf.kernels.contacts.packed_contact import (
-    count_corners,
+    in_plane,
+    n_corners,
     of_settled,
     pack_contacts,
     pack_decided,
@@ -291,8 +292,9 @@ def _name(
 
     # Stop before memory is exhausted. Contacts in a plane need most.
     x, t = faces.x, faces.t
-    n_corner, n_coplanar, n_area = count_corners(rows)
-    n_area = n_area if len(rows) > _MANY else 0
+    corners, flat = n_corners(rows), in_plane(rows)
+    n_corner, n_coplanar = int(corners.sum()), int(np.count_nonzero(flat))
+    n_area = int(np.count_nonzero(corners[flat] >= 3)) if len(rows) > _MANY else 0
     size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
     if lack_of_room(len(rows) * size) is not None:
         names = [surface.name for surface in surfaces]

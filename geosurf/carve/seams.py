@@ -13,7 +13,7 @@ from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.parts import mark_around, number_parents, open_edges
+from geosurf.kernels.meshes.parts import mark_around, open_edges
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, sort_seams
 from geosurf.model import Patches, TriSurface
 from geosurf.model.pieces import Pieces
@@ -146,7 +146,12 @@ def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
     """Find the input triangles of the triangles that are wanted: a few around curves."""
     surface, key = pieces.surface, pieces.key
 
-    number, first = number_parents(surface, key, wanted)
+    # triangles of one input triangle follow each other
+    rows = np.flatnonzero(wanted)
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (key[rows[1:]] != key[rows[:-1]]) | (surface[rows[1:]] != surface[rows[:-1]])
+    first, number = rows[is_new], np.full(len(key), -1, dtype=np.int64)
+    number[rows] = np.cumsum(is_new) - 1
     corners = np.empty((3 * len(first), 3))
     cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
 
@@ -156,8 +161,8 @@ def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
         places = source.places_of_nodes(nodes)
         np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
 
-    rows = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
-    map_threads(write, rows, worth=len(first) > _PARENTS)
+    parts = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
+    map_threads(write, parts, worth=len(first) > _PARENTS)
     return Parents(number, corners.reshape(-1, 3, 3))
 
 

@@ -3,7 +3,6 @@
 ==============  =======================================================================
 curves.py       `intersect_surfaces`: contacts of triangles -> curves
 link.py         segments linked to curves, in one order for any order of the input
-runs.py         collinear runs of segments
 collinear.py    segments on one line that overlap, split at common ends
 overlap.py      areas where surfaces coincide, and their outlines
 shared.py       curves of torn horizons, which end on faults

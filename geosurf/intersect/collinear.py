@@ -22,7 +22,6 @@ import numpy as np
 
 from geosurf.arrangement.memory_limit import lack_of_room, refusal
 from geosurf.arrangement.search import ULP, Contacts
-from geosurf.intersect.runs import join_runs
 from geosurf.kernels.contacts.near_segments import points_near_segments
 from geosurf.kernels.contacts.packed_contact import n_corners
 from geosurf.kernels.exact.collinear import inside_segments
@@ -64,9 +63,7 @@ def split_overlaps(
     if len(segments) == 0 or len(segments) + len(touching) < 2:
         return segments, surfaces
 
-    # Equal or overlapping segments become runs first: fewer rows, and no run overlaps another.
     groups = _groups(contacts, segments, surfaces, touching, in_faces)
-    segments, surfaces, groups = _merged(contacts, segments, surfaces, groups)
 
     # Rows (segment, point): each point lies strictly inside its segment, decided exactly.
     hits = _inside(contacts, segments, groups)
@@ -184,27 +181,6 @@ def _of_segments(
     segment = order[np.minimum(np.searchsorted(keys[order], asked), len(keys) - 1)]
     there = keys[segment] == asked
     return two[there], segment[there]
-
-
-def _merged(
-    contacts: Contacts, segments: np.ndarray, surfaces: np.ndarray, groups: _Groups
-) -> tuple[np.ndarray, np.ndarray, _Groups]:
-    """The same with runs in place of segments that overlap."""
-
-    def lie_inside(segment: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """Whether each point lies strictly inside its segment, bool (n,)."""
-        return _lie_inside(contacts, segments, groups, segment, point)
-
-    found = join_runs(contacts.x, segments, groups.lines, lie_inside)
-    if found is None:
-        return segments, surfaces, groups
-    runs, run_of = found
-
-    # All members of a run are of one pair of surfaces and share a face: the first speaks for all.
-    lead = np.unique(run_of, return_index=True)[1]
-    lines = _without(groups.lines[:, 0] * len(runs) + run_of[groups.lines[:, 1]], _NONE)
-    lines = np.stack(np.divmod(lines, len(runs)), axis=1)
-    return runs, surfaces[lead], _Groups(groups.n, lines, groups.points, groups.faces[lead])
 
 
 def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.ndarray:

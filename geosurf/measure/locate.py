@@ -18,12 +18,10 @@ from geosurf.kernels.location.pushed import digits_of, frame_with, sum_from_top
 from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.measure.columns import signs_of_turns
 from geosurf.measure.grid_cells import cell_guess
-from geosurf.measure.voxels import Voxels, voxels_of
 from geosurf.model import Lattice, Units
 from geosurf.model.pieces import Pieces, Strips
 
 AT_ONCE = 1 << 19  # points that are looked up together, by one thread
-IN_VOXELS = 1 << 22  # where voxels answer most of them
 TILES = 64  # along each side of the model, in whose order points are looked up
 MOST_BINS = 1 << 22
 MOST_ITEMS = 1 << 26  # triangles in all bins: coarser bins hold each less often
@@ -111,8 +109,6 @@ class Locator:
         Easting and northing of the middle of the model, elevation of its floor, local.
     groups : tuple of Grids
     bins : Bins
-    vertical : ndarray of float64, shape (n, 9)
-        Corners of vertical triangles, local: they are above no point.
     box : ndarray of float64, shape (2, 3)
         Lowest and highest coordinates of the model, local.
     """
@@ -121,10 +117,9 @@ class Locator:
     rule: np.ndarray
     groups: tuple[Grids, ...]
     bins: Bins
-    vertical: np.ndarray
     box: np.ndarray
 
-    def find(self, points: np.ndarray, voxels: Voxels | None = None) -> np.ndarray:
+    def find(self, points: np.ndarray) -> np.ndarray:
         """
         Return the unit at each point.
 
@@ -132,23 +127,16 @@ class Locator:
         ----------
         points : ndarray of float64, shape (n, 3)
             World coordinates [m].
-        voxels : Voxels, optional
-            Of this model: points in voxels that no surface meets are looked up there.
 
         Returns
         -------
-        ndarray of int64 or int32, shape (n,)
+        ndarray of int64, shape (n,)
             Row of the unit; -1 outside the model.
         """
         # into the local frame as nodes of surfaces go: a point at a node stays at it
-        if voxels is None:
-            return self._search(points - self.origin)
-        unit, others = voxels.find(points, self.origin)
-        unit[others] = self._search(points[others] - self.origin)
-        return unit
+        local = points - self.origin
 
-    def _search(self, local: np.ndarray) -> np.ndarray:
-        """Units of points, tile by tile: neighbours share cells and bins."""
+        # tile by tile: neighbours share cells and bins
         feet, levels = np.empty((len(local), 2)), np.empty(len(local))
         tiles = np.append(self.box[0, :2], TILES / np.ptp(self.box, axis=0)[:2])
         of = (tiles, np.full(2, TILES), feet, levels)
@@ -156,22 +144,6 @@ class Locator:
         found = np.empty(len(local), dtype=np.int64)
         found[order] = self._units(Lines(feet, levels, 1), len(local))
         return found
-
-    @cached_property
-    def voxels(self) -> Voxels:
-        """Voxels of the model: made once, for questions with many points."""
-        return voxels_of(
-            self.box,
-            [(g.x, g.y, g.places, g.z, g.column, g.steps) for g in self.groups],
-            (self.bins.corners, self.vertical),
-            lambda feet, levels: self._on_lines(Lines(feet, levels, 0)),
-        )
-
-    @property
-    def n_triangle(self) -> int:
-        """How many triangles `voxels` has to place, about."""
-        of_grids = sum(grids.column.size * grids.steps.shape[1] for grids in self.groups)
-        return of_grids + len(self.bins.corners) + len(self.vertical)
 
     def find_on_lines(self, feet: np.ndarray, levels: np.ndarray) -> np.ndarray:
         """
@@ -248,8 +220,7 @@ def locator_of(units: Units) -> Locator:
 
     groups = tuple(_grids(of, pieces.origin) for of in maps)
     corners, step = (np.concatenate(parts) for parts in zip(*lists, strict=True))
-    bins, vertical = _bins(corners, step)
-    return Locator(pieces.origin, rule, groups, bins, vertical, box)
+    return Locator(pieces.origin, rule, groups, _bins(corners, step), box)
 
 
 def _cut_triangles(pieces: Pieces, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -317,7 +288,7 @@ def _grids(group: list[tuple[Lattice, np.ndarray]], origin: np.ndarray) -> Grids
     return Grids(x, y, lattice.places, z, column, steps, guess, turn, digits)
 
 
-def _bins(corners: np.ndarray, step: np.ndarray) -> tuple[Bins, np.ndarray]:
+def _bins(corners: np.ndarray, step: np.ndarray) -> Bins:
     """Sort triangles (n, 3, 3) into bins, the highest first; vertical ones have no shadow."""
     n = len(corners)
     facing = signs_of_turns(
@@ -326,7 +297,7 @@ def _bins(corners: np.ndarray, step: np.ndarray) -> tuple[Bins, np.ndarray]:
 
     # the highest first; a front that looks up has the unit behind it below
     top = corners[:, :, 2].max(axis=1, initial=-np.inf)
-    order, vertical = np.flatnonzero(facing), corners[facing == 0].reshape(-1, 9)
+    order = np.flatnonzero(facing)
     order = order[np.argsort(-top[order], kind="stable")]
     facing, corners, step = facing[order], corners[order], step[order] * facing[order]
     ends = np.stack([corners[:, :, 2].min(axis=1, initial=np.inf), top[order]], axis=1)
@@ -338,8 +309,7 @@ def _bins(corners: np.ndarray, step: np.ndarray) -> tuple[Bins, np.ndarray]:
     start = np.cumsum(count)
     items = np.empty(start[-1], dtype=np.int64)
     triangle_bins.fill_bins(c, facing, grid, shape, start[:-1].copy(), items)
-    bins = Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
-    return bins, vertical
+    return Bins(c, facing, ends, step, grid, shape, start, items, digits_of(c))
 
 
 def _bin_shapes(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

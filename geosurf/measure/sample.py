@@ -10,7 +10,7 @@ import numpy as np
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InputError
 from geosurf.measure.boundaries import Boundaries
-from geosurf.measure.locate import AT_ONCE, IN_VOXELS, Locator, locator_of
+from geosurf.measure.locate import AT_ONCE, Locator, locator_of
 from geosurf.measure.places import Places, places_of
 from geosurf.model import Unit, Units
 from geosurf.model.expected import expect
@@ -25,8 +25,6 @@ LABELS: dict[str, tuple[str, Callable[[Unit], str]]] = {
     "block": ("fault block", lambda unit: unit.block),
     "contact": ("interval between fluid contacts", lambda unit: unit.contact),
 }
-# points from which on voxels pay: 0.2 s for them, and 20 ns for each triangle, gain 100 ns a point
-MANY, SHARE = 2_000_000, 5
 RULE = (
     "A point on a surface belongs to the unit below it. On a vertical surface it belongs to the "
     "unit on the side of the middle of the model, on the floor of the model to the unit above."
@@ -127,14 +125,11 @@ def sample_units(
 def _of_points(places: Places, locator: Locator) -> np.ndarray:
     """Row of the unit at each place; parts in threads, each writes its own rows."""
     found = np.empty(places.size, dtype=np.int32)
-    # made before threads begin, and kept with the locator
-    many = places.size >= max(MANY, locator.n_triangle // SHARE)
-    voxels = locator.voxels if many else None
 
     def work(rows: slice, points: Callable[[], np.ndarray]) -> None:
-        found[rows] = locator.find(points(), voxels)
+        found[rows] = locator.find(points())
 
-    parts = list(places.parts(IN_VOXELS if many else AT_ONCE))
+    parts = list(places.parts(AT_ONCE))
     map_threads(work, parts, worth=len(parts) > 1)
     return found
 

@@ -228,10 +228,10 @@ class TriSurface(Shown):
         listed = self.lattice is None and "triangles" in self.__dict__
         used = None if listed else self._by_rule.corners_in_use()
         if used is None:
-            from geosurf.kernels.meshes.used import bounds_of_triangles
-
             # vertices that no triangle uses do not count
-            used = bounds_of_triangles(self.vertices, self.triangles)
+            in_use = np.zeros(len(self.vertices), dtype=bool)
+            in_use[self.triangles] = True
+            used = self.vertices[in_use]
         (w, s, b), (e, n, t) = used.min(axis=0).tolist(), used.max(axis=0).tolist()
         return w, e, s, n, b, t
 

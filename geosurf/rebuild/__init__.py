@@ -3,7 +3,6 @@
 =================  ====================================================================
 patches.py         `rebuild_surfaces`: contacts of triangles -> patches
 assemble.py        pieces and patches from cut and uncut triangles
-edges.py           edges, and patches of triangles, in threads
 untouched.py       triangles of lists that nothing meets
 torn_lattices.py   torn sheets as lattices with gaps
 soundness.py       which triangles could cross after rounding: those are tested exactly

@@ -11,15 +11,14 @@ from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.search import Contacts
 from geosurf.arrangement.threads import map_threads
 from geosurf.errors import InvariantError
-from geosurf.kernels.contacts.packed_contact import mark_touched, overlaps
+from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys
 from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
-from geosurf.kernels.meshes.mesh import weld
-from geosurf.model.pieces import Pieces, Strips
+from geosurf.kernels.meshes.mesh import edges, join_patches, weld
+from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.edges import find_edges, find_patches
 from geosurf.rebuild.equal_vertices import has_strips
 from geosurf.rebuild.untouched import NO_OTHERS, Others, beside_gaps, untouched
 
@@ -32,7 +31,8 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     many triangles are parts of faces that were cut.
     """
     # Faces in contact become triangles one by one; the others of a lattice stay in strips.
-    touched = mark_touched(contacts.rows, len(contacts.t))
+    touched = np.zeros(len(contacts.t), dtype=bool)
+    touched[contacts.rows[:, :2]] = True
     (x, t, surface, key, face, number), others = _triangles(contacts, children, touched)
 
     # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
@@ -50,13 +50,14 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
 
     # `ring`: the next half-edge around each edge; `link`: the run behind a free half-edge.
-    ring, link = find_edges(t, len(x))
+    ring, _ = edges(t, len(x))
+    link = np.where(ring == np.arange(len(ring)), FREE, PAIRED)
     labels = t, surface, key, face
     linked = _add_links(ring, link, contacts, *labels, strips, first_run, number)
 
     # Patches end at rings of more than two half-edges: that is where curves are.
     twin, owners = _twins(contacts, t, surface, face)
-    part, rim = find_patches(surface, owners, ring, twin)
+    part, rim = join_patches(surface, owners, ring, twin)
     patch = _numbered_patches(surface, key, part, linked, strips, first_run)
 
     pieces = Pieces(
@@ -210,7 +211,8 @@ def _twins(
     of surfaces that own it (a surface's own row where there is only one). Else no triangles, and
     the surfaces themselves: as many numbers would be read for nothing.
     """
-    area = overlaps(contacts.rows)
+    rows = contacts.rows
+    area = rows[in_plane(rows) & (n_corners(rows) >= 3), :2]
     if len(area) == 0:
         return _NO_KEYS, surface
     twin, owners = np.arange(len(t)), surface.copy()

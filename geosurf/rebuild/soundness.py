@@ -20,7 +20,7 @@ from geosurf.arrangement.crossing import crossing_pairs, near_triangles
 from geosurf.arrangement.search import ULP, Contacts
 from geosurf.arrangement.turned import direction_of
 from geosurf.kernels.contacts.stable_pairs import unstable_pairs
-from geosurf.kernels.cutting.thin_pieces import largest_coordinate, thin_children
+from geosurf.kernels.cutting.thin_pieces import thin_children
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.search.voxels import triangle_boxes
 
@@ -72,7 +72,7 @@ def _suspects(contacts: Contacts, children: Children) -> tuple[np.ndarray, np.nd
     """Rows of the thin children, and near pairs of faces."""
     # Rounding scales with the largest coordinate. Constructed points lie in faces that are cut, so
     # it is that of those; which others are kept depends on the search.
-    largest = largest_coordinate(contacts.x, contacts.t, children.cut)
+    largest = float(np.abs(contacts.x[contacts.t[children.cut]]).max(initial=0.0))
     faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
     of = children.x, children.triangles, children.parent
     # thinner than what rounding can do, given the flattest contact

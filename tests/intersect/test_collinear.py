@@ -10,7 +10,7 @@ import pytest
 
 from geosurf import intersect_surfaces
 from geosurf.arrangement.search import find_contacts
-from geosurf.intersect import collinear, runs
+from geosurf.intersect import collinear
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
     line_contacts,
@@ -108,9 +108,7 @@ def both_ways(surfaces, itself):
     return fast, split_slowly(*given), int(plain.sum())
 
 
-@pytest.mark.parametrize("many", [2, runs.MANY])
-def test_pieces_are_those_of_every_point_against_every_segment(many, monkeypatch):
-    monkeypatch.setattr(runs, "MANY", many)
+def test_pieces_are_those_of_every_point_against_every_segment():
     n_split = 0
     for seed in range(60):
         surfaces = surfaces_of(seed)
@@ -122,50 +120,9 @@ def test_pieces_are_those_of_every_point_against_every_segment(many, monkeypatch
 
 @pytest.mark.parametrize("n", [7, 24])
 @pytest.mark.parametrize("make", [planes_through_a_line, seam, chords])
-def test_surfaces_along_one_line(make, n, monkeypatch):
-    monkeypatch.setattr(runs, "MANY", 3)
+def test_surfaces_along_one_line(make, n):
     fast, slow, _ = both_ways(make(n if make is not seam else 7), True)
     assert fast == slow
-
-
-def test_runs_hold_all_segments_that_overlap_them(rng, monkeypatch):
-    """On a line with gaps: as many runs as intervals that are apart, or touch only."""
-    monkeypatch.setattr(runs, "MANY", 3)
-    start = rng.integers(0, 300, 60)
-    ends = np.unique(np.stack([start, start + rng.integers(1, 5, 60)], axis=1), axis=0)
-    x = np.stack([np.arange(310.0)] * 3, axis=1)
-    lines = np.stack([np.zeros(len(ends), dtype=np.int64), np.arange(len(ends))], axis=1)
-
-    def inside(segment, point):
-        return (ends[segment, 0] < point) & (point < ends[segment, 1])
-
-    found, run_of = runs.join_runs(x, ends, lines, inside)
-    covered = np.zeros(310, dtype=bool)
-    apart = []
-    for low, high in ends:  # sorted
-        if not covered[low:high].any():
-            apart.append((low, high))
-        else:
-            apart[-1] = (apart[-1][0], max(high, apart[-1][1]))
-        covered[low:high] = True
-    assert sorted(map(tuple, found.tolist())) == apart
-    assert ((found[run_of, 0] <= ends[:, 0]) & (ends[:, 1] <= found[run_of, 1])).all()
-
-
-def test_points_asked_for_on_a_line_grow_with_its_segments(monkeypatch):
-    """Thousands of slivers that cut a face along one line, each over a part of it."""
-    asked, exact = {}, collinear._lie_inside
-    for n in (200, 800):
-        with monkeypatch.context() as patch:
-            asked[n] = 0
-
-            def counted(*given, n=n):
-                asked[n] += len(given[-1])
-                return exact(*given)
-
-            patch.setattr(collinear, "_lie_inside", counted)
-            intersect_surfaces(chords(n))
-    assert asked[800] < 6 * asked[200]
 
 
 def test_a_point_reaches_segments_through_faces_that_it_does_not_end_in():

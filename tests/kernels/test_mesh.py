@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from geosurf.kernels.meshes.mesh import (
     edges,
     ends_of,
+    join_patches,
 )
-from geosurf.rebuild import edges as in_ranges
 
 
 def assert_rings(t: np.ndarray, n_vertex: int) -> None:
@@ -74,15 +74,10 @@ def test_patches_end_where_owners_change_or_sheets_meet(triangles):
     owners = t.sum(axis=1) % 2
     ring, _ = edges(t, 7)
     expected, edges_of_rim = oracle_of_patches(t, owners)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(in_ranges, "_TRIANGLES", 1)  # as many ranges as threads
-        for n in ("1", "2", "3"):
-            patch.setenv("GEOSURF_THREADS", n)
-            assert in_ranges.find_edges(t, 7)[0].tolist() == ring.tolist()
-            found = in_ranges.find_patches(owners, owners, ring, np.arange(len(t)))
-            none = in_ranges.find_patches(owners, owners, ring, np.empty(0, dtype=np.int64))
-            assert [one.tolist() for one in none] == [one.tolist() for one in found]
-            assert found[0].tolist() == expected
-            assert len(found[1]) == len(edges_of_rim)
-            assert (np.diff(found[1]) > 0).all()
-            assert set(map(tuple, ends_of(t, found[1]).tolist())) == edges_of_rim
+    found = join_patches(owners, owners, ring, np.arange(len(t)))
+    none = join_patches(owners, owners, ring, np.empty(0, dtype=np.int64))
+    assert [one.tolist() for one in none] == [one.tolist() for one in found]
+    assert found[0].tolist() == expected
+    assert len(found[1]) == len(edges_of_rim)
+    assert (np.diff(found[1]) > 0).all()
+    assert set(map(tuple, ends_of(t, found[1]).tolist())) == edges_of_rim

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.meshes.used import bounds_of_triangles, near_lines, number_untouched
+from geosurf.kernels.meshes.used import near_lines, number_untouched
 
 N = 8
 TRIANGLES = st.lists(st.permutations(range(N)).map(lambda p: p[:3]), min_size=1, max_size=20)
@@ -24,13 +24,6 @@ def test_untouched_triangles_get_new_points_in_order(triangles, seed):
     assert n == np.count_nonzero(~taken)
     assert points.tolist() == new
     assert known.tolist() == number.tolist()
-
-
-@given(TRIANGLES, st.integers(0, 2**32 - 1))
-def test_bounds_are_those_of_the_corners_in_use(triangles, seed):
-    x, t = np.random.default_rng(seed).normal(size=(N, 3)), np.array(triangles)
-    found = bounds_of_triangles(x, t)
-    assert found.tolist() == [x[t.ravel()].min(axis=0).tolist(), x[t.ravel()].max(axis=0).tolist()]
 
 
 @given(st.integers(0, 2**32 - 1))

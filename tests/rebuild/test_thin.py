@@ -10,7 +10,7 @@ from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
-from geosurf.kernels.cutting.thin_pieces import largest_coordinate, thin_children
+from geosurf.kernels.cutting.thin_pieces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.model import Lattice
 
@@ -135,7 +135,7 @@ def test_thin_is_the_same_by_any_search():
         of = find_contacts(surfaces, self_intersections=True)
         children = cut_contacts(of)
         frame = of.x, of.t, of.m.copy(), of.w, of.rows
-        limit = 0.03 * largest_coordinate(of.x, of.t, children.parent)
+        limit = 0.03 * np.abs(of.x[of.t[children.parent]]).max()
         rows = thin_children(*frame, children.x, children.triangles, children.parent, limit)
         corners = np.sort(children.x[children.triangles[rows]].view("f8,f8,f8")[..., 0], axis=1)
         found.append({(int(of.surface_of_face[p]), c.tobytes())

@@ -14,7 +14,7 @@ from geosurf.arrangement import arrange, gather, named, room, search
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve import half_faces, measures, seams
 from geosurf.errors import GeosurfError
-from geosurf.rebuild import assemble, edges, repair
+from geosurf.rebuild import assemble, repair
 from tests.scene.test_moved_surfaces import BOX, COARSE, fault, horizon, result
 from tests.strategies import sheet
 
@@ -30,7 +30,6 @@ LEAST = [
     (search, "_PAIRS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
-    (edges, "_TRIANGLES"),
     (repair, "_MANY"),
     (seams, "_TRIANGLES"),
     (seams, "_EDGES"),

@@ -64,50 +64,15 @@ def in_plane(rows: np.ndarray) -> np.ndarray:
     return rows[:, HOW] & _IN_PLANE != 0
 
 
-@entry("l2 -> l l l")
-def count_corners(rows):
-    """Number of corners of all contacts; of contacts in a plane; of these, those with an area."""
-    n_corner = n_coplanar = n_area = 0
-    for k in range(rows.shape[0]):
-        n = n_corner_of(rows[k, HOW])
-        n_corner += n
-        if lies_in_plane(rows[k, HOW]):
-            n_coplanar += 1
-            n_area += int(n >= 3)
-    return n_corner, n_coplanar, n_area
-
-
-@entry("l2 -> l2")
-def overlaps(rows):
-    """Faces of the contacts that have an area, int64 (n, 2)."""
-    n = 0
-    for k in range(rows.shape[0]):
-        n += int(lies_in_plane(rows[k, HOW]) and n_corner_of(rows[k, HOW]) >= 3)
-    found = np.empty((n, 2), dtype=np.int64)
-    n = 0
-    for k in range(rows.shape[0]):
-        if lies_in_plane(rows[k, HOW]) and n_corner_of(rows[k, HOW]) >= 3:
-            found[n, 0], found[n, 1] = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-            n += 1
-    return found
-
-
-@entry("l2 -> b1")
-def on_boundaries(rows):
+def on_boundaries(rows: np.ndarray) -> np.ndarray:
     """Which contacts are points and lines on edges and corners of both faces, bool (n,)."""
-    out = np.empty(rows.shape[0], dtype=np.bool_)
-    for k in range(rows.shape[0]):
-        out[k] = lies_on_boundaries(rows[k, HOW])
-    return out
-
-
-@entry("l2 l -> b1")
-def mark_touched(rows, n):
-    """Which of n faces meet another one."""
-    touched = np.zeros(n, dtype=np.bool_)
-    for k in range(rows.shape[0]):
-        touched[rows[k, TRIANGLE_A]] = touched[rows[k, TRIANGLE_B]] = True
-    return touched
+    n = n_corners(rows)
+    found: np.ndarray = n < 3
+    for corner in range(2):
+        code = code_of(rows[:, HOW], corner)
+        inside = ((code >> 3) & 7 >= FACE) | (code & 7 >= FACE)
+        found &= ~(inside & (corner < n))
+    return found
 
 
 @entry("l2 -> l2")

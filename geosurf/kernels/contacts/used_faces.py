@@ -55,15 +55,3 @@ def select_faces(t, surface, key, number, n_vertex, new_t, new_surface, new_key)
                 new_t[at, c] = of_vertex[t[face, c]]
             new_surface[at], new_key[at] = surface[face], key[face]
     return of_vertex, used[:n].copy()
-
-
-@entry("l1 l1 l1 -> l1 l1")
-def select_nodes(nodes, ids, of_vertex):
-    """Nodes of which the vertices (`ids`) have a number, and these numbers."""
-    n = 0
-    found, numbers = np.empty_like(nodes), np.empty_like(nodes)
-    for k in range(nodes.shape[0]):
-        if of_vertex[ids[k]] >= 0:
-            found[n], numbers[n] = nodes[k], of_vertex[ids[k]]
-            n += 1
-    return found[:n].copy(), numbers[:n].copy()

@@ -85,17 +85,6 @@ def _counts(x, t, m, w, rows, k, normal):
     return not (_beyond_an_edge(x, t, m, w, i, j) or _beyond_an_edge(x, t, m, w, j, i))
 
 
-@entry("d2 l2 l1 -> d")
-def largest_coordinate(x, t, faces):
-    """Largest coordinate of some faces: rounding scales with it."""
-    largest = 0.0
-    for i in range(faces.shape[0]):
-        for k in range(3):
-            for axis in range(3):
-                largest = max(largest, abs(x[t[faces[i], k], axis]))
-    return largest
-
-
 @entry("d2 l2 l1* l1* l2 d2 l2 l1 d -> l1")
 def thin_children(x, t, m, w, rows, y, children, parent, limit):
     """Rows of the thin children of faces.

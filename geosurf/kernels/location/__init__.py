@@ -12,7 +12,6 @@ file                 question                                                   
                                                                                  Mücke 1990
 `lattice_units`      Which runs of gridded surfaces are above a point?
 `triangle_bins`      Which triangles are above a point?
-`voxel_units`        Which voxels lie in one unit?
 `nearest`            How far is the nearest triangle?
 `vertical_distance`  How far is the nearest triangle straight above or below?
 ===================  ==========================================================  ===============

@@ -4,7 +4,6 @@
 file              question                                                source
 ================= ======================================================= ===============
 `mesh`            Which vertices are equal, which edges shared? Patches.  union-find
-`edges_in_ranges` The same by ranges, for threads.                        union-find
 `radial_order`    In which order are triangles around an edge?            Weiler 1985
 `parts`           Which parts do surfaces have, and at which edges do they end?
 `seams`           Which parts face each other around their edges? Cells.

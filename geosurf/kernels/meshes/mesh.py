@@ -132,15 +132,10 @@ def match_in_buckets(start, bucket, begin, end, n_vertex, ring):
     return count
 
 
-@entry("l2 l1 -> l2")
-def ends_of(t, halves):
+def ends_of(t: np.ndarray, halves: np.ndarray) -> np.ndarray:
     """Both vertices (n, 2) of some half-edges, the lower one first."""
-    out = np.empty((halves.shape[0], 2), dtype=np.int64)
-    for k in range(halves.shape[0]):
-        i, c = halves[k] // 3, halves[k] % 3
-        a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
-        out[k, 0], out[k, 1] = min(a, b), max(a, b)
-    return out
+    i, c = np.divmod(halves, 3)
+    return np.sort(np.stack([t[i, c], t[i, (c + 1) % 3]], axis=1), axis=1)
 
 
 @entry("l2 l -> l1 l")
@@ -204,6 +199,90 @@ def join_pairs(pairs, n):
     for i in range(n):
         parent[i] = find(parent, i)
     return parent
+
+
+@scalar
+def _is_first(twin, i):
+    """Whether no earlier triangle has the corners of triangle i; `twin` may be empty."""
+    return twin.shape[0] == 0 or twin[i] == i
+
+
+@scalar
+def _around(owners, ring, twin, i):
+    """Of the distinct triangles around an edge: number, last two, and whether owners differ."""
+    count = 0
+    one = other = -1
+    mixed = False
+    j = i
+    while True:
+        # Coinciding triangles count once, by their first copy.
+        if _is_first(twin, j // 3):
+            count += 1
+            one, other = other, j // 3
+            mixed = mixed or (one >= 0 and owners[one] != owners[other])
+        j = ring[j]
+        if j == i:
+            return count, one, other, mixed
+
+
+@scalar
+def _join_coinciding(parent, surface, ring, twin):
+    """Join coinciding triangles like their twins, surface by surface."""
+    for i in range(twin.shape[0]):
+        # A triangle without an earlier copy is joined above.
+        if twin[i] == i:
+            continue
+        if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
+            join(parent, i, twin[i])
+
+        # Neighbours of a copy are joined if their originals are.
+        for c in range(3):
+            j = ring[3 * i + c]
+            while j != 3 * i + c:
+                if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3):
+                    join(parent, i, j // 3)
+                j = ring[j]
+
+
+@scalar
+def _same_patch(parent, twin, i, j):
+    """Whether triangles i and j both coincide with others that lie in one patch."""
+    return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
+
+
+@entry("l1 l1 l1 l1 -> l1 l1")
+def join_patches(surface, owners, ring, twin):
+    """Patch of each triangle, numbered by first triangle; and the edges between patches, each by
+    its last half-edge, rising.
+
+    Triangles are joined over edges that two distinct ones share, if the same surfaces own both:
+    `owners` has a number for the set of these. `twin` is the first triangle with the same corners,
+    mostly itself; it is empty if no triangles coincide.
+    """
+    parent = np.arange(surface.shape[0])
+    rim, n_rim = np.empty(ring.shape[0], dtype=np.int64), 0
+    for i in range(ring.shape[0]):
+        # Rings rise: the last half-edge of an edge leads back to the first one, `j`.
+        j = ring[i]
+        if j >= i:
+            continue  # alone, or not the last
+
+        # The common case: two distinct triangles.
+        one, other = i // 3, j // 3
+        if ring[j] == i and _is_first(twin, one) and _is_first(twin, other):  # nearly all
+            # Two triangles of the same surfaces belong to one patch.
+            same = owners[one] == owners[other]
+            count, mixed = 2, not same
+        else:  # once per edge: thousands of triangles may share it
+            count, one, other, mixed = _around(owners, ring, twin, j)
+            same = count == 2 and owners[one] == owners[other]
+        if same:
+            join(parent, one, other)
+        if mixed or count > 2:
+            rim[n_rim] = i
+            n_rim += 1
+    _join_coinciding(parent, surface, ring, twin)
+    return numbered(parent)[0], rim[:n_rim].copy()
 
 
 @entry("l2 l1 -> l1 l")

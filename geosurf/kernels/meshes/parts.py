@@ -130,22 +130,3 @@ def mark_around(ring, first, marked):
             if j == first[k]:
                 break
     return n
-
-
-@entry("l1 l1 b1 -> l1 l1")
-def number_parents(surface, key, wanted):
-    """Number of the input triangle of each triangle, and the first triangle of each.
-
-    Triangles of one input triangle follow each other. Only those that are wanted are numbered; the
-    others have -1.
-    """
-    number, first = np.full(key.shape[0], -1, dtype=np.int64), np.empty_like(key)
-    n = 0
-    for i in range(key.shape[0]):
-        if not wanted[i]:
-            continue
-        if n == 0 or key[i] != key[first[n - 1]] or surface[i] != surface[first[n - 1]]:
-            first[n] = i
-            n += 1
-        number[i] = n - 1
-    return number, first[:n].copy()

@@ -7,20 +7,6 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry
 
 
-@entry("d2 l2 -> d2")
-def bounds_of_triangles(x, t):
-    """Lowest and highest coordinates (2, 3) of the corners of some triangles."""
-    found = np.empty((2, 3))
-    found[0], found[1] = np.inf, -np.inf
-    for i in range(t.shape[0]):
-        for c in range(3):
-            for k in range(3):
-                value = x[t[i, c], k]
-                found[0, k] = min(found[0, k], value)
-                found[1, k] = max(found[1, k], value)
-    return found
-
-
 @entry("l2 b1 l1* l -> l1 l")
 def number_untouched(t, taken, number, first):
     """Number the points of the triangles that are not taken, and count these triangles.

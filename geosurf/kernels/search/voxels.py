@@ -30,45 +30,18 @@ def triangle_boxes(x, t):
     return boxes
 
 
-@scalar
-def _meets(boxes, i, bounds):
-    for axis in range(3):
-        if boxes[i, axis] > bounds[3 + axis] or boxes[i, 3 + axis] < bounds[axis]:
-            return False
-    return True
-
-
-@entry("d2 d1 -> l1")
-def faces_in_box(boxes, bounds):
+def faces_in_box(boxes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """Rows of the boxes that overlap the global box."""
-    # Count, then fill: the result has its final size at once.
-    n = 0
-    for i in range(boxes.shape[0]):
-        if _meets(boxes, i, bounds):
-            n += 1
-    rows = np.empty(n, dtype=np.int64)
-    n = 0
-    for i in range(boxes.shape[0]):
-        if _meets(boxes, i, bounds):
-            rows[n] = i
-            n += 1
-    return rows
+    apart = np.zeros(len(boxes), dtype=bool)
+    for axis in range(3):  # numpy is slow along short rows
+        apart |= (boxes[:, axis] > bounds[3 + axis]) | (boxes[:, 3 + axis] < bounds[axis])
+    return np.flatnonzero(~apart)
 
 
-@entry("d2 l1 -> d1")
-def bounds_of(boxes, rows):
+def bounds_of(boxes: np.ndarray) -> np.ndarray:
     """Common box of some boxes."""
-    out = np.empty(6, dtype=np.float64)
-    # An empty box, which any box extends.
-    for axis in range(3):
-        out[axis] = np.inf
-        out[3 + axis] = -np.inf
-    for r in range(rows.shape[0]):
-        i = rows[r]
-        for axis in range(3):
-            out[axis] = min(out[axis], boxes[i, axis])
-            out[3 + axis] = max(out[3 + axis], boxes[i, 3 + axis])
-    return out
+    low = boxes[:, :3].min(axis=0, initial=np.inf)
+    return np.concatenate([low, boxes[:, 3:].max(axis=0, initial=-np.inf)])
 
 
 @scalar
@@ -88,28 +61,15 @@ def _cell_range(boxes, i, bounds, size, shape, out):
         out[3 + axis] = _cell(boxes[i, 3 + axis], bounds[axis], size, shape[axis])
 
 
-@entry("d2 l1 -> d1")
-def longest_sides(boxes, rows):
-    """Longest side of some boxes."""
-    out = np.empty(rows.shape[0], dtype=np.float64)
-    for r in range(rows.shape[0]):
-        i = rows[r]
-        out[r] = max(boxes[i, 3] - boxes[i, 0], boxes[i, 4] - boxes[i, 1])
-        out[r] = max(out[r], boxes[i, 5] - boxes[i, 2])
-    return out
-
-
-@entry("d2 l1 d l1 d -> b1")
-def are_wide(boxes, rows, size, shape, most):
+def are_wide(
+    boxes: np.ndarray, rows: np.ndarray, size: float, shape: np.ndarray, most: float
+) -> np.ndarray:
     """Whether some boxes hold more than so many voxels."""
-    out = np.empty(rows.shape[0], dtype=np.bool_)
-    for r in range(rows.shape[0]):
-        n = 1.0
-        for axis in range(3):
-            step = np.floor((boxes[rows[r], 3 + axis] - boxes[rows[r], axis]) / size) + 1.0
-            n *= min(step, float(shape[axis]))
-        out[r] = n > most
-    return out
+    n = np.ones(len(rows))
+    for axis in range(3):
+        step = np.floor((boxes[rows, 3 + axis] - boxes[rows, axis]) / size) + 1.0
+        n *= np.minimum(step, float(shape[axis]))
+    return n > most
 
 
 @entry("d2 l1 d1 d l1 -> l1 l1")
