@@ -6,8 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.stats import count_text, metres_text, seconds_text
-from geosurf.report.page import Section, fill_page, html_pictures, html_table, paragraph
-from geosurf.report.table import NOTHING, Table
+from geosurf.report.page import (
+    NOTHING,
+    Section,
+    Table,
+    fill_page,
+    html_pictures,
+    html_table,
+    paragraph,
+)
 
 Row = dict[str, Any]
 WAITED = 1.3  # wall clock over processor time, from which on others were at work

@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS
-from geosurf.synthetic.torn_faults import DATUM, Fault, relief, side_of, trace
-from geosurf.synthetic.torn_horizon import fault_mesh
-from geosurf.synthetic.torn_picks import smeared
+from geosurf.synthetic.torn_horizon import DATUM, Fault, fault_mesh, relief, side_of, smeared, trace
 
 CELL = 25.0
 SIDE = 2000.0  # of a map with one group of faults [m]

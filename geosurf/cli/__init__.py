@@ -7,19 +7,14 @@ codes.
 ===================== ============================================
 `parser`              commands, options and their help
 `arguments`           arguments are refused in one sentence
-`answer`              what a command has found, as text and in JSON
-`scenario_commands`   ``run``, ``validate``, ``check``, ``report``
+`scenario_commands`   ``run``, ``validate``, ``check``, ``report``, ``new``, ``ensemble``
 `render_command`      ``render``
-`new_command`         ``new``
-`curves_command`      ``curves``
-`convert_command`     ``convert``
+`convert_command`     ``convert``, ``curves``
 `info_command`        ``info``
 `install_commands`    ``doctor``, ``warmup``
 `installation`        packages, kernels and extras, checked
 `completion`          ``completion``
-`results`             parts of answers that several commands have
-`live`                progress, and the step that is running
-`console`             output in any encoding, warnings
+`console`             answers, progress, output in any encoding, warnings
 `without_dask`        a faster start of the process of a command
 `exit_codes`          errors and signals become exit codes
 ===================== ============================================
@@ -31,12 +26,11 @@ import sys
 import time
 from collections.abc import Sequence
 
-from geosurf.cli.console import encodable_output, printed_warnings
-from geosurf.cli.ensemble_command import ensemble_command
+from geosurf.cli.console import encodable_output, peak_megabytes, printed_warnings
 from geosurf.cli.exit_codes import ExitCode
 from geosurf.cli.install_commands import doctor_command
-from geosurf.cli.live import peak_megabytes
 from geosurf.cli.parser import build_parser
+from geosurf.cli.scenario_commands import ensemble_command
 from geosurf.cli.without_dask import skip_dask
 
 __all__ = ["build_parser", "main"]

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import argparse
 
-from geosurf.cli.answer import Answer
 from geosurf.cli.arguments import Parser, commands_of, options_of
+from geosurf.cli.console import Answer
 
 SHELLS = ("bash", "zsh", "fish")
 BASH = """_geosurf() {{

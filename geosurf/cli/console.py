@@ -2,14 +2,159 @@
 
 from __future__ import annotations
 
+import argparse
 import io
+import json
+import math
+import shutil
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TextIO
 
 from geosurf.errors import GeosurfWarning
+
+# ---- live ----------------------------------------
+# Progress on a console: lines of finished steps, and below them the step that is running.
+
+
+class Lines:
+    """
+    Prints a line for each finished step.
+
+    Parameters
+    ----------
+    lines : stream or None
+        Where they go; None prints nothing.
+    memory : bool
+        Whether lines end with the peak memory of the process.
+    """
+
+    def __init__(self, lines: TextIO | None, *, memory: bool) -> None:
+        self._lines = lines
+        self._memory = memory
+
+    def __call__(self, line: str) -> None:
+        """Print the line of a finished step."""
+        clear_line()
+        if self._lines is not None:
+            more = f"  {peak_megabytes():6.0f} MB at most" if self._memory else ""
+            print(f"{line}{more}", file=self._lines, flush=True)
+
+
+class Live(Lines):
+    """Also names the step that is running, on the last line of a terminal."""
+
+    def now(self, words: str) -> None:
+        """Name the step that runs now; it is overwritten by the next line."""
+        clear_line()
+        width = max(20, shutil.get_terminal_size().columns - 1)
+        print(f"{words} ..."[:width], end="", file=sys.stderr, flush=True)
+
+
+def live_progress(options: argparse.Namespace, *, steps: bool) -> Lines:
+    """
+    Return what shows progress as a command was asked to.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        With ``quiet``, ``verbose`` and ``json``.
+    steps : bool
+        Whether the command prints its steps without ``--verbose``, too.
+
+    Returns
+    -------
+    Lines
+        `Live` on a terminal.
+    """
+    # stdout holds the answer: steps that were not asked for, or go with JSON, are on stderr
+    lines: TextIO | None = None
+    if options.verbose:
+        lines = sys.stderr
+    elif steps and not (options.quiet or options.json):
+        lines = sys.stdout
+    shown = not options.quiet and sys.stderr is not None and sys.stderr.isatty()
+    return (Live if shown else Lines)(lines, memory=options.verbose)
+
+
+def peak_megabytes() -> float:
+    """Return the largest memory of this process so far; NaN where the system does not count it."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return float("nan")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+# ---- answer ----------------------------------------
+# What a command has found: text for people, data for scripts, and the exit code.
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    The result of a command.
+
+    Attributes
+    ----------
+    data : object
+        What ``--json`` prints: dicts, lists, text, numbers; paths become text.
+    text : str
+        What is printed without ``--json``.
+    code : int
+        The exit code.
+    closing : tuple of str
+        Sentences on what to open and what to check; ``--json`` leaves them out.
+    """
+
+    data: Any
+    text: str = ""
+    code: int = 0
+    closing: tuple[str, ...] = ()
+
+    def shown(self, *, as_json: bool, quiet: bool) -> str:
+        r"""
+        Return what is printed on stdout.
+
+        Examples
+        --------
+        >>> answer = Answer({"volume_m3": float("nan")}, "1 unit", closing=("Report: index.html",))
+        >>> answer.shown(as_json=True, quiet=True)
+        '{\n  "volume_m3": null\n}'
+        >>> answer.shown(as_json=False, quiet=False)
+        '1 unit\nReport: index.html'
+        >>> answer.shown(as_json=False, quiet=True)
+        ''
+        """
+        if as_json:
+            return json.dumps(plain(self.data), indent=2)
+        return "" if quiet else "\n".join(filter(None, (self.text, *self.closing)))
+
+
+def plain(value: Any) -> Any:
+    """
+    Return a value as JSON holds it: numbers that are not finite become null.
+
+    Examples
+    --------
+    >>> import pathlib
+    >>> plain({"path": pathlib.PurePosixPath("out"), "of": (1, float("inf"))})
+    {'path': 'out', 'of': [1, None]}
+    """
+    if isinstance(value, dict):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    # numpy's numbers and arrays know what they are in Python; everything else is text
+    return plain(value.tolist()) if hasattr(value, "tolist") else str(value)
 
 
 @contextmanager
@@ -67,3 +212,13 @@ def printed_warnings() -> Iterator[None]:
 
         warnings.showwarning = show
         yield
+
+
+__all__ = [
+    "Answer",
+    "Lines",
+    "Live",
+    "live_progress",
+    "peak_megabytes",
+    "plain",
+]

@@ -6,7 +6,7 @@ import argparse
 import sys
 from dataclasses import asdict
 
-from geosurf.cli.answer import Answer
+from geosurf.cli.console import Answer
 from geosurf.errors import InputError
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from geosurf.cli.answer import Answer
-from geosurf.cli.console import clear_line
+from geosurf.cli.console import Answer, clear_line
 from geosurf.errors import InputError
 
 

@@ -7,19 +7,19 @@ from collections.abc import Callable
 from typing import Any
 
 import geosurf
-from geosurf.cli.answer import Answer
 from geosurf.cli.arguments import Parser, did_you_mean, length_unit, list_of, one_of, whole_number
 from geosurf.cli.completion import SHELLS, completion_command
-from geosurf.cli.convert_command import convert_command
-from geosurf.cli.curves_command import curves_command
-from geosurf.cli.ensemble_command import ensemble_command
+from geosurf.cli.console import Answer
+from geosurf.cli.convert_command import convert_command, curves_command
 from geosurf.cli.info_command import info_command
 from geosurf.cli.install_commands import doctor_command, warmup_command
-from geosurf.cli.new_command import VARIANTS, new_command
 from geosurf.cli.render_command import add_render_options, render_command
 from geosurf.cli.scenario_commands import (
     RESULTS,
+    VARIANTS,
     check_command,
+    ensemble_command,
+    new_command,
     report_command,
     run_command,
     validate_command,

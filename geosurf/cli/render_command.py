@@ -7,10 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.cli.answer import Answer
 from geosurf.cli.arguments import named_file, number
-from geosurf.cli.console import clear_line
-from geosurf.cli.live import live_progress
+from geosurf.cli.console import Answer, clear_line, live_progress
 from geosurf.cli.scenario_commands import cache_of, scenario_of
 from geosurf.errors import InputError
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import csv
 import shlex
 import sys
 import time
@@ -11,17 +12,246 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.cli.answer import Answer
-from geosurf.cli.console import clear_line
-from geosurf.cli.live import live_progress
-from geosurf.cli.results import certificate_data, exit_code_of, units_data, warnings_data
-from geosurf.errors import InputError
+from geosurf.cli.console import Answer, clear_line, live_progress
+from geosurf.errors import InputError, OutputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.errors import GeosurfWarning
+    from geosurf.model import Certificate, Units
     from geosurf.scenario.execute import Outcome
     from geosurf.scenario.keys import Scenario
+    from geosurf.scenario.new import NewScenario
     from geosurf.scene import Scene
     from geosurf.scene.result_cache import ResultCache
+
+
+# ---- results ----------------------------------------
+# What commands answer in common: units, warnings, and the verdict of a certificate.
+
+
+CHECK_FAILED = 3  # exit code
+
+
+def exit_code_of(certificate: Certificate) -> int:
+    """Return the exit code of a certificate; print the checks that failed."""
+    # the code of geometry: the model was built, and the check says that it must not be used
+    failed = [f"{check.name} ({check.detail})" for check in certificate.checks if not check.passed]
+    if not failed:
+        return 0
+    print(
+        f"geosurf: the model fails its check: {'; '.join(failed)}. Inspect these places "
+        "before you use the model.",
+        file=sys.stderr,
+    )
+    return CHECK_FAILED
+
+
+def units_data(units: Units) -> list[dict[str, Any]]:
+    """Return one dict per unit, with the columns of the table of volumes."""
+    table = units._plain_table
+    columns = {"unit": table.coords["unit"], **table.data_vars, **table.coords}
+    values = (column.values.tolist() for column in columns.values())
+    return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
+
+
+def warnings_data(warnings: Iterable[GeosurfWarning]) -> list[dict[str, Any]]:
+    """Return one dict per warning."""
+    return [
+        {
+            "kind": one.kind,
+            "subject": one.subject,
+            "effect": one.effect,
+            "remedy": one.remedy,
+            "place": one.place,
+        }
+        for one in warnings
+    ]
+
+
+def certificate_data(certificate: Certificate) -> dict[str, Any]:
+    """Return the lines of a certificate and whether all of them passed."""
+    lines = [
+        {"name": one.name, "passed": one.passed, "value": one.value, "detail": one.detail}
+        for one in certificate.checks
+    ]
+    return {"ok": certificate.ok, "checks": lines}
+
+
+# ---- new command ----------------------------------------
+# The command ``new``: a scenario from the files of a field.
+
+
+VARIANTS = ("grids", "points", "network")
+MOST_REPEATED = 200  # characters of a command that is shown again
+
+
+def new_command(options: argparse.Namespace) -> Answer:
+    """Write a scenario from files, and list how each file is used."""
+    from geosurf.scenario.new import new_scenario
+    from geosurf.scenario.new.text import table_text
+
+    files, truth = list(options.files), None
+    if options.example is not None:
+        files, truth = _example(options)
+    new = new_scenario(
+        options.folder,
+        files,
+        positive=options.positive,
+        length_unit=options.length_unit,
+        replace=options.replace,
+    )
+    questions = [
+        {"line": one.line, "needed": one.stops, "question": one.text} for one in new.questions
+    ]
+    data = {"scenario": new.path, "runs": new.runs, "questions": questions}
+    lines = [table_text(new.found), "", *_questions(new)]
+    if truth is not None:
+        data["truth"] = truth
+        lines = [f"{truth}: the true volumes of this synthetic field", "", *lines]
+    return Answer(data, "\n".join(lines), closing=tuple(_end(new, options)))
+
+
+def _example(options: argparse.Namespace) -> tuple[list[str], Path]:
+    """Write the files of a synthetic field; return their paths, and that of its volumes."""
+    from geosurf.errors import OutputError
+    from geosurf.scenario.new import FILE
+    from geosurf.synthetic import field_export
+
+    if options.files:
+        raise InputError("--example writes its own files. Leave the files or --example out.")
+    folder = Path(options.folder)
+    if folder.exists() and any(folder.iterdir()) and not options.replace:
+        raise OutputError(
+            f"{folder}: the folder is not empty. Give another one, or replace the files of the "
+            f"example and {FILE} with --replace."
+        )
+    truth = field_export(folder, options.example)
+    files = [str(path) for name, path in truth.files.items() if name != "scenario"]
+    return files, folder / "truth" / "volumes.csv"
+
+
+def _questions(new: NewScenario) -> Iterable[str]:
+    """The questions, with their lines."""
+    for question in new.questions:
+        need = "needs an answer" if question.stops else "optional"
+        yield f"{new.path}, line {question.line} ({need}): {question.text}"
+    if new.questions:
+        yield ""
+
+
+def _end(new: NewScenario, options: argparse.Namespace) -> Iterable[str]:
+    """The next command, or what has to be answered before it."""
+    run = f"geosurf run {shlex.quote(str(new.path))} -o {shlex.quote(str(new.path.parent / 'out'))}"
+    if new.runs:
+        yield f"{new.path} is written. Next: {run}"
+        if new.questions:  # so there will be a second run
+            cache = shlex.quote(str(new.path.parent / "cache"))
+            yield f"With --cache-dir {cache}, a run after an answer redoes only what it changes."
+        return
+    again = " ".join(map(shlex.quote, ["new", str(options.folder), *options.files]))
+    if len(again) > MOST_REPEATED:
+        again = f"new {shlex.quote(str(options.folder))} FILES..."
+    unit = "" if options.length_unit is None else f" --length-unit {options.length_unit}"
+    yield f"{new.path} is written, but a run needs the answer above. Edit that line, or repeat"
+    yield "with down if z is depth, with up if it is elevation:"
+    yield f"  geosurf {again} --positive down --replace{unit}"
+    yield f"  geosurf {again} --positive up --replace{unit}"
+    yield f"Then: {run}"
+
+
+# ---- ensemble command ----------------------------------------
+# The command ``ensemble``: P90, P50 and P10 of the volumes of a scenario.
+
+
+EVERY = 30.0  # s between two lines of progress in a log file
+
+
+def ensemble_command(options: argparse.Namespace) -> Answer:
+    """Build many realisations of a scenario, and write quantiles of volumes."""
+    from geosurf.conventions.packages import missing_sentence
+    from geosurf.ensemble import report_ensemble, run_ensemble
+    from geosurf.ensemble.tables import quantile_csv, quantile_text
+    from geosurf.files.atomic import write_whole
+    from geosurf.scenario.plan import input_files
+
+    out, start = Path(options.out), time.perf_counter()
+    scenario = scenario_of(options)  # before a folder is made
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
+    result = run_ensemble(
+        scenario,
+        options.n,
+        seed=options.seed,
+        store=out / "ensemble.zarr",
+        cache_dir=options.cache_dir,
+        workers=options.workers,
+        processes=options.processes,
+        progress=False if options.quiet or options.json else _Log(),
+    )
+    for by in ("unit", "zone", "contact"):
+        write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
+    # clusters have no matplotlib; the report can be written elsewhere, from the store
+    missing, page = missing_sentence("charts need", "matplotlib"), None
+    if not missing:
+        page = report_ensemble(
+            result,
+            out,
+            title=scenario.heading,
+            inputs=input_files(scenario),
+            relative_to=scenario.path.parent,
+        )
+    seconds, count = time.perf_counter() - start, result.sizes["realization"]
+    data = {
+        "scenario": scenario.path,
+        "settings": scenario.settings,
+        "out": out,
+        "realisations": count,
+        "seconds": seconds,
+        "report": page,
+        "quantiles": {by: _rows(quantile_csv(result, by)) for by in ("unit", "zone", "contact")},
+    }
+    return Answer(
+        data,
+        f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
+        closing=(
+            f"There is no report: {missing}" if page is None else f"Open {page}.",
+            f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",
+        ),
+    )
+
+
+def _rows(text: str) -> list[dict[str, str | float]]:
+    """Return the rows of a table, with numbers where cells are numbers."""
+    return [
+        {key: _cell(value) for key, value in row.items()}
+        for row in csv.DictReader(text.splitlines())
+    ]
+
+
+def _cell(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+class _Log:
+    """Shows progress on stderr: in place on a console, else a line every half minute."""
+
+    def __init__(self) -> None:
+        self._shown = time.monotonic()
+
+    def __call__(self, line: str) -> None:
+        """Show a line, or leave it out."""
+        from geosurf.ensemble.progress import console_line
+
+        if sys.stderr is None or sys.stderr.isatty():
+            console_line(line)
+        elif time.monotonic() - self._shown > EVERY:
+            self._shown = time.monotonic()
+            print(line, file=sys.stderr, flush=True)
 
 
 FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
@@ -30,7 +260,7 @@ RESULTS = (*FILES, "grid", "pictures", "report")
 
 def run_command(options: argparse.Namespace) -> Answer:
     """Run a scenario and write everything, or what ``--only`` names."""
-    from geosurf.report.table import as_plain_text
+    from geosurf.report.page import as_plain_text
     from geosurf.report.tables import volume_table
     from geosurf.scenario import run
 
@@ -226,3 +456,14 @@ def report_command(options: argparse.Namespace) -> Answer:
     data = {"scenario": scenario.path, "settings": scenario.settings, "report": path}
     data |= {"notes": notes, "certificate": certificate_data(certificate)}
     return Answer(data, str(path), exit_code_of(certificate))
+
+
+__all__ = [
+    "VARIANTS",
+    "certificate_data",
+    "ensemble_command",
+    "exit_code_of",
+    "new_command",
+    "units_data",
+    "warnings_data",
+]

@@ -9,9 +9,9 @@ import numpy as np
 
 from geosurf.ensemble.results import LEAST, convergence, quantiles, tornado, volumes_by
 from geosurf.render import palette
+from geosurf.render.furniture import tick_texts, ticks
 from geosurf.render.map_frame import colours_of
 from geosurf.render.sheet import figure_bytes
-from geosurf.render.ticks import tick_texts, ticks
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

@@ -16,7 +16,7 @@ from geosurf.model.distributions import (
     Uniform,
     distribution_of,
 )
-from geosurf.report.table import number
+from geosurf.report.page import number
 
 # Where uncertainties keep their distribution. A factor comes before the shape that it multiplies.
 PLACES = ("by", "factor", "throw", "elevation", "shift")

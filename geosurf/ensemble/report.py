@@ -27,9 +27,8 @@ from geosurf.model.expected import path_of
 from geosurf.render.compose import save_png
 from geosurf.report import page
 from geosurf.report.input_tables import described_files, file_table
-from geosurf.report.page import Section
+from geosurf.report.page import NOTHING, Section, Table, number
 from geosurf.report.run_tables import version_table
-from geosurf.report.table import NOTHING, Table, number
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.grid.corners import CORNERS
+from geosurf.grid.follow import folded, unfolded
 from geosurf.grid.pillars import Pillars
-from geosurf.grid.unfold import folded, unfolded
 from geosurf.model.grids import CornerPointGrid
 
 ROUNDS = 3  # of a new grid

@@ -15,8 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from geosurf.conventions import counted
-from geosurf.conventions.card import Card
-from geosurf.conventions.card_map import small_map
+from geosurf.conventions.card import Card, small_map
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.base import Shown
 from geosurf.model.network_rows import (

@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.conventions.card import Card
-from geosurf.conventions.card_map import small_map
+from geosurf.conventions.card import Card, small_map
 from geosurf.conventions.colours import fault as fault_colour
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Shown

@@ -10,8 +10,6 @@ grid_section.py   `render_grid_section`: cells of a simulation grid
 profile.py        `render_throw`: throw along a fault
 column.py         the stratigraphic column
 wells.py          well tops on maps and sections
-virtual_lines.py  virtual walls on maps
-remedies.py       places on maps where a tear needed a remedy
 search.py         `render_search`: how the voxel search finds an intersection line
 place.py          `render_place`: a close-up of the location of an error
 backend.py        the choice of a graphics driver
@@ -19,28 +17,23 @@ probe.py          the test of one graphics driver, in a separate process
 compose.py        content, frame and file of a picture
 layers.py         layers and legend entries of a picture
 surface_layers.py  triangles and lines of surfaces, patches and intersection lines
-thin_surfaces.py  surfaces with as many triangles as pixels can show
 unit_layers.py    triangles and lines of units, together or exploded
 clip.py           clipping to the model (Sutherland & Hodgman 1974)
 views.py          directions of view and the parallel projection
 sheet.py          a blank picture, or the axes of a user's figure
-pixels.py         pixels averaged, and pasted into a figure
 furniture.py      title, legend, arrows and scale bar
 axes.py           axes of the model box
-ticks.py          round values of axes, contours and scale bars
 map_frame.py      axes, contour levels, colour bar and north arrow of maps
 diagram.py        axes of sections and Allan diagrams
 palette.py        colours
 picture_style.py  `PictureStyle`: theme, font, colours by name, colour map
-theme.py          a style applied to a finished figure
 colouring.py      colours of units: by unit, zone, block, contact, elevation, property
 names.py          names that are shortened and placed
 overlay.py        `PictureOverlay`: wells, polygons and data points on pictures
-styles.py         what texts, lines, areas and layers may look like, for mypy
 _plot.py          layers drawn with VTK
 ================  ======================================================================
 
-geosurf imports pyvista and VTK for the first picture, in a thread, while its content is computed.
+geosurf imports pyvista and VTK for the first picture.
 Coordinates are shifted to the centre of the model in float64, because VTK computes in float32. The
 same picture drawn twice has the same bytes.
 """

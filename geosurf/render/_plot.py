@@ -10,12 +10,61 @@ import numpy as np
 from geosurf.render.backend import off_screen
 from geosurf.render.layers import Layer
 from geosurf.render.palette import PAPER, RGB
-from geosurf.render.pixels import averaged
 from geosurf.render.views import Camera
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from pyvista import Plotter
     from pyvista.plotting.themes import Theme
+
+
+# ---- pixels ----------------------------------------
+# Pixels of a picture: made from those of a larger one, and pasted into a figure.
+
+
+def averaged(image: np.ndarray, n: int) -> np.ndarray:
+    """
+    Return a picture with the means of blocks of pixels.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3 or 4)
+        The fourth channel is opacity.
+    n : int
+        Pixels along the sides of a block; those of incomplete ones at the end are left out.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height // n, width // n, 3 or 4)
+
+    Examples
+    --------
+    >>> averaged(np.array([[[0, 9, 0], [0, 0, 0]], [[4, 9, 0], [0, 0, 0]]], dtype=np.uint8), 2)
+    array([[[1, 5, 0]]], dtype=uint8)
+    """
+    return _averaged_rgba(image, n) if image.shape[2] == 4 else _averaged_rgb(image, n)
+
+
+def _averaged_rgba(image: np.ndarray, n: int) -> np.ndarray:
+    """Average blocks of pixels with their opacity: what is transparent has no colour."""
+    height, width = image.shape[0] // n, image.shape[1] // n
+    blocks = image[: height * n, : width * n].reshape(height, n, width, n, 4).astype(np.float64)
+    weight = blocks[..., 3:].sum(axis=(1, 3))
+    colour = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3)) / np.maximum(weight, 1.0)
+    mean: np.ndarray = np.concatenate([colour, weight / (n * n)], axis=2)
+    return np.round(mean).astype(np.uint8)
+
+
+def _averaged_rgb(image: np.ndarray, n: int) -> np.ndarray:
+    """Average blocks of pixels, rounded half up."""
+    height, width = image.shape[0] // n, image.shape[1] // n
+
+    # one pixel of each block at a time: nothing as large as the window is made
+    total = np.full((height, width, 3), n * n // 2, dtype=np.uint16)
+    for row in range(n):
+        for column in range(n):
+            total += image[row : height * n : n, column : width * n : n]
+    return (total // (n * n)).astype(np.uint8)
+
 
 LARGEST_PART = 540_000  # pixels that are drawn at once; drivers have a few buffers of that size,
 LARGEST_PEELED = 150_000  # and a dozen if surfaces are transparent
@@ -254,3 +303,8 @@ def _pixels(plotter: Plotter, size: tuple[int, int], n_part: int, transparent: b
             room = image[row * height : (row + 1) * height, column * width : (column + 1) * width]
             room[...] = part.reshape(height, width, -1)[: room.shape[0], : room.shape[1]]
     return image[::-1]
+
+
+__all__ = [
+    "averaged",
+]

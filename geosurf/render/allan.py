@@ -24,8 +24,8 @@ from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
 from geosurf.render.layers import DETAIL_ROOM, Entry
 from geosurf.render.names import shortened_apart
+from geosurf.render.palette import AreaStyle, LineStyle
 from geosurf.render.picture_style import PictureStyle
-from geosurf.render.styles import AreaStyle, LineStyle
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only

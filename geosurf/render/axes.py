@@ -8,8 +8,7 @@ from itertools import compress
 import numpy as np
 
 from geosurf.render import palette
-from geosurf.render.furniture import Sheet, rim_of_words
-from geosurf.render.ticks import fitting, tick_texts, ticks
+from geosurf.render.furniture import Sheet, fitting, rim_of_words, tick_texts, ticks
 from geosurf.render.views import Camera, corners
 
 AXES = (("Easting", "km", 1000.0), ("Northing", "km", 1000.0), ("Elevation", "m", 1.0))

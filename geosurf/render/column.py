@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.render import furniture, palette
-from geosurf.render.picture_style import PictureStyle
-from geosurf.render.theme import apply_theme
+from geosurf.render.picture_style import PictureStyle, apply_theme
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only

@@ -18,8 +18,7 @@ from geosurf.render.axes import draw_axes
 from geosurf.render.layers import Bar, Content, show_box
 from geosurf.render.map_frame import draw_colour_bar
 from geosurf.render.overlay_drawing import draw_names
-from geosurf.render.picture_style import PictureStyle, style_of
-from geosurf.render.theme import background
+from geosurf.render.picture_style import PictureStyle, background, style_of
 from geosurf.render.views import (
     View,
     aim,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.render import furniture, palette
-from geosurf.render.ticks import fitting, tick_texts, ticks
+from geosurf.render.furniture import fitting, tick_texts, ticks
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

@@ -13,7 +13,7 @@ from typing import Unpack
 import numpy as np
 
 from geosurf.render import palette
-from geosurf.render.styles import LayerStyle
+from geosurf.render.palette import LayerStyle
 from geosurf.render.views import corners
 
 # corners of a box are numbered by their sides, in binary: two make an edge if one side differs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -10,14 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import length_text, real_numbers
+from geosurf.conventions import counted, length_text, real_numbers
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
+from geosurf.model.compartments import fault_of
 from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism
 from geosurf.render.compose import figure_path, save_figure
-from geosurf.render.map_curves import draw_curves
+from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
     colours_of,
     contour_levels,
@@ -26,18 +28,228 @@ from geosurf.render.map_frame import (
     map_axes,
     number_contours,
 )
+from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import draw_on_map
+from geosurf.render.palette import RGB
 from geosurf.render.picture_style import PictureStyle
-from geosurf.render.remedies import draw_remedies
-from geosurf.render.thin_surfaces import thinned
+from geosurf.render.thin_units import thinned
 from geosurf.render.views import SIZE, check_size
-from geosurf.render.virtual_lines import draw_virtual_walls
 from geosurf.render.wells import draw_wells_on_map, tops_on_map
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+# ---- map curves ----------------------------------------
+# Intersection lines on the map of a horizon, each named once at its longest line.
+
+
+def draw_curves(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    surface: TriSurface,
+    curves: Curves,
+    within: Prism | None,
+    faults: list[str],
+) -> list[Entry]:
+    """Draw the intersection lines of a surface as bold lines.
+
+    Lines of named faults have the colours of the faults, other lines are dark grey. If no faults
+    are named, each surface has a colour.
+    """
+    from matplotlib.collections import LineCollection
+
+    name = surface.name
+    expect(curves, Curves, "curves must be Curves", "pass scene.curves")
+    if name not in curves.names:
+        raise InputError(
+            f"the curves have no surface {name!r}. Their surfaces are {list(curves.names)}."
+        )
+    # colours: as faults in other pictures, or one for each other surface
+    row = curves.names.index(name)
+    met = (
+        curves.names[k] for pair in curves.surfaces_of_curve.tolist() if row in pair for k in pair
+    )
+    order = faults or list(dict.fromkeys(other for other in met if other != name))
+    colours = {
+        other: sheet.style.colour(
+            other, palette.fault(order.index(other)) if other in order else palette.INK
+        )
+        for other in curves.names
+    }
+
+    # length by other surface [m]; its lines; the longest one, and a place a third along it
+    others: dict[int, float] = {}
+    lines: dict[int, list[np.ndarray]] = {}
+    longest: dict[int, tuple[float, np.ndarray]] = {}
+    width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
+    for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
+        if row not in pair:
+            continue
+
+        # segments (n, 2, 3), clipped to the area that is shown
+        line = curves.points[curves.curves[i]]
+        ends = np.stack([line[:-1], line[1:]], axis=1)
+        if within is not None:
+            ends = within.segments(line, np.arange(len(line) - 1)[:, None] + np.arange(2))
+        if not len(ends):
+            continue
+        other = pair[0] if pair[1] == row else pair[1]
+        length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+        others[other] = others.get(other, 0.0) + length
+        lines.setdefault(other, []).append(ends[:, :, :2])
+        if length > (longest[other][0] if other in longest else 0.0):
+            longest[other] = (length, ends[len(ends) // 3, 0, :2])
+
+    # one object for each surface: 500 of them, one for each line, took two thirds of a map
+    for other, parts in lines.items():
+        colour = colours[curves.names[other]]
+        shown = LineCollection(list(np.concatenate(parts)), colors=[colour], linewidths=width)
+        shown.set_capstyle("round")
+        axes.add_collection(shown, autolim=False)
+    _name_lines(sheet, axes, {curves.names[other]: one for other, one in longest.items()}, colours)
+
+    # faults first: where the legend has no room, horizons are the ones that are only counted
+    met_here = sorted(others, key=lambda other: curves.names[other] not in faults)
+    return [
+        Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
+        for name, length in ((curves.names[k], others[k]) for k in met_here)
+    ]
+
+
+def _name_lines(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    longest: dict[str, tuple[float, np.ndarray]],
+    colours: dict[str, RGB],
+) -> None:
+    """Write the name of each other surface next to its longest line.
+
+    It goes 9 design pixels to the right, or to the left where it would leave the map; the longest
+    lines first, and no name over another: the legend has them all.
+    """
+    unit = sheet.layout.unit
+    labels = shortened_apart(longest)
+    for other, (_, at) in sorted(longest.items(), key=lambda item: -item[1][0]):
+        label = labels[other]
+        x, y = axes.transData.transform(at)
+        x += 9.0 * unit
+        wide, high = sheet.text_size(label, 11.5, "bold")
+        if x + wide > axes.bbox.x1:
+            x -= 18.0 * unit + wide
+        if not sheet.names.take((x, y - 0.7 * high, x + wide, y + 0.7 * high)):
+            continue
+        at = axes.transData.inverted().transform((x, y))
+        colour = palette.shade(colours[other], 1, 2)
+        furniture.halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
+
+
+# ---- virtual lines ----------------------------------------
+# Draw on a map where virtual walls meet the horizon: dashed, in the colours of their faults.
+
+
+Lines = Mapping[str, Sequence[np.ndarray]]
+HOW = "give lines of shape (n, 2) or (n, 3) [m] by name of the wall"
+
+
+def draw_virtual_walls(
+    sheet: furniture.Sheet, axes: Axes, virtual: Lines, faults: Sequence[str]
+) -> list[Entry]:
+    """Draw virtual walls on the map; return the entry of the legend.
+
+    Parameters
+    ----------
+    sheet : furniture.Sheet
+    axes : Axes
+        Of the map.
+    virtual : mapping of str to sequence of ndarray of float64, each (n, 3)
+        Lines of each virtual wall on the horizon [m].
+    faults : sequence of str
+        Names of all faults, for their colours.
+    """
+    virtual = check_lines(virtual)
+    width = 1.8 * sheet.layout.unit * 72.0 / furniture.DPI
+    shown = []
+    for name, lines in virtual.items():
+        fault = fault_of(name)
+        colour = palette.fault(faults.index(fault)) if fault in faults else palette.INK
+        for line in lines:
+            # a white line below: dashes are seen on all colours of the elevation
+            x, y = line[:, :2].T
+            axes.plot(x, y, color=palette.PAPER, linewidth=1.8 * width, zorder=2.4)
+            axes.plot(x, y, color=colour, linewidth=width, dashes=(4.0, 1.6), zorder=2.5)
+        if len(lines):
+            shown.append(fault)
+    if not shown:
+        return []
+    words = counted(len(shown), "virtual wall")
+    return [Entry(words.capitalize(), palette.INK, "of " + ", ".join(shown), "dashes")]
+
+
+def check_lines(virtual: Any) -> Lines:
+    """Return lines by name of the wall, or raise an InputError."""
+    if not isinstance(virtual, Mapping):
+        raise InputError(f"virtual_walls is {virtual!r}; {HOW}.")
+    found: dict[str, list[np.ndarray]] = {}
+    for name, lines in virtual.items():
+        try:
+            found[str(name)] = [real_numbers(line) for line in lines]
+        except (TypeError, ValueError) as error:
+            raise InputError(f"virtual_walls of {name!r} are not lines; {HOW}.") from error
+        for line in found[str(name)]:
+            if line.ndim != 2 or line.shape[1] not in (2, 3) or not np.isfinite(line).all():
+                raise InputError(f"virtual_walls of {name!r} are not lines; {HOW}.")
+    return found
+
+
+# ---- remedies ----------------------------------------
+# Mark on a map where the tear of a horizon needed a remedy: `SheetReport.remedies`.
+
+
+RADIUS = 6.0  # of a mark [design pixels]
+
+
+def draw_remedies(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    remedies: Sequence[GeosurfWarning],
+) -> list[Entry]:
+    """Mark the place of each remedy on the map; return the entry of the legend.
+
+    Parameters
+    ----------
+    sheet : furniture.Sheet
+    axes : Axes
+        Of the map.
+    remedies : sequence of GeosurfWarning
+        Those without a place are left out.
+    """
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    per = sheet.layout.unit * 72.0 / furniture.DPI
+    shown: list[str] = []
+    for remedy in remedies:
+        if remedy.place is None:
+            continue
+        x, y = remedy.place[:2]
+
+        # marks outside the map would stand in its margin, next to nothing
+        if not (west <= x <= east and south <= y <= north):
+            continue
+        axes.plot(
+            [x], [y], marker="o", markersize=2.0 * RADIUS * per, markerfacecolor="none",
+            markeredgecolor=palette.ACCENT, markeredgewidth=2.4 * per, linestyle="none", zorder=6.5,
+        )  # fmt: skip
+        shown.append(remedy.kind)
+    if not shown:
+        return []
+
+    # the legend counts each kind of remedy
+    kinds = ", ".join(f"{kind}: {n}" for kind, n in sorted(Counter(shown).items()))
+    words = f"{counted(len(shown), 'place')} of remedies"
+    return [Entry(words, palette.ACCENT, kinds, "circle")]
+
 
 MAX_MAP_TRIANGLE = 250_000
 N_BAND = 3  # bands of colour per contour interval
@@ -289,3 +501,9 @@ def _draw_elevation(
             )  # fmt: skip
             if width > 0.5:
                 number_contours(sheet, axes, lines)
+
+
+__all__ = [
+    "draw_remedies",
+    "draw_virtual_walls",
+]

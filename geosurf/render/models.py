@@ -20,8 +20,7 @@ from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import show_overlay
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle, style_of
 from geosurf.render.surface_layers import show_curves, show_patches, show_surfaces
-from geosurf.render.thin_surfaces import most_of_each
-from geosurf.render.thin_units import as_modelled
+from geosurf.render.thin_units import as_modelled, most_of_each
 from geosurf.render.unit_layers import show_units
 from geosurf.render.views import SIZE, View
 

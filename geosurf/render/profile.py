@@ -15,8 +15,7 @@ from geosurf.render import furniture, palette
 from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import diagram_axes, draw_ends, range_shown
 from geosurf.render.layers import Entry
-from geosurf.render.picture_style import PictureStyle
-from geosurf.render.theme import readable
+from geosurf.render.picture_style import PictureStyle, readable
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only

@@ -26,8 +26,7 @@ from geosurf.render.layers import Entry
 from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import draw_on_section
-from geosurf.render.picture_style import PictureStyle
-from geosurf.render.theme import readable
+from geosurf.render.picture_style import PictureStyle, readable
 from geosurf.render.views import check_size
 from geosurf.render.wells import draw_wells_on_section, tops_on_section
 

@@ -15,9 +15,9 @@ from geosurf.render import palette
 from geosurf.render.clip import Prism
 from geosurf.render.colouring import Selection, elevation_bar, shades_of
 from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
+from geosurf.render.palette import LayerStyle
 from geosurf.render.picture_style import PLAIN, PictureStyle
-from geosurf.render.styles import LayerStyle
-from geosurf.render.thin_surfaces import most_of_each, thinned
+from geosurf.render.thin_units import most_of_each, thinned
 from geosurf.render.views import SIZE
 
 MAX_RIMMED = 200_000

@@ -1,7 +1,6 @@
 """Write the report of a model: one HTML page with tables, pictures and the certificate.
 
 ===============  ====================================================================
-table.py         a table of text, the number format, plain-text output
 sections.py      the sections of the page, in their order
 fault_parts.py   one part per fault: Allan diagram, throw, tables
 input_tables.py  tables of inputs: files, sizes, hashes, coverage

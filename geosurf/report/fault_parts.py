@@ -10,7 +10,7 @@ from pathlib import Path
 
 from geosurf.model.protocols import ReportedModel
 from geosurf.report import fault_tables, page
-from geosurf.report.table import Table
+from geosurf.report.page import Table
 
 # files of pictures that show one fault, as `geosurf.scene.pictures` names them: kind and row
 OF_FAULT = re.compile(r"(allan|throw)_(\d+)_.*\.png")

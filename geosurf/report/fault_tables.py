@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.model import Extension, Truncation
-from geosurf.report.table import NOTHING, Table, number
+from geosurf.report.page import NOTHING, Table, number
 
 
 def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Table]:

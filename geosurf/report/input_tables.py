@@ -11,7 +11,7 @@ from typing import Any
 
 from geosurf.model.expected import expect, path_of
 from geosurf.model.protocols import ReportedModel
-from geosurf.report.table import NOTHING, Table, number
+from geosurf.report.page import NOTHING, Table, number
 
 DIGITS = 16  # of a hash: enough to tell files apart
 HOW = "give {name: path of a file}"

@@ -13,7 +13,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Certificate
-from geosurf.report.table import NOTHING, Table, number
+from geosurf.report.page import NOTHING, Table, number
 
 PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
 

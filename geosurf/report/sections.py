@@ -17,8 +17,7 @@ from geosurf.model.protocols import ReportedModel
 from geosurf.report import fault_tables, input_tables, page, run_tables, tables, well_tables
 from geosurf.report.fault_parts import fault_parts, pictures_of_faults
 from geosurf.report.input_tables import InputFile
-from geosurf.report.page import Section
-from geosurf.report.table import Table, number
+from geosurf.report.page import Section, Table, number
 from geosurf.report.viewer import viewer_part
 
 

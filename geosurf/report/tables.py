@@ -12,7 +12,7 @@ from geosurf.model import Clipped, Curves, Remnant, TriSurface, Units
 from geosurf.model.compartments import VirtualWall
 from geosurf.model.protocols import ReportedModel
 from geosurf.model.slivers import MergedSliver
-from geosurf.report.table import NOTHING, Table, number
+from geosurf.report.page import NOTHING, Table, number
 
 SLIVERS = "slivers"  # the column that they share
 

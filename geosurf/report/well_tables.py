@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.conventions import counted
-from geosurf.report.table import NOTHING, Table, number
+from geosurf.report.page import NOTHING, Table, number
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

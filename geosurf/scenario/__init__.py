@@ -2,11 +2,8 @@
 
 ================  =============================================================
 keys.py           every key: type, unit, default, meaning
-output_keys.py    of these: [search] and [output]
-sliver_keys.py    of these: [slivers]
-grid_keys.py      of these: [grid]
+output_keys.py    of these: [search], [output] and [pictures]
 ensemble_keys.py  of these: [ensemble] and [[uncertain]]
-tear_keys.py      of these: [tear] and [[throws]]
 declare.py        how a key is declared
 values.py         how values are checked, and what a check accepts
 truncations.py    truncations as a scene takes them; halves of older faults
@@ -19,10 +16,8 @@ execute.py        a run: all of it, stage by stage
 output.py         the output folder: new results whole, or the old ones
 grid.py           the simulation grid that a scenario asks for
 pictures.py       the pictures that a scenario asks for
-failure.py        a picture of the place where a model cannot be built
-step_log.py       one line per step
-toml_lines.py     lines of the keys of a TOML text
-settings.py       keys that are set outside of the file
+step_log.py       one line per step, and a picture of the place of an error
+toml_text.py      the text: lines of keys, what is not TOML, keys set from outside
 plan.py           what a run reads and writes
 ================  =============================================================
 """

@@ -10,22 +10,22 @@ from typing import Any
 
 from geosurf.conventions.packages import warning_without_pictures
 from geosurf.model import Certificate
+from geosurf.model.column import CONFORMABLE
 from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
-from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario
-from geosurf.scenario.notes import model_notes
-from geosurf.scenario.output import new_results, require_writable
-from geosurf.scenario.output_formats import (
+from geosurf.scenario.output import (
     NO_NETCDF,
+    new_results,
     refuse_lists,
+    require_writable,
     without_lists,
     writable_formats,
     write_files,
 )
 from geosurf.scenario.pictures import choice_of_pictures, will_draw
 from geosurf.scenario.plan import input_files
-from geosurf.scenario.step_log import Progress, StepLog
+from geosurf.scenario.step_log import Progress, StepLog, pictured
 from geosurf.scenario.validate import read_scenario
 from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
@@ -33,6 +33,45 @@ from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.stored_checks import check_with_cache
 from geosurf.warning import warn
 from geosurf.write._files import commit
+
+# ---- notes ----------------------------------------
+# Notes of a run: what a user should look at in the model.
+
+
+def model_notes(scene: Scene) -> list[str]:
+    """Return what a user should look at: in torn horizons, in the column, in fluid contacts."""
+    # Notes are for people: what is a warning already is printed once.
+    torn = [
+        f"horizon {name!r}: {note}"
+        for name, sheet in scene.sheets.items()
+        for note in sheet.report.notes
+        if note not in map(str, sheet.warnings)  # those are printed as warnings
+    ]
+    return [*torn, *crossings(scene), *contacts_left_out(scene)]
+
+
+def crossings(scene: Scene) -> list[str]:
+    """Return a note on each pair of conformable horizons that cross: no rule allows it."""
+    # Crossings that a rule of the column explains are intended.
+    return [
+        f"{clip}. If this is not intended, list horizons youngest first, or set their rules."
+        for clip in scene.units.report["clipped"]
+        if clip.rule == CONFORMABLE
+    ]
+
+
+def contacts_left_out(scene: Scene) -> list[str]:
+    """Return a note on each fluid contact that is given for some blocks, and not for others."""
+    notes = []
+    # A few units are named, the rest counted: blocks may be many.
+    for name, left in scene.units.report["without_contact"].items():
+        more = f" and {len(left) - 6} more" if len(left) > 6 else ""
+        notes.append(
+            f"fluid contact {name!r} does not split {', '.join(left[:6])}{more}: it is not given "
+            "for their blocks. If this is not intended, add a table for these blocks, or one "
+            "without a block."
+        )
+    return notes
 
 
 @dataclass(frozen=True)
@@ -331,3 +370,10 @@ def _write_certificate(
     warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
     lines = "\n".join(filter(None, [f"{scenario.heading}\n", warnings, f"{certificate}\n"]))
     commit(folder / "certificate.txt", lines.encode("utf-8"))
+
+
+__all__ = [
+    "contacts_left_out",
+    "crossings",
+    "model_notes",
+]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.model import CornerPointGrid
-from geosurf.scenario.grid_keys import GridInput
+from geosurf.scenario.keys import GridInput
 from geosurf.scene import Scene
 from geosurf.warning import collected
 from geosurf.write import write

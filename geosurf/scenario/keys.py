@@ -3,7 +3,6 @@
 The parser reads these dataclasses, and so does the page docs/scenario.md, so that
 neither can know a key that the other does not.
 """
-
 # ruff: noqa: RUF009 - `key` makes a dataclasses.field
 
 from __future__ import annotations
@@ -16,9 +15,9 @@ from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.halves import BOTH
 from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
+from geosurf.model.slivers import SliverSettings
 from geosurf.model.tie import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
-from geosurf.scenario.area_keys import AreaOfInterest, BoxRanges
 from geosurf.scenario.declare import key
 from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput
 from geosurf.scenario.fault_keys import (
@@ -29,13 +28,263 @@ from geosurf.scenario.fault_keys import (
     length_unit_key,
     positive_key,
 )
-from geosurf.scenario.grid_keys import GridInput
-from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
-from geosurf.scenario.picture_keys import PictureSettings
-from geosurf.scenario.sliver_keys import SliversInput
+from geosurf.scenario.output_keys import (
+    FORMATS,
+    VIEWS,
+    OutputSettings,
+    PictureSettings,
+    SearchSettings,
+)
 from geosurf.scenario.tables import table, tables
-from geosurf.scenario.tear_keys import TearSettings, ThrowInput
-from geosurf.scenario.well_keys import WellsInput
+from geosurf.sheets.faults import DIRECTIONS
+
+# ---- area keys ----------------------------------------
+# Keys of a scenario that limit the model: ``[aoi]`` and ``[box]``.
+
+
+@dataclass(frozen=True, kw_only=True)
+class AreaOfInterest:
+    """``[aoi]``: a polygon that the model fills.
+
+    Leave the table out for the box, or without a box for the outline that all horizons share.
+    """
+
+    file: Path | None = key(
+        "A closed polygon, `.pol` or `.csv`. Give one of these keys.", values.file, default=None
+    )
+    corners_m: tuple[tuple[float, float], ...] | None = key(
+        "Easting and northing around the polygon.", values.corners, unit="m", default=None
+    )
+    rectangle: bool = key(
+        "Whether to take the largest axis-parallel rectangle that all horizons cover.",
+        values.switch, default=False,
+    )  # fmt: skip
+
+    @property
+    def value(self) -> Any:
+        """The area as `Scene` takes it."""
+        # Exactly one of the three is set: `validate` has seen to it.
+        return "rectangle" if self.rectangle else self.file or self.corners_m
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxRanges:
+    """``[box]``: the model box. Leave the table out for the outline that all horizons share."""
+
+    easting_m: tuple[float, float] = key("West and east side.", values.interval, unit="m")
+    northing_m: tuple[float, float] = key("South and north side.", values.interval, unit="m")
+    elevation_m: tuple[float, float] = key(
+        "Bottom and top, positive up.", values.interval, unit="m"
+    )
+
+    @property
+    def sides(self) -> tuple[float, float, float, float, float, float]:
+        """West, east, south, north, bottom, top [m]."""
+        # The order of `Scene(box=)`.
+        return (*self.easting_m, *self.northing_m, *self.elevation_m)
+
+
+# ---- grid keys ----------------------------------------
+# Keys of a scenario about its simulation grid: ``[grid]``.
+
+
+@dataclass(frozen=True, kw_only=True)
+class GridInput:
+    """``[grid]``: a corner-point grid for flow simulators, written as `grid.grdecl` and `grid.inc`.
+    See [simulation grids](guides/simulation_grids.md).
+    """
+
+    cell_m: float | tuple[float, float] = key(
+        "Size of the cells, about: whole numbers of them fill the area.",
+        values.cell,
+        unit="m",
+        default=100.0,
+    )
+    layers: int | dict[str, Any] = key(
+        "Layers of each zone between two horizons, or by zone.", values.layers, default=10
+    )
+    min_dip: float = key(
+        "Pillars follow faults that dip at least this; others are stair-steps.",
+        values.dip,
+        unit="degrees",
+        default=15.0,
+    )
+
+
+# ---- sliver keys ----------------------------------------
+# Keys of a scenario about units that are too small to count: ``[slivers]``.
+
+
+@dataclass(frozen=True, kw_only=True)
+class SliversInput:
+    """``[slivers]``: units that are too small to count. Tables and legends list them apart. See
+    [the column](guides/column.md).
+    """
+
+    min_volume_m3: float | None = key(
+        "Units below this volume are slivers. Left out: units below 1/10 000 of their zone.",
+        values.not_negative,
+        unit="m³",
+        default=None,
+    )
+    merge: bool = key(
+        "Whether each is merged into the neighbour with the largest shared area. The certificate "
+        "lists them.",
+        values.switch,
+        default=False,
+    )
+
+    @property
+    def settings(self) -> SliverSettings:
+        """The same as `Scene` takes it."""
+        # The same class as for `Scene(slivers=)`, so that both follow one rule.
+        return SliverSettings(self.min_volume_m3, self.merge)
+
+
+# ---- well keys ----------------------------------------
+# The keys of ``[wells]``.
+
+
+@values.check('a list of files such as ["W1.dev", "W2.dev"], relative to the scenario')
+def listed_files(at: values.KeyPath, value: Any) -> tuple[Path, ...] | None:
+    """Files, each once."""
+    if not isinstance(value, list) or not value or any(value.count(one) > 1 for one in value):
+        return None
+    return tuple(values.file(at.inside(str(k + 1)), one) for k, one in enumerate(value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class WellsInput:
+    """``[wells]``: paths of wells. They are drawn on all pictures, and `wells.csv` has the units
+    that each goes through. See [file formats](formats.md#paths-of-wells).
+    """
+
+    files: tuple[Path, ...] = key(
+        "Well traces of Petrel, wells of RMS or ResInsight, LAS, or tables; each may have several "
+        "wells.",
+        listed_files,
+    )
+    heads: Path | None = key(
+        "A table with `Well`, `X`, `Y` and `KB` (elevation of the drill floor), for wells that "
+        "have measured depths and directions only.",
+        values.file,
+        default=None,
+    )
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
+
+
+# ---- tear keys ----------------------------------------
+# Of all keys: ``[tear]`` and ``[[throws]]``, which tear horizons at their faults.
+
+
+@dataclass(frozen=True, kw_only=True)
+class TearSettings:
+    """``[tear]``: horizons that were picked or gridded across their faults are torn there. The
+    report has the details. Leave the table out for horizons as they are. See
+    [tearing](guides/tearing.md).
+    """
+
+    horizons: tuple[str, ...] = key("Horizons to tear. Left empty: all.", values.names, default=())
+    trim_cells: str | float | dict[str, Any] = key(
+        "Ignore data closer to a fault than this: at least one and a half times the half width of "
+        "the smear. By default it is estimated for each fault from data that are held out.",
+        values.trim,
+        unit="cells of the grid",
+        default="auto",
+    )
+    noise_m: float | None = key(
+        "Standard deviation of the noise; 0 to meet all other data. Left out: estimated.",
+        values.not_negative,
+        unit="m",
+        default=None,
+    )
+    fill_empty_blocks: bool | str | dict[str, Any] = key(
+        "What becomes of horizons in blocks without data: `false` refuses, `true` continues them "
+        'from the neighbouring block, `"lower"` and `"upper"` pinch them out onto the horizon '
+        "below or above.",
+        values.filling,
+        default=False,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowInput:
+    """One ``[[throws]]``: throw of a fault, for horizons that are still continuous. The youngest
+    fault comes first. Give one of `throw_m`, `profile_m`, `elliptic_m`; see
+    [tearing](guides/tearing.md).
+    """
+
+    fault: str = key("The fault, as it is after extension and truncation.", values.text)
+    horizons: tuple[str, ...] = key(
+        "Horizons that it moves. Left empty: all.", values.names, default=()
+    )
+
+    # exactly one of these three
+    throw_m: float | None = key(
+        "The same throw everywhere; below 0 for a reverse fault.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+    profile_m: tuple[tuple[float, float], ...] | None = key(
+        "Distance along the mean strike, from the fault's first end by the right-hand rule, and "
+        "throw.",
+        values.profile,
+        unit="m",
+        default=None,
+    )
+    elliptic_m: float | None = key(
+        "Largest throw of a fault that dies at its tips.", values.number, unit="m", default=None
+    )
+
+    # the ellipse; what is left out follows from the fault
+    half_length_m: float | None = key(
+        "With `elliptic_m`: from the middle to the tips along strike. Left out: as the fault is.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    half_height_m: float | None = key(
+        "With `elliptic_m`: from the middle to the upper and lower tip. Left out: throw does not "
+        "change with elevation.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    centre_along_m: float | None = key(
+        "With `elliptic_m`: distance along the mean strike at which throw is largest, from the "
+        "fault's first end by the right-hand rule. Left out: the middle of the fault.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+    centre_elevation_m: float | None = key(
+        "With `half_height_m`: elevation at which throw is largest. Left out: the middle of the "
+        "fault.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+
+    # how the throw is shared between the walls, and where it ends
+    hanging_wall: float = key(
+        "Share of the throw by which the hanging wall moves down; the footwall moves up by the "
+        "remainder.",
+        values.share,
+        default=1.0,
+    )
+    direction: str = key(
+        "Whether walls move down the local dip of the fault, or everywhere across its mean strike.",
+        values.one_of(*DIRECTIONS),
+        default="local",
+    )
+    reach_m: float | None = key(
+        "Distance across strike over which the movement dies away. Left out: never.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,9 +13,8 @@ from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.tear_plan import TearPlan
-from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
-from geosurf.scenario.step_log import OnStep
+from geosurf.scenario.step_log import OnStep, pictured
 from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
 from geosurf.scenario.truncations import faults_reaching, horizon_rules_of
 from geosurf.scene import Scene

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from geosurf.conventions import area_text, length_text
-from geosurf.conventions.outlines import straight_runs
+from geosurf.conventions.foreign import straight_runs
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.lattices.sets import distinct, is_among

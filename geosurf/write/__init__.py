@@ -119,14 +119,16 @@ def write(
         files, lost, ours = encode(obj, path, name, crs)
         return Written(sorted(commit_set(path, files, ours), key=path.__ne__), lost)
     if suffix == ".zarr":
-        from geosurf.write.zarr import is_block_model
+        from geosurf.write.netcdf import is_block_model
 
         files, lost = encode(obj, name)
         return Written(commit_folder(path, files, is_block_model), lost)
     title = name or _own_name(obj)
     if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
         title = str(title or path.stem)
-    extra = (suffix,) if module in WITH_SUFFIX else (crs,) if suffix == ".geojson" else ()
+    extra = (
+        (suffix,) if function.startswith(WITH_SUFFIX) else (crs,) if suffix == ".geojson" else ()
+    )
     data, lost = encode(obj, title, *extra)
     if suffix in WITH_PRJ:
         whole = getattr(obj, "attrs", {}).get("crs")  # a description goes before its code

@@ -19,9 +19,9 @@ from geosurf.model import (
 
 MESHES = (".vtu", ".vtk", ".obj", ".stl", ".ply")
 LINES = {
-    ".pol": ("polylines", "pol_of_lines"),
-    ".csv": ("polylines", "csv_of_lines"),
-    ".geojson": ("polylines", "geojson_of_lines"),
+    ".pol": ("points_and_lines", "pol_of_lines"),
+    ".csv": ("points_and_lines", "csv_of_lines"),
+    ".geojson": ("points_and_lines", "geojson_of_lines"),
 }
 RESQML = {".epc": ("resqml", "resqml_of_surfaces")}
 TABLE = {".csv": ("table", "csv_of_table"), ".parquet": ("table", "parquet_of_table")}
@@ -62,13 +62,13 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "TetMesh": {
         **dict.fromkeys((".vtu", ".msh", ".inp"), ("mesh", "mesh_of_tets")),
-        **dict.fromkeys((".exo", ".e"), ("exodus", "exodus_of_tets")),
+        **dict.fromkeys((".exo", ".e"), ("mesh", "exodus_of_tets")),
     },
     "FaultSticks": LINES,
     "horizon (DataArray)": {
         ".nc": ("netcdf", "netcdf_of_horizon"),
-        **dict.fromkeys((".gri", ".irap", ".irapbin"), ("irap", "irap_binary")),
-        **dict.fromkeys((".irapasc", ".irapascii", ".fgr"), ("irap", "irap_classic")),
+        **dict.fromkeys((".gri", ".irap", ".irapbin"), ("text_grids", "irap_binary")),
+        **dict.fromkeys((".irapasc", ".irapascii", ".fgr"), ("text_grids", "irap_classic")),
         **dict.fromkeys((".zmap", ".zmp"), ("text_grids", "zmap_of_horizon")),
         **dict.fromkeys((".cps3", ".cps"), ("text_grids", "cps3_of_horizon")),
         ".asc": ("text_grids", "esri_of_horizon"),
@@ -80,16 +80,16 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     "Dataset of lines": {".nc": ("netcdf", "netcdf_of_dataset"), **LINES},
     "Dataset of points": {
         ".nc": ("netcdf", "netcdf_of_dataset"),
-        **dict.fromkeys((".xyz", ".poi"), ("points", "xyz_of_points")),
-        ".csv": ("points", "csv_of_points"),
-        ".vs": ("points", "vset_of_points"),
-        ".geojson": ("points", "geojson_of_points"),
+        **dict.fromkeys((".xyz", ".poi"), ("points_and_lines", "xyz_of_points")),
+        ".csv": ("points_and_lines", "csv_of_points"),
+        ".vs": ("points_and_lines", "vset_of_points"),
+        ".geojson": ("points_and_lines", "geojson_of_points"),
         ".parquet": ("table", "parquet_of_table"),
     },
     "Dataset on a grid": {
         ".nc": ("netcdf", "netcdf_of_dataset"),
-        ".zarr": ("zarr", "zarr_of_grid"),
-        ".vti": ("vti", "vti_of_grid"),
+        ".zarr": ("netcdf", "zarr_of_grid"),
+        ".vti": ("vtp", "vti_of_grid"),
     },
     "Dataset": {".nc": ("netcdf", "netcdf_of_dataset"), **TABLE},
     "DataFrame": {
@@ -100,7 +100,7 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
     "CornerPointGrid": {
         ".grdecl": ("grdecl", "grdecl_of_grid"),
         ".inc": ("grdecl", "inc_of_grid"),
-        **dict.fromkeys((".egrid", ".roff"), ("egrid", "binary_of_grid")),
+        **dict.fromkeys((".egrid", ".roff"), ("grdecl", "binary_of_grid")),
     },
 }
 # suffixes of formats with a place for a coordinate reference system
@@ -115,7 +115,7 @@ NO_DIRECTION = (
     ".cps", ".asc", ".xyz", ".poi", ".pol", ".csv",
 )  # fmt: skip
 SETS = (".vtm", ".epc")  # an index and its parts, which replace their files together
-WITH_SUFFIX = ("mesh", "egrid", "gltf")  # modules whose functions take the suffix, too
+WITH_SUFFIX = ("mesh_of", "gltf_of", "binary_of")  # functions that take the suffix, too
 
 # advice for objects that cannot be written
 INSTEAD = {

@@ -15,7 +15,7 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.errors import GeometryError, InputError, OpenUnitError
 from geosurf.measure import orientation
 from geosurf.report.tables import left_out_table
-from geosurf.scenario.notes import contacts_left_out
+from geosurf.scenario.execute import contacts_left_out
 from geosurf.triangulate import build_contacts
 from tests import laws
 from tests.strategies import BOX, faulted_worlds, grid, sheet

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from geosurf import FluidContact, Scene, carve_units, rebuild_surfaces
 from geosurf.errors import InputError, OpenUnitError
-from geosurf.scenario.notes import contacts_left_out
+from geosurf.scenario.execute import contacts_left_out
 from tests import laws
 from tests.carve.test_fluids import (
     BASE,

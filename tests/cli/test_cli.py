@@ -20,7 +20,7 @@ import pytest
 import geosurf as gs
 from geosurf import cli
 from geosurf.cli.exit_codes import ExitCode
-from geosurf.cli.results import units_data
+from geosurf.cli.scenario_commands import units_data
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check

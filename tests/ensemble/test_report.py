@@ -24,7 +24,7 @@ from geosurf.ensemble import (
 from geosurf.ensemble.charts import detail_chart, map_chart
 from geosurf.ensemble.described import words_of_distribution
 from geosurf.errors import InputError, OutputError
-from geosurf.report.table import number
+from geosurf.report.page import number
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.synthetic.torn_faults import side_of
+from geosurf.synthetic.torn_horizon import side_of
 
 
 def table(points, horizon="Top"):

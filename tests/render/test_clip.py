@@ -8,8 +8,7 @@ import pytest
 from geosurf import Scene, synthetic, tear_horizon
 from geosurf.model import TriSurface
 from geosurf.render import surface_layers
-from geosurf.render.clip import Prism, convex_parts
-from geosurf.render.outline_cells import INSIDE, NEAR, OUTSIDE, OutlineCells
+from geosurf.render.clip import INSIDE, NEAR, OUTSIDE, OutlineCells, Prism, convex_parts
 from geosurf.render.thin_units import as_modelled
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])

@@ -7,8 +7,7 @@ import pytest
 
 import geosurf as gs
 from benchmarks.results import inputs_of
-from geosurf.render.cluster import clustered, surfaces_at
-from geosurf.render.interactive import view_of_units
+from geosurf.render.interactive import clustered, surfaces_at, view_of_units
 from geosurf.render.thin_units import UnitMesh, mesh_to_draw
 from geosurf.render.unit_layers import outline
 

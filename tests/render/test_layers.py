@@ -7,7 +7,7 @@ from geosurf import Scene
 from geosurf.conventions import volume_text
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.render import layers, palette, surface_layers, thin_surfaces, unit_layers
+from geosurf.render import layers, palette, surface_layers, thin_units, unit_layers
 from geosurf.render.clip import Prism
 from geosurf.render.furniture import shortened
 from geosurf.render.search import show_search, voxel_edges
@@ -25,8 +25,8 @@ def big_surface(n_row, n_col, rotated=False):
 @pytest.mark.parametrize("rotated", [False, True])
 def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_made(rotated):
     surface = big_surface(1501, 2003, rotated)
-    light = thin_surfaces.thinned(surface)
-    assert 100_000 < light.n_triangle <= thin_surfaces.MOST
+    light = thin_units.thinned(surface)
+    assert 100_000 < light.n_triangle <= thin_units.MOST
     assert "triangles" not in vars(surface)
     np.testing.assert_array_equal(light.vertices.min(axis=0), surface.vertices.min(axis=0))
     np.testing.assert_array_equal(light.vertices.max(axis=0), surface.vertices.max(axis=0))
@@ -35,7 +35,7 @@ def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_mad
 @pytest.mark.parametrize("n", [226, 240, 300, 500])
 def test_a_grid_that_is_hardly_too_large_loses_hardly_any_triangles(n):
     """Every second row of 240 would leave a quarter, and cells five pixels wide."""
-    light = thin_surfaces.thinned(big_surface(n, n), 100_000)
+    light = thin_units.thinned(big_surface(n, n), 100_000)
     assert 0.95 * 100_000 < light.n_triangle <= 100_000
     x = light.lattice.easting
     assert np.diff(x).max() <= 2.0 * np.diff(x).min() + 25.0
@@ -58,7 +58,7 @@ def test_surfaces_of_a_picture_share_its_triangles():
     count = [len(layer.triangles) for layer in content.layers if layer.triangles is not None]
     assert len(count) == 12
     assert min(count) > 50_000
-    assert sum(count) <= thin_surfaces.MAX_TRIANGLE
+    assert sum(count) <= thin_units.MAX_TRIANGLE
 
 
 def test_clipping_keeps_whole_triangles_and_their_points(rng):
@@ -80,8 +80,8 @@ def test_clipping_keeps_whole_triangles_and_their_points(rng):
 
 
 def test_a_small_grid_and_a_mesh_stay_what_they_are(top, fault):
-    assert thin_surfaces.thinned(top) is top
-    assert thin_surfaces.thinned(fault) is fault
+    assert thin_units.thinned(top) is top
+    assert thin_units.thinned(fault) is fault
 
 
 def test_layers_hold_no_point_that_no_triangle_uses():

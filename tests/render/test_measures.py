@@ -20,10 +20,8 @@ from geosurf.render import (
 )
 from geosurf.render.allan import _legend, _spread
 from geosurf.render.diagram import highest_in_view
-from geosurf.render.fault_rings import _dense, cut_by_faults
-from geosurf.render.furniture import Sheet
-from geosurf.render.isochores import _checked
-from geosurf.render.ticks import plain_number
+from geosurf.render.furniture import Sheet, plain_number
+from geosurf.render.isochores import _checked, _dense, cut_by_faults
 from tests.measure.worlds import faulted
 
 SIZE = (640, 400)

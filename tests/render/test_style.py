@@ -18,8 +18,7 @@ from geosurf.render.map import plot_map
 from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay
 from geosurf.render.overlay_drawing import _crossings, _projected
-from geosurf.render.picture_style import PictureStyle
-from geosurf.render.theme import DARK_PAPER
+from geosurf.render.picture_style import DARK_PAPER, PictureStyle
 from geosurf.render.unit_layers import show_units
 
 SMALL = (320, 220)
@@ -200,7 +199,7 @@ def test_cyrillic_greek_and_arabic_have_letters(top, name):
 
 
 def test_a_matplotlib_that_cannot_join_letters_is_warned_of(top, monkeypatch):
-    monkeypatch.setattr("geosurf.render.letters._joins_letters", lambda: False)
+    monkeypatch.setattr("geosurf.render.sheet._joins_letters", lambda: False)
     with pytest.warns(gs.GeosurfWarning, match="drawn from left to right.*matplotlib 3.11"):
         plot_map(top.renamed("قمة"), size=SMALL)._repr_png_()
 

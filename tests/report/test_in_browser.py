@@ -14,7 +14,7 @@ import geosurf as gs
 from geosurf.model import TriSurface, Units
 from geosurf.render.interactive import view_of
 from geosurf.report import report_scene
-from geosurf.report.table import number
+from geosurf.report.page import number
 from tests.report.browser import visit
 from tests.report.conftest import BOX, made_by_hand, unit
 

@@ -15,8 +15,7 @@ from geosurf.model import (
     Remnant,
 )
 from geosurf.report import report_scene, run_tables, tables
-from geosurf.report.page import PAPER, groups_of_columns, html_table
-from geosurf.report.table import Table
+from geosurf.report.page import PAPER, Table, groups_of_columns, html_table
 from geosurf.scene import Scene
 from geosurf.scene import scene as room
 from geosurf.synthetic import tilted_planes

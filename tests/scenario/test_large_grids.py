@@ -9,7 +9,7 @@ import geosurf as gs
 from geosurf.carve import shells
 from geosurf.errors import GeosurfWarning, InputError, ScenarioError
 from geosurf.read import _in_parts, zarr_store
-from geosurf.scenario import output_formats
+from geosurf.scenario import output
 from geosurf.triangulate import stored
 
 pytest.importorskip("zarr")
@@ -91,7 +91,7 @@ def test_lists_that_memory_does_not_hold_are_left_out_or_refused(tmp_path, monke
     path = tmp_path / "scenario.toml"
     body = BODY.replace('file = "field.zarr"\nvariable = "Top"', 'file = "Top.nc"')
     body = body.replace("base.nc", "Base.nc")
-    monkeypatch.setattr(output_formats, "lack_of_room", lambda needed: 9_000_000)
+    monkeypatch.setattr(output, "lack_of_room", lambda needed: 9_000_000)
 
     # formats that nobody asked for are left out, those that somebody asked for are refused
     path.write_text(body)

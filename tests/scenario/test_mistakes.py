@@ -10,7 +10,7 @@ import pytest
 from geosurf.cli import main
 from geosurf.errors import ScenarioError
 from geosurf.scenario import read_scenario
-from geosurf.scenario.toml_lines import lines_of_keys
+from geosurf.scenario.toml_text import lines_of_keys
 from geosurf.scenario.validate import find_mistakes
 
 RIGHT = """title = "A"

@@ -264,7 +264,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_anything_is_read(
 def test_netcdf_that_was_asked_for_is_an_error_before_anything_is_read_and_else_a_warning(
     scenario, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("geosurf.scenario.output_formats.find_spec", lambda _: None)
+    monkeypatch.setattr("geosurf.scenario.output.find_spec", lambda _: None)
     asked = read_scenario(scenario(), ['output.formats=["nc"]'])
     with pytest.raises(DependencyError, match=r"output.formats has 'nc'.*Leave it out.*\[io\]"):
         run(asked, tmp_path / "out")

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.conventions.card import MOST, Card
-from geosurf.conventions.card_map import MARGIN, SIZE
+from geosurf.conventions.card import MARGIN, MOST, SIZE, Card
 from geosurf.render.interactive import view_of
 
 NAME = "<b>Top & 'x\"</b>"

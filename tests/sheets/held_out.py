@@ -12,7 +12,7 @@ import numpy as np
 
 import geosurf as gs
 from geosurf.errors import GeometryError
-from geosurf.synthetic.torn_faults import Fault
+from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.table import HEAD, Measured, measure, row_of
 
 FAR = np.inf

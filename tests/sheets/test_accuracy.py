@@ -7,8 +7,7 @@ import xarray as xr
 import geosurf as gs
 from benchmarks.random_networks import heights, network_of, random_network
 from benchmarks.torn_networks import run_network
-from geosurf.synthetic.torn_faults import Fault
-from geosurf.synthetic.torn_horizon import fault_mesh
+from geosurf.synthetic.torn_horizon import Fault, fault_mesh
 from tests.sheets.table import CELL, measure
 
 

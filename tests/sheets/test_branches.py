@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.sheets.mesh import close
-from geosurf.synthetic.torn_faults import Fault
+from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.table import measure
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.sheets.mesh import build
-from geosurf.synthetic.torn_faults import Fault
+from geosurf.synthetic.torn_horizon import Fault
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from geosurf.sheets.mesh import build, close
 from geosurf.sheets.mesh.too_short import extended
 from geosurf.sheets.report.lengthening import longer_by
 from geosurf.sheets.report.remedies import _remedy_at_branch
-from geosurf.synthetic.torn_faults import Fault
+from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.junctions import CELL, junction, misses
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")

@@ -8,7 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
-from geosurf.synthetic.torn_faults import relief
+from geosurf.synthetic.torn_horizon import relief
 from geosurf.synthetic.world import make_fault, make_horizon
 
 BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1400.0)

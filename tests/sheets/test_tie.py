@@ -12,7 +12,7 @@ from geosurf.model.tops import tops_of
 from geosurf.sheets.tie import data_to_tie, tie_horizon
 from geosurf.sheets.tie.cut_horizon import cut_horizon
 from geosurf.sheets.tie.map_distance import map_distances
-from geosurf.synthetic.torn_faults import side_of
+from geosurf.synthetic.torn_horizon import side_of
 
 REACH = 300.0
 

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 import geosurf as gs
 from geosurf.errors import InputError, OutputError
 from geosurf.synthetic import field_export
-from geosurf.synthetic.export.areas import distance_from, inside, quadrature
 from geosurf.synthetic.export.geology import OUTLINE, STEP
-from geosurf.synthetic.torn_faults import exists, side_of
+from geosurf.synthetic.export.truth import distance_from, inside, quadrature
+from geosurf.synthetic.torn_horizon import exists, side_of
 
 VARIANTS = ("grids", "points", "network")
 FEET = {"Base": "ft"}

@@ -17,9 +17,9 @@ import geosurf
 from geosurf import synthetic
 from geosurf.errors import InputError
 from geosurf.sheets import tear_horizon
-from geosurf.synthetic import torn_picks
+from geosurf.synthetic import torn_horizon
+from geosurf.synthetic.hills import hashed_noise
 from geosurf.synthetic.polyhedra import box_polyhedron, chord, clip, section, volume
-from geosurf.synthetic.rough import hashed_noise
 from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
@@ -527,7 +527,7 @@ def test_maps_are_smeared_where_sheets_meet_however_many_there_are(rng, n_sheet)
     values, width = rng.normal(size=(12, 10)), 1
     there = {k: np.ones(values.shape, dtype=bool) for k in range(n_sheet)}
     there[0][:, 6:] = False  # the first bit, which would run out first
-    found = torn_picks.smeared(values, there, width)
+    found = torn_horizon.smeared(values, there, width)
     padded = np.pad(values, width, mode="edge")
     for i, j in np.ndindex(values.shape):
         alone = values[i, j] if j not in (5, 6) else padded[i : i + 3, j : j + 3].mean()

@@ -12,8 +12,7 @@ import geosurf as gs
 from geosurf.errors import FormatError, InputError
 from geosurf.measure.sample import sample_units
 from geosurf.read.model3d import read_model3d, read_regions
-from geosurf.write.model3d import model3d
-from geosurf.write.model3d_parts import parts_of
+from geosurf.write.model3d import model3d, parts_of
 from tests.strategies import BOX, faulted_worlds, grid, sheet
 from tests.write.sealed import assert_equal, carve, slit
 

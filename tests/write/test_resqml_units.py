@@ -13,9 +13,8 @@ from hypothesis import given, settings
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import FormatError, OutputError
-from geosurf.write.model3d_parts import parts_of
-from geosurf.write.model_lines import lines_of
-from geosurf.write.resqml_framework import shells_of
+from geosurf.write.model3d import parts_of
+from geosurf.write.resqml_framework import lines_of, shells_of
 from tests.strategies import faulted_worlds
 from tests.write.sealed import assert_equal, carve, slit
 

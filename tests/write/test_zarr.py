@@ -12,7 +12,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import DependencyError, OutputError
 from geosurf.write import _files
-from geosurf.write import zarr as writer
+from geosurf.write import netcdf as writer
 from tests.write.crash_points import attack
 from tests.write.crash_writers import OTHERS
 

@@ -3,13 +3,8 @@
 ================  =============================================================
 found.py          what one file holds, and what is made of it
 recognise.py      one file -> what it holds: which of the next two decides
-surfaces.py       grids, meshes and packages of surfaces
-tables.py         points, sticks, polygons and well tops in text
-reading.py        what a file states itself
-shape.py          dip of points and triangles, mean elevations of cells
 judge.py          direction, unit, order, names, and files that stay out
 network.py        faults that end at others
-compartments.py   faults that die inside the field, and may divide it
 text.py           the scenario as text, and the table for the console
 ================  =============================================================
 """
@@ -26,10 +21,9 @@ from geosurf.conventions import METRES_PER_UNIT, counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
-from geosurf.scenario.new.compartments import dividers_among
 from geosurf.scenario.new.found import OUT, Found, Question
 from geosurf.scenario.new.judge import Answers, judged
-from geosurf.scenario.new.network import faults_of, truncations_among
+from geosurf.scenario.new.network import dividers_among, faults_of, truncations_among
 from geosurf.scenario.new.recognise import recognised
 from geosurf.scenario.new.text import scenario_text
 from geosurf.scenario.validate import read_scenario

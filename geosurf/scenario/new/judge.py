@@ -9,8 +9,7 @@ from itertools import combinations, permutations
 import numpy as np
 
 from geosurf.conventions import METRES_PER_UNIT, counted
-from geosurf.scenario.new.found import OUT, Found
-from geosurf.scenario.new.shape import cell_means, frame_of, overlap_in_map
+from geosurf.scenario.new.found import OUT, Found, cell_means, frame_of, overlap_in_map
 
 FOOT = METRES_PER_UNIT["ft"]
 FEET = (2.6, 4.0)  # ratio of reliefs that a foot taken for a metre explains

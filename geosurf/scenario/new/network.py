@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,15 +10,91 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions.checks import are_points
+from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfError
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.compartments import ENDS, VirtualWall
 from geosurf.model.network_rows import NetworkRow
-from geosurf.scenario.new.found import Found
+from geosurf.scenario.new.found import Found, thinned
 from geosurf.scenario.new.judge import Ready
-from geosurf.scenario.new.shape import thinned
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
+
+# ---- compartments ----------------------------------------
+# Faults that die inside the field: virtual walls that may divide regions there.
+
+
+MOST_WALLS = 12  # faults that are tried one by one where all of them together are refused
+
+
+@dataclass(frozen=True)
+class Divider:
+    """A fault of ``[compartments]``, and where its ends would be continued to."""
+
+    fault: str
+    walls: tuple[VirtualWall, ...]
+
+    @property
+    def reason(self) -> str:
+        """Where its ends go, for a comment."""
+        ends = [f"{one.side} to {_target(one)}: {length_text(one.length)}" for one in self.walls]
+        return ", ".join(ends) or "continued up and down only"
+
+
+def dividers_among(scene: Scene | None, ends: Sequence[End]) -> list[Divider]:
+    """
+    Return the faults that virtual walls would continue, so that they divide the field.
+
+    Empty if no fault dies inside the field, or the walls cannot be built. `scene` has the faults;
+    see `faults_of`.
+    """
+    if scene is None:
+        return []
+    extend, truncations = joined_rules(ends)
+    try:
+        joined = scene.replace(extend=extend, truncations=truncations)
+    except GeosurfError:
+        return []  # the run names what is wrong
+    walls = _walls(joined, [*scene.fault_names])
+    # A field without ends inside has nothing to ask.
+    if not any(one.side in ENDS for one in walls):
+        return []
+    names = dict.fromkeys(one.fault for one in walls)
+    return [
+        Divider(name, tuple(w for w in walls if w.fault == name and w.side in ENDS))
+        for name in names
+    ]
+
+
+def _walls(scene: Scene, names: list[str]) -> tuple[VirtualWall, ...]:
+    """Virtual walls of all faults; where these are refused together, of as many as possible."""
+    walls = _built(scene, names)
+    if walls is not None or len(names) > MOST_WALLS:
+        return walls or ()
+    # One after another: a fault that contradicts those before it is left out.
+    taken: list[str] = []
+    found: tuple[VirtualWall, ...] = ()
+    for name in names:
+        walls = _built(scene, [*taken, name])
+        if walls is not None:
+            taken, found = [*taken, name], walls
+    return found
+
+
+def _built(scene: Scene, names: list[str]) -> tuple[VirtualWall, ...] | None:
+    """Virtual walls of some faults, or None where these cannot be built."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return scene.replace(compartments=names).virtual_walls
+        except GeosurfError:
+            return None
+
+
+def _target(wall: VirtualWall) -> str:
+    return "the boundary" if wall.target == "boundary" else wall.target
+
 
 SIDES = ("up", "down")  # of both faults: sticks that miss another fault often stop short there, too
 SHARE = 0.5  # of the largest throw of a fault: a fault with less at its end dies there
@@ -176,4 +253,13 @@ def _throw_at(
     return float(np.median(steps)) if steps else np.nan
 
 
-__all__ = ["SIDES", "End", "faults_of", "joined_rules", "surface_of", "truncations_among"]
+__all__ = [
+    "SIDES",
+    "Divider",
+    "End",
+    "dividers_among",
+    "faults_of",
+    "joined_rules",
+    "surface_of",
+    "truncations_among",
+]

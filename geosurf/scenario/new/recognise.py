@@ -5,26 +5,359 @@ The content picks the readers that a run will use; where it is open, the suffix 
 
 from __future__ import annotations
 
+import re
+import shlex
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from geosurf.conventions import counted
 from geosurf.errors import GeosurfError
+from geosurf.faults import split_fault
 from geosurf.read import (
+    FAULT_FORMATS,
     GRID_FORMATS,
     MESH_FORMATS,
     POINT_FORMATS,
     POLYGON_FORMATS,
+    otherwise,
     read_fault,
     read_horizon,
+    read_points,
+    read_polygons,
+    read_tops,
+    read_tsurf,
 )
-from geosurf.read._common import read_text
+from geosurf.read._common import is_number, read_text
 from geosurf.read._detect import detect
-from geosurf.read.line_names import NAMED_LINES
+from geosurf.read.line_names import NAMED_LINES, fault_names
 from geosurf.read.netcdf import holds_fault
-from geosurf.scenario.new.found import OUT, Found, name_from
-from geosurf.scenario.new.reading import surface_of_file
-from geosurf.scenario.new.surfaces import grid, mesh, pieces, resqml, tsurfs
-from geosurf.scenario.new.tables import named_faults, table
+from geosurf.read.resqml.representations import LINES, MESH, POINTS
+from geosurf.read.resqml.surfaces import surfaces_of
+from geosurf.scenario.new.found import OUT, Found, mean_dip, name_from, plane_dip, thinned
+
+# ---- reading ----------------------------------------
+# Files are read with default words, and read again to find out what they state themselves.
+
+
+MOST_POINTS = 250_000  # that are kept of a horizon
+# Words for readers that apply only where a file is silent: reading twice with different words shows
+# whether it is.
+UP: dict[str, Any] = otherwise({"positive": "up", "length_unit": "m"})
+NEXT_UNIT: dict[str, Any] = otherwise({"positive": "up", "length_unit": "ft"})
+DOWN: dict[str, Any] = otherwise({"positive": "down", "length_unit": "m"})
+
+
+def surface_of_file(path: Path, read: Any, form: str, kind: str, note: str) -> Found:
+    """Read a file with direction and unit as defaults; find out whether it states them."""
+    first = read(path, **UP)
+    one = Found(path, kind, form, note, points=points_in(first), data=first)
+    one.note = note or str(one.points.shape[0])
+    # Formats with attributes may state direction and unit; the others never do.
+    silent = path.suffix.lower() not in (*GRID_FORMATS["netcdf"][2], ".vtp", ".vtk", ".vtu")
+    # Equal points under both words: the file has the last word.
+    if not silent:
+        one.states_direction = are_equal(one.points, points_in(read(path, **DOWN)))
+        one.states_unit = are_equal(one.points, points_in(read(path, **NEXT_UNIT)))
+    one.points = thinned(one.points, MOST_POINTS)
+    return one
+
+
+def points_in(data: Any) -> np.ndarray:
+    """Points (n, 3) of a DataArray, a Dataset or a TriSurface, without undefined ones."""
+    if hasattr(data, "vertices"):
+        return np.asarray(data.vertices, dtype=np.float64)
+    z = data.elevation if hasattr(data, "data_vars") else data
+    x, y = data.easting, data.northing
+    # Axes become node coordinates.
+    if x.ndim == 1 and z.ndim == 2:
+        x, y = np.meshgrid(x.values, y.values)
+    points = np.column_stack([np.ravel(v) for v in (x, y, z)]).astype(np.float64)
+    return points[np.isfinite(points).all(axis=1)]
+
+
+def are_equal(a: np.ndarray, b: np.ndarray) -> bool:
+    """Return whether two arrays have the same values."""
+    return a.shape == b.shape and bool((a == b).all())
+
+
+# ---- surfaces ----------------------------------------
+# Files of grids, meshes and packages of surfaces: horizons, faults and fluid contacts.
+
+
+STEEP = 30.0  # dip [degrees] from which a surface is taken for a fault
+MOST_PIECES = 12  # of a mesh that are faults of their own; more are a mesh that is torn apart
+FAULT_NAME = re.compile(r"fault|(?:^|[^a-z])f\d+(?:$|[^a-z0-9])", re.IGNORECASE)
+HORIZON_NAME = re.compile(r"horizon|top|base|surface", re.IGNORECASE)
+CONTACT_NAME = re.compile(r"(?:^|[^a-z])(owc|goc|gwc|fwl|fwc)(?:$|[^a-z])", re.IGNORECASE)
+
+
+def grid(path: Path) -> Found:
+    """A horizon, or a level fluid contact."""
+    one = surface_of_file(path, read_horizon, "grid", "horizon", "")
+    z = one.points[:, 2]
+    if not len(z):
+        return Found(path, OUT, "grid", "all nodes are undefined")
+    one.note = f"{len(z)} nodes" if len(z) < MOST_POINTS else f"{one.note} nodes"
+    named = CONTACT_NAME.search(path.stem)
+    # Fluid contacts are level, or named as such.
+    if named or np.ptp(z) == 0:
+        why = f"is named {named[1]!r}" if named else f"is level, z = {z[0]:g}"
+        one.kind, one.note = "contact", f"the grid {why}"
+    return one
+
+
+def tsurfs(path: Path) -> list[Found]:
+    """Every surface of a GOCAD file."""
+    surfaces = read_tsurf(path, **UP)
+    names = [surface.name for surface in surfaces]
+    # Surfaces are read by name later, so names have to differ.
+    if len(set(names)) < len(names):
+        reason = f"{len(names)} surfaces share the name {names[0]!r}; rename them in the file"
+        return [Found(path, OUT, "mesh", reason)]
+    many = len(surfaces) > 1
+
+    # A function of its own binds k for each surface.
+    def reader(k: int) -> Any:
+        return lambda words: read_tsurf(path, **words)[k]
+
+    found = []
+    for k, name in enumerate(names):
+        found += pieces(mesh(path, name, reader(k), name if many else ""), name if many else "")
+    return found
+
+
+def pieces(whole: Found, in_file: str = "") -> list[Found]:
+    """A fault of a few pieces as one fault for each: only so it can be extended."""
+    whole.in_file = in_file
+    parts = split_fault(whole.data) if whole.kind == "fault" else {}
+    if not 1 < len(parts) <= MOST_PIECES:
+        return [whole]
+    name = whole.name or name_from(whole.path)
+    return [
+        replace(
+            whole, name=f"{name} ({k})", piece=k, data=part, points=np.asarray(part.vertices),
+            note=f"piece {k} of {len(parts)}, {part.n_triangle} triangles",
+        )
+        for k, part in enumerate(parts.values(), start=1)
+    ]  # fmt: skip
+
+
+def resqml(path: Path) -> list[Found]:
+    """Every object of a package; the package states what it is, else its shape shows it."""
+    found = []
+    for surface in surfaces_of(path):
+        name, role = surface.title, surface.role
+        if surface.kind == MESH and not role:
+            one = mesh(path, name, partial(_named, read_horizon, path, name), name)
+        elif surface.kind == POINTS:
+            note = (
+                f"{name!r} is a set of points. A file that [tear] takes: geosurf convert "
+                f"{shlex.quote(path.name)} points.poi --name {shlex.quote(name)}"
+            )
+            one = Found(path, OUT, "points", note, name)
+        elif surface.kind in LINES and role != "fault":
+            note = (
+                f"{name!r} has lines, and the package does not state a fault. If they are sticks, "
+                f"add [[faults]] with this file and name = {name!r}"
+            )
+            one = Found(path, OUT, "lines", note, name)
+        elif surface.kind in LINES:
+            one = sticks_of(path, name)
+        else:
+            read = read_fault if role == "fault" else read_horizon
+            kind = role or "horizon"
+            one = surface_of_file(
+                path, partial(read, name=name), "RESQML", kind, f"{kind} of RESQML"
+            )
+            one.name = name
+        one.states_direction = one.states_unit = True
+        one.in_file = name
+        found += pieces(one, name) if surface.kind == MESH else [one]
+    return found
+
+
+def _named(read: Any, path: Path, name: str, words: dict[str, Any]) -> Any:
+    return read(path, name=name, **words)
+
+
+def mesh(path: Path, known_as: str, read: Any, name: str = "") -> Found:
+    """A horizon if it is gently dipping, a fault if it is steep."""
+    surface = read(UP)
+    dip = mean_dip(surface.vertices, surface.triangles)
+    kind = "fault" if dip >= STEEP else "horizon"
+    note = f"{surface.n_triangle} triangles, mean dip {dip:.0f} degrees"
+    words = f"{path.stem} {known_as}"
+    # Between gentle and steep the shape does not decide.
+    if STEEP / 2 < dip < 1.5 * STEEP or not dip:  # the name decides
+        if FAULT_NAME.search(words):
+            kind = "fault"
+        elif HORIZON_NAME.search(words):
+            kind = "horizon"
+    one = Found(path, kind, "mesh", note, name, np.asarray(surface.vertices), data=surface)
+    one.states_direction = are_equal(one.points, np.asarray(read(DOWN).vertices))
+    one.states_unit = True  # files of meshes state it, or it is that of x and y
+    return one
+
+
+# ---- tables ----------------------------------------
+# Tables of text: points of horizons, sticks, polygons, outlines and well tops.
+
+
+# dip [degrees] from which a surface is taken for a fault
+FEWEST = 20  # points of a horizon
+OBJECT_COLUMNS = ("feature_name", "formation", "horizon", "surface", "val", "name")
+
+
+def table(path: Path, points: bool, lines: bool) -> Found:
+    """Points or lines of a text file: what they are follows from their columns and their shape."""
+    text = read_text(path, final_line_end=False)
+    header = text.lstrip().split("\n", 1)[0].strip()
+    # Most specific first: tops have named columns, and lines have ends.
+    tops = _tops(path, header)
+    if tops is not None:
+        return tops
+    if not _has_numbers(text):
+        return Found(path, OUT, "text", "a text, not a table of points")
+    # A file with several objects would become one horizon.
+    several = _several(header, text)
+    if several:
+        return Found(path, OUT, "table", several)
+    if lines and (path.suffix.lower() == ".pol" or _is_labelled(header) or _has_ends(text)):
+        return lines_of_table(path, header)
+    # The suffix is that of polygons only: their reader says what is missing.
+    if not points:
+        read_polygons(path, positive="up")  # the reason why there are no lines
+    one = surface_of_file(path, read_points, "points", "horizon", "")
+    one.header = header
+    return _judged_points(one)
+
+
+def _judged_points(one: Found) -> Found:
+    """Points of a horizon, or too few or too steep ones."""
+    n = len(one.points)
+    if n < FEWEST:
+        one.leave_out(f"{counted(n, 'point')}: too few for a horizon")
+        return one
+    # Picks of a fault lie on a steep plane; without sticks no surface follows.
+    dip = plane_dip(one.points)
+    if dip >= STEEP:
+        one.leave_out(
+            f"{n} points of a plane that dips {dip:.0f} degrees: picks of a fault without sticks. "
+            "Add a column STICK_ID, or a line 999 999 999 after each stick"
+        )
+    else:
+        one.note = f"{one.note} points"
+    return one
+
+
+def _tops(path: Path, header: str) -> Found | None:
+    """Well tops, if a table has the columns of these."""
+    words = re.sub(r"[^a-z0-9]+", " ", header.lower())
+    # A header without these words is no table of tops: reading it would cost time.
+    if "petrel" not in words and not re.search(r"\b(well|wellname|uwi|wellbore|borehole)\b", words):
+        return None
+    try:
+        tops = read_tops(path, **UP)
+    except GeosurfError:
+        return None
+    wells = len(set(tops.well.values.tolist()))
+    points = np.column_stack([tops.easting, tops.northing, tops.elevation])
+    note = f"{len(points)} tops of {counted(wells, 'well')}"
+    one = Found(path, "tops", "well tops", note, points=points, header=header)
+    one.states_direction = "petrel" in words
+    return one
+
+
+def _has_numbers(text: str) -> bool:
+    """Whether most lines have two numbers or more, after at most one header in ten lines."""
+    # The beginning of a file is enough.
+    lines = [line for line in text[:20_000].split("\n") if line.strip()][:50]
+    numeric = [sum(map(is_number, re.split(r"[\s,;]+", line))) >= 2 for line in lines]
+    return sum(numeric) * 2 >= len(lines)
+
+
+def _several(header: str, text: str) -> str:
+    """The reason why a table holds more than one object, or nothing."""
+    names = [word.strip().strip('"').lower() for word in header.split(",")]
+    for column in OBJECT_COLUMNS:
+        if column in names and {"x", "easting", "x_utme"} & set(names):
+            k = names.index(column)
+            rows = [line.split(",") for line in text.split("\n")[1:] if line.strip()]
+            values = {row[k] for row in rows if len(row) > k and row[k].strip()}
+            if len(values) > 1:
+                return (
+                    f"its column {column!r} has {len(values)} values: write one file for each "
+                    "object"
+                )
+    return ""
+
+
+def _is_labelled(header: str) -> bool:
+    return bool({"poly_id", "stick_id"} & {w.strip().lower() for w in header.split(",")})
+
+
+def _has_ends(text: str) -> bool:
+    """Whether lines end at 999 999 999, more than once."""
+    ends = re.findall(r"^\s*999(?:\.0*)?[\s,;]+999(?:\.0*)?[\s,;]+999(?:\.0*)?\s*$", text, re.M)
+    return len(ends) > 1
+
+
+def lines_of_table(path: Path, header: str) -> Found:
+    """Sticks of a fault, fault polygons, or an outline."""
+    lines = read_polygons(path, positive="up")
+    points = np.concatenate(lines)
+    one = Found(path, "fault", "sticks", points=points, header=header)
+    # A polygon repeats its first point.
+    closed = [bool((line[0] == line[-1]).all()) and len(line) > 3 for line in lines]
+    # Level lines: an outline in the map.
+    if not np.ptp(points[:, 2]):
+        one.kind, one.form, one.note = "outline", "polygon", f"{counted(len(lines), 'line')}, level"
+        if len(lines) > 1 or not closed[0]:
+            one.leave_out(f"{counted(len(lines), 'level line')}: neither sticks nor one polygon")
+        return one
+    # Closed and not level: polygons along the cut-offs of one horizon.
+    if all(closed):
+        one.kind = one.form = "polygons"
+        one.parts, one.note = lines, counted(len(lines), "closed line")
+        return one
+    one.note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
+    if len(lines) < 2 or path.suffix.lower() not in FAULT_FORMATS["sticks"][2]:
+        one.leave_out(
+            "1 stick: a fault needs two" if len(lines) < 2
+            else f"{len(lines)} sticks: a scenario reads sticks from .pol and .csv; rename the file"
+        )  # fmt: skip
+        return one
+    one.data = read_fault(path, positive="up")
+    return one
+
+
+def named_faults(path: Path, key: str) -> list[Found]:
+    """Each fault of a file of named lines; a run picks it by its name."""
+    return [sticks_of(path, name) for name in fault_names(path, key)]
+
+
+def sticks_of(path: Path, name: str) -> Found:
+    """A fault as lines."""
+    fault: Any = read_fault(path, name=name or None, **UP)
+    lines = list(fault.sticks)
+    note = f"{counted(len(lines), 'stick')}, dip {_stick_dip(lines):.0f} degrees"
+    points = np.concatenate(lines)
+    one = Found(path, "fault", "sticks", note, name, points, data=fault, in_file=name)
+    if len(lines) < 2:
+        one.leave_out("1 stick: a fault needs two")
+    return one
+
+
+def _stick_dip(lines: list[np.ndarray]) -> float:
+    """Median dip [degrees] of lines, from end to end."""
+    ends = np.array([line[-1] - line[0] for line in lines])
+    # From end to end, so that waves of a stick do not count.
+    level = np.hypot(ends[:, 0], ends[:, 1])
+    return float(np.degrees(np.median(np.arctan2(np.abs(ends[:, 2]), level))))
 
 
 def recognised(path: Path) -> list[Found]:
@@ -83,4 +416,19 @@ def _by_suffix(path: Path) -> list[Found]:
     return [Found(path, OUT, note=f"geosurf reads no files with the suffix {suffix!r}")]
 
 
-__all__ = ["recognised"]
+__all__ = [
+    "DOWN",
+    "MOST_POINTS",
+    "UP",
+    "are_equal",
+    "grid",
+    "mesh",
+    "named_faults",
+    "pieces",
+    "recognised",
+    "resqml",
+    "sticks_of",
+    "surface_of_file",
+    "table",
+    "tsurfs",
+]

@@ -7,11 +7,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from geosurf.conventions import toml_key
-from geosurf.scenario.new.compartments import Divider
-from geosurf.scenario.new.found import OUT, Found, Question
+from geosurf.scenario.new.found import OUT, Found, Question, overlap_in_map
 from geosurf.scenario.new.judge import Ready, nearest_horizon
-from geosurf.scenario.new.network import SIDES, End
-from geosurf.scenario.new.shape import overlap_in_map
+from geosurf.scenario.new.network import SIDES, Divider, End
 
 
 class Page:

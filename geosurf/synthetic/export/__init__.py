@@ -2,7 +2,6 @@
 
 ==============  ===================================================================
 geology.py      faults and horizons by formulas, in the frame of the grids
-areas.py        polygons in the map, and a rule to integrate over them
 truth.py        `FieldTruth`: elevations, cut-offs, throw, volumes
 picks.py        what interpreters and gridders made of it: grids, points, sticks, a mesh
 formats.py      bytes of the files

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.synthetic.torn_faults import DATUM, Fault, sectors, side_of
+from geosurf.synthetic.torn_horizon import DATUM, Fault, sectors, side_of
 
 STEP = 40.0  # nodes of the grids [m]
 SHAPE = (81, 101)  # rows, columns

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from geosurf.synthetic.export.areas import distance_from
-from geosurf.synthetic.export.cutoffs import cutoff_line
 from geosurf.synthetic.export.geology import (
     OUTLINE,
     SHAPE,
@@ -18,9 +16,8 @@ from geosurf.synthetic.export.geology import (
     reach,
     to_world,
 )
-from geosurf.synthetic.export.truth import FieldTruth
-from geosurf.synthetic.torn_faults import DATUM, Fault, exists, side_of
-from geosurf.synthetic.torn_picks import single_valued
+from geosurf.synthetic.export.truth import FieldTruth, cutoff_line, distance_from
+from geosurf.synthetic.torn_horizon import DATUM, Fault, exists, side_of, single_valued
 
 STICKS = 120.0  # between sticks [m]
 PAST = 60.0  # how far faults reach above and below the horizons [m]

@@ -4,25 +4,201 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
-from geosurf.synthetic.export.areas import inside, quadrature
-from geosurf.synthetic.export.cutoffs import cutoff_line, throw_line
 from geosurf.synthetic.export.geology import (
     OUTLINE,
     Geology,
     Horizon,
     fault_elevation,
+    reach,
     to_local,
     to_world,
 )
-from geosurf.synthetic.torn_faults import exists
+from geosurf.synthetic.torn_horizon import exists
+
+# ---- areas ----------------------------------------
+# Polygons in the map: what is inside, how far away it is, and a rule to integrate over it.
+
+
+def inside(polygon: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Whether places are inside a polygon (n, 2), by the parity of crossings to the east."""
+    found = np.zeros(np.broadcast(x, y).shape, dtype=bool)
+    for (x0, y0), (x1, y1) in _edges(polygon):
+        # even-odd rule; level edges are never crossed by a level ray
+        if y0 != y1:
+            crossing = x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+            found ^= ((y0 <= y) != (y1 <= y)) & (x < crossing)
+    return found
+
+
+def distance_from(polygon: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Distance of places from a polygon [its unit], 0 inside."""
+    found = np.full(np.broadcast(x, y).shape, np.inf)
+    for (x0, y0), (x1, y1) in _edges(polygon):
+        dx, dy = x1 - x0, y1 - y0
+
+        # foot on the edge, as a share of it
+        part = np.clip(((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+        found = np.minimum(found, np.hypot(x - x0 - part * dx, y - y0 - part * dy))
+    return np.where(inside(polygon, x, y), 0.0, found)
+
+
+def quadrature(polygon: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places x, y inside a polygon and their weights (areas): midpoints, along rows cut exactly.
+
+    Rows begin and end at the corners of the polygon, so that the rule is of second order.
+    """
+    # strips between corners: within one, no edge of the polygon begins or ends
+    levels = np.unique(polygon[:, 1])
+    places = []
+    for low, high in pairwise(levels.tolist()):
+        rows = max(int(np.ceil((high - low) / step)), 1)
+        for y in low + (high - low) * (np.arange(rows) + 0.5) / rows:
+            places += _row(polygon, float(y), (high - low) / rows, step)
+    if not places:
+        return np.empty(0), np.empty(0), np.empty(0)
+    x, y, weight = np.concatenate(places, axis=1)
+    return x, y, weight
+
+
+def _row(polygon: np.ndarray, y: float, height: float, step: float) -> list[np.ndarray]:
+    """Places and weights (3, n) of one row, for each part of it that is inside."""
+    crossings = sorted(
+        x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+        for (x0, y0), (x1, y1) in _edges(polygon)
+        if (y0 <= y) != (y1 <= y)
+    )
+    parts = []
+
+    # inside is between the first and the second crossing, the third and the fourth ...
+    for west, east in zip(crossings[::2], crossings[1::2], strict=True):
+        n = max(int(np.ceil((east - west) / step)), 1)
+        x = west + (east - west) * (np.arange(n) + 0.5) / n
+        parts.append(np.stack([x, np.full(n, y), np.full(n, height * (east - west) / n)]))
+    return parts
+
+
+def _edges(polygon: np.ndarray) -> list[tuple[list[float], list[float]]]:
+    closed = polygon[:, :2].tolist()
+    return list(pairwise([*closed, closed[0]]))
+
+
+# ---- cutoffs ----------------------------------------
+# Cut-off lines and throw of the field, sector by sector.
+
+
+ALONG = 5.0  # between points of a line [m]
+MARGIN = 200.0  # of lines beyond the grids [m]
+MOST_ROUNDS = 60
+CLOSE = 1e-9  # [m]
+
+Signs = tuple[int, ...]
+
+
+class Wall(NamedTuple):
+    """A wall of a fault in one sector: places of its cut-off, and where the sector exists."""
+
+    signs: Signs
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    there: np.ndarray
+
+
+@lru_cache(maxsize=128)
+def walls(
+    geology: Geology, horizon: Horizon, name: str, sign: int
+) -> tuple[np.ndarray, list[Wall]]:
+    """Distances along strike, and the cut-offs of a wall (1 hanging, -1 foot) in each sector."""
+    fault, which = geology.faults[name], list(geology.faults).index(name)
+    first, last = reach(fault, MARGIN)
+    s = np.linspace(first, last, int((last - first) / ALONG) + 1)
+    found = []
+
+    # one line for each sector that touches this wall
+    for signs in _relevant(geology, horizon, name, s):
+        if signs[which] != sign:
+            continue
+        x, y, z = _meeting(geology, horizon, name, signs, s)
+
+        # 0 for the fault itself: on its own plane the side is undecided
+        others = tuple(0 if k == which else v for k, v in enumerate(signs))
+        found.append(Wall(signs, x, y, z, exists(geology.faults, others, x, y, z)))
+    return s, found
+
+
+def cutoff_line(
+    geology: Geology, horizon: Horizon, name: str, wall: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Distance along strike, x, y, z of a cut-off line wherever its wall exists."""
+    s, sectors = walls(geology, horizon, name, 1 if wall == "+" else -1)
+
+    # sectors take turns along the fault; sorted by s they make one line
+    parts = [np.stack([s, w.x, w.y, w.z])[:, w.there] for w in sectors]
+    line = np.concatenate(parts, axis=1)
+    s, x, y, z = line[:, np.argsort(line[0], kind="stable")]
+    return s, x, y, z
+
+
+def throw_line(geology: Geology, horizon: Horizon, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Throw at distances along strike; NaN where the walls are not in the same sector."""
+    s, hanging = walls(geology, horizon, name, 1)
+    which = list(geology.faults).index(name)
+    throw = np.full(len(s), np.nan)
+    for foot in walls(geology, horizon, name, -1)[1]:
+        for hang in hanging:
+            # a footwall and a hanging wall face each other if they agree on all other faults; 0 is
+            # no side
+            pairs = [
+                p for k, p in enumerate(zip(foot.signs, hang.signs, strict=True)) if k != which
+            ]
+            if all(a == b or not a or not b for a, b in pairs):
+                both = foot.there & hang.there
+                throw = np.where(both, foot.z - hang.z, throw)
+    return s, throw
+
+
+def _relevant(geology: Geology, horizon: Horizon, name: str, s: np.ndarray) -> list[Signs]:
+    """Sectors that differ along a fault: others that die elsewhere move nothing there."""
+    fault = geology.faults[name]
+    x, y = fault.place(s, fault.across(s, horizon.level))
+    near = []
+
+    # faults that are far away do not split the sheets of this one: fewer sectors to solve
+    for key, other in geology.faults.items():
+        along, r = other.along_across(x, y)
+        close = (np.abs(along) < other.half + MARGIN) & (np.abs(r) < other.half + 2 * MARGIN)
+        near.append(key == name or bool(close.any()))
+    signs = [
+        tuple(v if here else 0 for v, here in zip(row, near, strict=True))
+        for row in geology.sectors
+    ]
+    return list(dict.fromkeys(signs))
+
+
+def _meeting(
+    geology: Geology, horizon: Horizon, name: str, signs: Signs, s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where a fault meets the sheet of a sector: the slope of both makes a contraction."""
+    fault = geology.faults[name]
+    z = np.full(len(s), horizon.level)
+
+    # fixed point: fault at this elevation, sheet there, and again; the sheet is much flatter than
+    # the fault
+    for _ in range(MOST_ROUNDS):
+        x, y = fault.place(s, fault.across(s, z))
+        last, z = z, geology.sheet(horizon, signs, x, y)
+        if np.abs(z - last).max() < CLOSE:
+            return x, y, z
+    raise AssertionError(f"cut-offs of {horizon.name} at {name} do not converge")
 
 
 @dataclass(frozen=True, eq=False)
