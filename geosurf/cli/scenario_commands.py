@@ -82,6 +82,22 @@ def certificate_data(certificate: Certificate) -> dict[str, Any]:
 
 
 VARIANTS = ("grids", "points", "network")
+# Of the example: depths of its horizons, so that `geosurf ensemble` runs on it.
+UNCERTAIN = """
+# How uncertain are depths between wells? Only `geosurf ensemble` reads this.
+
+[[uncertain]]
+kind = "depth error"
+of = ["Top"]
+sd_m = 8.0
+range_m = 1500.0
+
+[[uncertain]]
+kind = "depth error"
+of = ["Base"]
+sd_m = 12.0
+range_m = 1500.0
+"""
 MOST_REPEATED = 200  # characters of a command that is shown again
 
 
@@ -106,6 +122,7 @@ def new_command(options: argparse.Namespace) -> Answer:
     data = {"scenario": new.path, "runs": new.runs, "questions": questions}
     lines = [table_text(new.found), "", *_questions(new)]
     if truth is not None:
+        write_whole(new.path, new.path.read_bytes() + UNCERTAIN.encode())
         data["truth"] = truth
         lines = [f"{truth}: the true volumes of this synthetic field", "", *lines]
     return Answer(data, "\n".join(lines), closing=tuple(_end(new, options)))

@@ -56,7 +56,8 @@ class ScenarioModel(SceneModel):
         if not self.scenario.uncertain:
             raise InputError(
                 f"{self.scenario.path}: nothing is uncertain. Add a table [[uncertain]] for each "
-                "input that is."
+                "input that is, for example these four lines:\n\n"
+                '[[uncertain]]\nkind = "depth error"\nsd_m = 10.0\nrange_m = 1500.0'
             )
         # Without tearing: that is repeated in each realisation.
         scene, self._values = untorn_scene(self.scenario)

@@ -169,6 +169,15 @@ def test_keys_can_be_set_and_tables_without_names_are_counted(write, tmp_path, c
     assert "no table '4'. These tables have no names; count them" in capsys.readouterr().err
 
 
+def test_the_example_of_new_can_be_run_as_an_ensemble(tmp_path, capsys):
+    assert main(["new", str(tmp_path / "field"), "--example"]) == 0
+    words = ["ensemble", str(tmp_path / "field" / "scenario.toml"), "-n", "3", "--workers", "1"]
+    assert main([*words, "-o", str(tmp_path / "out")]) == 0
+    assert "3 realisations, 0 failed" in capsys.readouterr().out
+    volumes = gs.ensemble.open_ensemble(tmp_path / "out" / "ensemble.zarr").volume
+    assert (volumes.std("realization") > 0).any()
+
+
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
