@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.cli.console import Answer, clear_line, live_progress
 from geosurf.errors import InputError, OutputError
+from geosurf.files.atomic import write_whole
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.errors import GeosurfWarning
