@@ -16,101 +16,17 @@ The pipeline, stage by stage::
     report       a scene -> one HTML page;  write: anything -> files
     ensemble     many realisations of a scene -> quantiles of volumes, maps of probability
 
-Names are imported when first used, so that ``import geosurf`` costs nothing. Editors find them
-below ``TYPE_CHECKING``; a test keeps both lists equal.
+Names are imported when first used, so that ``import geosurf`` costs nothing: see `geosurf.lazy`.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from geosurf.accessor import when_xarray_is_there
+from geosurf.lazy import lazily
 
 __version__ = "0.1.0"
-
-_HOME = {
-    # read
-    "read_horizon": "geosurf.read",
-    "read_fault": "geosurf.read",
-    "read_points": "geosurf.read",
-    "read_polygons": "geosurf.read",
-    "read_tops": "geosurf.read",
-    "read_wells": "geosurf.read",
-    "info": "geosurf.read.file_info",
-    "FileInfo": "geosurf.read.file_info",
-    "read_units": "geosurf.read.model3d_units",
-    # triangulate
-    "triangulate_horizon": "geosurf.triangulate",
-    "triangulate_fault": "geosurf.triangulate",
-    "triangulate_sticks": "geosurf.triangulate",
-    "reproject": "geosurf.triangulate",
-    "fault_from_polygons": "geosurf.triangulate",
-    "build_walls": "geosurf.triangulate",
-    "build_contacts": "geosurf.triangulate",
-    # faults
-    "extend_fault": "geosurf.faults",
-    "lengthen_fault": "geosurf.faults",
-    "split_fault": "geosurf.faults",
-    "truncate_faults": "geosurf.faults",
-    "propose_network": "geosurf.faults",
-    # sheets
-    "extend_horizon": "geosurf.sheets",
-    "tear_horizon": "geosurf.sheets",
-    "throw_horizon": "geosurf.sheets",
-    "EllipticThrow": "geosurf.sheets",
-    "propose_trim": "geosurf.sheets",
-    # grid
-    "build_grid": "geosurf.grid",
-    # the engine
-    "intersect_triangles": "geosurf.arrangement",
-    "intersect_surfaces": "geosurf.intersect",
-    "rebuild_surfaces": "geosurf.rebuild",
-    "trim_sheets": "geosurf.rebuild",
-    "carve_units": "geosurf.carve",
-    "mesh_units": "geosurf.tetrahedra",
-    # nouns
-    "FluidContact": "geosurf.model",
-    "TriSurface": "geosurf.model",
-    "Lattice": "geosurf.model",
-    "FaultSticks": "geosurf.model",
-    "FaultNetwork": "geosurf.model",
-    "NetworkTrial": "geosurf.model",
-    "CornerPointGrid": "geosurf.model",
-    "Curves": "geosurf.model",
-    "Patches": "geosurf.model",
-    "Sheet": "geosurf.model",
-    "SheetReport": "geosurf.model",
-    "ThrowReport": "geosurf.model",
-    "TrimProposal": "geosurf.model",
-    "FaultCut": "geosurf.model",
-    "Unit": "geosurf.model",
-    "Units": "geosurf.model",
-    "TetMesh": "geosurf.model",
-    "Certificate": "geosurf.model",
-    # the whole way
-    "Scene": "geosurf.scene",
-    "show": "geosurf.scene.shown",
-    "run_scenario": "geosurf.scenario",
-    "run_ensemble": "geosurf.ensemble",
-    "render_scene": "geosurf.render",
-    "render_place": "geosurf.render",
-    "render_thickness": "geosurf.render",
-    "render_allan": "geosurf.render",
-    "render_section": "geosurf.render",
-    "render_grid_section": "geosurf.render",
-    "PictureOverlay": "geosurf.render.overlay",
-    "PictureStyle": "geosurf.render.picture_style",
-    "report_scene": "geosurf.report",
-    "write": "geosurf.write",
-    "to_xtgeo": "geosurf.write.neighbours",
-    "to_geodataframe": "geosurf.write.neighbours",
-    # what geosurf assumed
-    "GeosurfWarning": "geosurf.errors",
-    # what it is doing
-    "show_progress": "geosurf.conventions.running",
-}
-_ROOMS = ("synthetic", "ensemble", "errors", "conventions")
 
 # isort: off
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
@@ -205,17 +121,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.write.neighbours import to_xtgeo as to_xtgeo
 # isort: on
 
-__all__ = ["__version__", *sorted(_HOME), *_ROOMS]
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(import_module(_HOME[name]), name)
-        globals()[name] = value
-        return value
-    if name in _ROOMS:
-        return import_module(f"geosurf.{name}")
-    raise AttributeError(f"module 'geosurf' has no attribute {name!r}")
+__getattr__, _names = lazily(__name__)
+__all__ = ["__version__", *_names]
 
 
 def __dir__() -> list[str]:

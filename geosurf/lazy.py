@@ -1,48 +1,70 @@
 """Rooms whose names are imported when they are first used.
 
 A command loads only the rooms that its model needs: a scenario without torn horizons loads nothing
-of `geosurf.sheets`. A room lists its names twice, for Python and, below ``TYPE_CHECKING``, for
-editors; a test compares the lists.
+of `geosurf.sheets`. A room lists its names once, as imports below ``TYPE_CHECKING`` in the form
+``from ... import name as name``, where editors and type checkers find them, too.
 """
 
 from __future__ import annotations
 
+import ast
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 
-def lazily(room: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+def lazily(room: str) -> tuple[Callable[[str], Any], list[str]]:
     """
-    Return the ``__getattr__`` of a room.
+    Return the ``__getattr__`` and the ``__all__`` of a room.
 
     Parameters
     ----------
     room : str
-        ``__name__`` of the room.
-    homes : mapping of str to str
-        Name -> module below the room that defines it.
+        ``__name__`` of the room. Names that it imports at once in the same form are public, too.
 
     Examples
     --------
-    >>> find = lazily("geosurf.sheets", {"extend_horizon": "extend"})
-    >>> find("extend_horizon").__module__
-    'geosurf.sheets.extend'
+    >>> find, names = lazily("geosurf.sheets")
+    >>> find("extend_horizon").__module__, "extend_horizon" in names
+    ('geosurf.sheets.extend', True)
     >>> find("extent_horizon")
     Traceback (most recent call last):
     AttributeError: module 'geosurf.sheets' has no attribute 'extent_horizon'
     """
+    module: Any = sys.modules[room]
+    body = ast.parse(module.__loader__.get_source(room)).body
+    (branch,) = (one for one in body if isinstance(one, ast.If) and "TYPE_CHECKING" in _words(one))
+    homes = _public(branch.body)
 
     def find(name: str) -> Any:
         """Import a name, and keep it."""
         if name not in homes:
             raise AttributeError(f"module {room!r} has no attribute {name!r}")
-        value = getattr(import_module(f"{room}.{homes[name]}"), name)
-        setattr(sys.modules[room], name, value)
+        home = homes[name]
+        value = (
+            import_module(f"{room}.{name}") if home == room else getattr(import_module(home), name)
+        )
+        setattr(module, name, value)
         return value
 
-    return find
+    return find, sorted({*homes, *_public(body)})
+
+
+def _words(branch: ast.If) -> set[str]:
+    """The names in the condition of a branch."""
+    return {one.id for one in ast.walk(branch.test) if isinstance(one, ast.Name)}
+
+
+def _public(body: list[ast.stmt]) -> dict[str, str]:
+    """Names that are imported as themselves, and their modules."""
+    return {
+        one.name: str(line.module)
+        for line in body
+        if isinstance(line, ast.ImportFrom)
+        for one in line.names
+        if one.asname == one.name
+    }
 
 
 __all__ = ["lazily"]

@@ -30,7 +30,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from geosurf.lazy import lazily
-from geosurf.model.distributions import Discrete, Normal, Triangular, Uniform
+from geosurf.model.distributions import Discrete as Discrete
+from geosurf.model.distributions import Normal as Normal
+from geosurf.model.distributions import Triangular as Triangular
+from geosurf.model.distributions import Uniform as Uniform
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf.ensemble.contact_levels import ContactLevel as ContactLevel
@@ -53,51 +56,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.ensemble.throws import Throw as Throw
 else:
     # a worker process needs neither reports nor statistics
-    __getattr__ = lazily(
-        __name__,
-        {
-            "ContactLevel": "contact_levels",
-            "Covariance": "covariance",
-            "DepthError": "depths",
-            "DepthShift": "depths",
-            "FaultDip": "fault_moves",
-            "FaultShift": "fault_moves",
-            "FieldGrid": "field_grid",
-            "GaussianField": "fields",
-            "juxtaposition": "juxtapositions",
-            "report_ensemble": "report",
-            "convergence": "results",
-            "open_ensemble": "results",
-            "quantiles": "results",
-            "tornado": "results",
-            "volumes_by": "results",
-            "realize": "run",
-            "run_ensemble": "run",
-            "Throw": "throws",
-        },
-    )
-
-__all__ = [
-    "ContactLevel",
-    "Covariance",
-    "DepthError",
-    "DepthShift",
-    "Discrete",
-    "FaultDip",
-    "FaultShift",
-    "FieldGrid",
-    "GaussianField",
-    "Normal",
-    "Throw",
-    "Triangular",
-    "Uniform",
-    "convergence",
-    "juxtaposition",
-    "open_ensemble",
-    "quantiles",
-    "realize",
-    "report_ensemble",
-    "run_ensemble",
-    "tornado",
-    "volumes_by",
-]
+    __getattr__, __all__ = lazily(__name__)

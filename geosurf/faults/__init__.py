@@ -37,15 +37,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.faults.split import split_fault as split_fault
     from geosurf.faults.truncate import truncate_faults as truncate_faults
 else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "extend_fault": "extend",
-            "lengthen_fault": "lengthen",
-            "propose_network": "propose",
-            "split_fault": "split",
-            "truncate_faults": "truncate",
-        },
-    )
-
-__all__ = ["extend_fault", "lengthen_fault", "propose_network", "split_fault", "truncate_faults"]
+    __getattr__, __all__ = lazily(__name__)

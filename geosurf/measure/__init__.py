@@ -38,35 +38,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.measure.thickness import thickness_map as thickness_map
     from geosurf.measure.throw import separation as separation
 else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "allan_diagram": "juxtaposition",
-            "faces_of": "faces",
-            "fault_polygons": "cutoffs",
-            "juxtaposition_table": "juxtaposition",
-            "orientation": "dips",
-            "sample_units": "sample",
-            "separation": "throw",
-            "side_of_words": "faces",
-            "thickness_map": "thickness",
-            "vertical_section": "section",
-            "wall_lines": "cutoffs",
-            "well_misfit": "misfit",
-        },
-    )
-
-__all__ = [
-    "allan_diagram",
-    "faces_of",
-    "fault_polygons",
-    "juxtaposition_table",
-    "orientation",
-    "sample_units",
-    "separation",
-    "side_of_words",
-    "thickness_map",
-    "vertical_section",
-    "wall_lines",
-    "well_misfit",
-]
+    __getattr__, __all__ = lazily(__name__)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from geosurf.lazy import lazily
-from geosurf.model.base import frozen
+from geosurf.model.base import frozen as frozen
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf.model.certificate import Certificate as Certificate
@@ -48,80 +48,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.unit import Unit as Unit
     from geosurf.model.units import Units as Units
 else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "Certificate": "certificate",
-            "Check": "certificate",
-            "RULES": "column",
-            "Clipped": "column",
-            "FluidContact": "column",
-            "Remnant": "column",
-            "check_column": "column",
-            "Curves": "curves",
-            "Touch": "curves",
-            "TriangleContact": "curves",
-            "VoxelSearch": "curves",
-            "ExtendedFault": "faults",
-            "Extension": "faults",
-            "TruncatedFaults": "faults",
-            "Truncation": "faults",
-            "CornerPointGrid": "grids",
-            "Lattice": "lattice",
-            "FaultNetwork": "network",
-            "NetworkDecision": "network_rows",
-            "NetworkRow": "network_rows",
-            "NetworkTrial": "network_rows",
-            "Patches": "patches",
-            "FaultCut": "sheet_report",
-            "LostThrow": "sheet_report",
-            "SheetReport": "sheet_report",
-            "ThrowReport": "sheet_report",
-            "TrimProposal": "sheet_report",
-            "Sheet": "sheets",
-            "ROLES": "surfaces",
-            "FaultSticks": "surfaces",
-            "TriSurface": "surfaces",
-            "TetMesh": "tet_mesh",
-            "Unit": "unit",
-            "Units": "units",
-        },
-    )
-
-__all__ = [
-    "ROLES",
-    "RULES",
-    "Certificate",
-    "Check",
-    "Clipped",
-    "CornerPointGrid",
-    "Curves",
-    "ExtendedFault",
-    "Extension",
-    "FaultCut",
-    "FaultNetwork",
-    "FaultSticks",
-    "FluidContact",
-    "Lattice",
-    "LostThrow",
-    "NetworkDecision",
-    "NetworkRow",
-    "NetworkTrial",
-    "Patches",
-    "Remnant",
-    "Sheet",
-    "SheetReport",
-    "TetMesh",
-    "ThrowReport",
-    "Touch",
-    "TriSurface",
-    "TriangleContact",
-    "TrimProposal",
-    "TruncatedFaults",
-    "Truncation",
-    "Unit",
-    "Units",
-    "VoxelSearch",
-    "check_column",
-    "frozen",
-]
+    __getattr__, __all__ = lazily(__name__)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.read.tops import read_tops as read_tops
     from geosurf.read.wells import read_wells as read_wells
 else:
-    __getattr__ = lazily(__name__, {"read_tops": "tops", "read_wells": "wells"})
+    __getattr__, _ = lazily(__name__)
 
 __all__ = [
     "FAULT_FORMATS",

@@ -58,35 +58,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.render.section import render_section as render_section
     from geosurf.render.views import VIEWS as VIEWS
 else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "VIEWS": "views",
-            "render_allan": "allan",
-            "render_grid_section": "grid_section",
-            "render_map": "map",
-            "render_place": "place",
-            "render_scene": "models",
-            "render_search": "search",
-            "render_section": "section",
-            "render_surfaces": "models",
-            "render_thickness": "isochores",
-            "render_throw": "profile",
-            "render_units": "models",
-        },
-    )
-
-__all__ = [
-    "VIEWS",
-    "render_allan",
-    "render_grid_section",
-    "render_map",
-    "render_place",
-    "render_scene",
-    "render_search",
-    "render_section",
-    "render_surfaces",
-    "render_thickness",
-    "render_throw",
-    "render_units",
-]
+    __getattr__, __all__ = lazily(__name__)

@@ -46,7 +46,7 @@ class Mistake:
     missing: bool = False
 
 
-class WrongValue(InputError):
+class WrongValue(Exception):
     """Ends the check of one value."""
 
     def __init__(self, mistake: Mistake) -> None:

@@ -35,15 +35,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.sheets.tear import tear_horizon as tear_horizon
     from geosurf.sheets.throw.throw_horizon import throw_horizon as throw_horizon
 else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "EllipticThrow": "faults.slip",
-            "extend_horizon": "extend",
-            "propose_trim": "report.propose_trim",
-            "tear_horizon": "tear",
-            "throw_horizon": "throw.throw_horizon",
-        },
-    )
-
-__all__ = ["EllipticThrow", "extend_horizon", "propose_trim", "tear_horizon", "throw_horizon"]
+    __getattr__, __all__ = lazily(__name__)

@@ -38,27 +38,4 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.triangulate.sticks import triangulate_sticks as triangulate_sticks
     from geosurf.triangulate.walls import build_walls as build_walls
 else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "build_contacts": "contacts",
-            "triangulate_fault": "fault",
-            "fault_from_polygons": "fault_polygons",
-            "triangulate_horizon": "horizon",
-            "orient_fault": "orient",
-            "reproject": "reprojection",
-            "triangulate_sticks": "sticks",
-            "build_walls": "walls",
-        },
-    )
-
-__all__ = [
-    "build_contacts",
-    "build_walls",
-    "fault_from_polygons",
-    "orient_fault",
-    "reproject",
-    "triangulate_fault",
-    "triangulate_horizon",
-    "triangulate_sticks",
-]
+    __getattr__, __all__ = lazily(__name__)
