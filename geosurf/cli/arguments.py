@@ -182,16 +182,3 @@ def number(word: str) -> float:
         raise argparse.ArgumentTypeError(
             f"{word!r} is not a number. Give one, such as 2.5"
         ) from error
-
-
-__all__ = [
-    "Parser",
-    "commands_of",
-    "length_unit",
-    "list_of",
-    "named_file",
-    "number",
-    "one_of",
-    "options_of",
-    "whole_number",
-]

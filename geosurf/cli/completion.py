@@ -86,6 +86,3 @@ def _fish(parser: Parser) -> str:
 def _quoted(text: str) -> str:
     """Text between single quotes, as fish reads it."""
     return "'" + text.replace("\\", "\\\\").replace("'", "\\'") + "'"
-
-
-__all__ = ["SHELLS", "completion_command", "completion_script"]

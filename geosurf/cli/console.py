@@ -212,13 +212,3 @@ def printed_warnings() -> Iterator[None]:
 
         warnings.showwarning = show
         yield
-
-
-__all__ = [
-    "Answer",
-    "Lines",
-    "Live",
-    "live_progress",
-    "peak_megabytes",
-    "plain",
-]

@@ -359,8 +359,3 @@ def _fit(source: Source, suffix: str, name: str | None) -> None:
         return
     n = source.obj.n_triangle
     source.lost.append(Loss("grid", f"The file holds {n} triangles: {words}."))
-
-
-__all__ = [
-    "convert_command",
-]

@@ -110,6 +110,3 @@ def _pictures() -> Part:
         found = find_backend(os.environ.get(CHOICE) or "")
         how = f"through {found.backend.name.upper()}, {found.renderer}"
     return Part("pictures", True, f"drawn off-screen {how}.")
-
-
-__all__ = ["Part", "installation"]

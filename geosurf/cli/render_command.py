@@ -232,6 +232,3 @@ def _line_of(text: str) -> list[tuple[float, float]]:
             'or more points in quotes, as in "0,2500 6000,2500".'
         )
     return line
-
-
-__all__ = ["add_render_options", "render_command"]

@@ -474,14 +474,3 @@ def report_command(options: argparse.Namespace) -> Answer:
     data = {"scenario": scenario.path, "settings": scenario.settings, "report": path}
     data |= {"notes": notes, "certificate": certificate_data(certificate)}
     return Answer(data, str(path), exit_code_of(certificate))
-
-
-__all__ = [
-    "VARIANTS",
-    "certificate_data",
-    "ensemble_command",
-    "exit_code_of",
-    "new_command",
-    "units_data",
-    "warnings_data",
-]

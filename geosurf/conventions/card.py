@@ -160,6 +160,3 @@ class Card:
 def _swatch(colour: RGB) -> str:
     code = "".join(f"{round(255 * part):02x}" for part in colour)
     return f'<span style="{SWATCH};background:#{code}"></span>'
-
-
-__all__ = ["MOST", "Card", "small_map"]

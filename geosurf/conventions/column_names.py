@@ -10,6 +10,3 @@ USUAL = {
 }
 # number of the line that a point belongs to
 LABELS = ("poly_id", "stick_id", "stick", "segment_id", "segment")
-
-
-__all__ = ["LABELS", "USUAL"]

@@ -199,11 +199,3 @@ def _parts(geometries: Any) -> Iterator[Any]:
 
 def _is(one: Any, *kinds: str) -> bool:
     return getattr(one, "geom_type", None) in kinds
-
-
-__all__ = [
-    "crs_of_foreign",
-    "lines_of_foreign",
-    "points_of_foreign",
-    "straight_runs",
-]

@@ -109,18 +109,3 @@ def warning_without_pictures() -> GeosurfWarning | None:
         f"No pictures were drawn: {sentence.partition('. ')[0]}. All other results are complete.",
         f"Install it with: {install_line('matplotlib')}",
     )
-
-
-__all__ = [
-    "DRAWING",
-    "EXTRAS",
-    "REQUIRED",
-    "distribution",
-    "install_line",
-    "is_installed",
-    "missing_sentence",
-    "need",
-    "need_plots",
-    "need_views",
-    "warning_without_pictures",
-]

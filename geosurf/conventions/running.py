@@ -212,6 +212,3 @@ def _notebook_line() -> Show:
             handle.append(display(data, raw=True, display_id=True))
 
     return show
-
-
-__all__ = ["count_of", "line_of", "running", "show_progress", "silence"]

@@ -238,6 +238,3 @@ def _rates(
         live = region >= 0
         out += np.bincount(region[live], (area * thick)[live], minlength=len(out))
     return out
-
-
-__all__ = ["balanced", "misfits"]

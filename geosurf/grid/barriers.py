@@ -145,6 +145,3 @@ def _crossed(
     out = np.zeros(start.shape[:-1], dtype=bool)
     out[near] = np.bincount(found.foot[hit], minlength=len(rays)) % 2 == 1
     return out
-
-
-__all__ = ["Below", "faults_between", "own_side"]

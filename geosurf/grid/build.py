@@ -358,6 +358,3 @@ def checked(grid: CornerPointGrid) -> CornerPointGrid:
             "Report it with the surfaces. Until then take vertical pillars, min_dip=None."
         )
     return grid
-
-
-__all__ = ["GriddedModel", "assemble", "checked", "columns_of", "model_of", "pillars_along_faults"]

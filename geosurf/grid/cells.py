@@ -156,6 +156,3 @@ def _at_blocks(found: list[list[np.ndarray]], block: np.ndarray) -> None:
         missed = differ & ~np.any(of_fault, axis=0)
         for fault, apart in enumerate(of_fault):
             apart |= missed & (owner[np.where(missed, pair, 0)] == fault)
-
-
-__all__ = ["PER_COLUMN", "faces_of", "lengths_in", "regions_of_cells"]

@@ -109,6 +109,3 @@ def joined(corners: np.ndarray, group: np.ndarray) -> np.ndarray:
     for jj, ii, of, a, b in places:
         out[:, :, a, b] = mean[jj, ii, group[jj, ii, of]]
     return out
-
-
-__all__ = ["filled", "gauss_feet", "groups_at_nodes", "joined", "limited", "to_corners"]

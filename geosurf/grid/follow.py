@@ -260,11 +260,3 @@ class _Spread:
         values = np.concatenate([np.full(len(row) - n, -1.0), count[free] + 1.0 / RANGE**2])
         matrix = coo_array((values, (row, col)), shape=(n, n)).tocsc()
         return free, splu(matrix).solve
-
-
-__all__ = [
-    "LEAST_AREA",
-    "folded",
-    "follow_faults",
-    "unfolded",
-]

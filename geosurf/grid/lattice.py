@@ -142,6 +142,3 @@ def inside_outline(places: np.ndarray, outline: np.ndarray) -> np.ndarray:
         crosses = (y < a[1]) != (y < b[1])
         found ^= crosses & (x < a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1]))
     return found
-
-
-__all__ = ["ArealLattice", "inside_outline", "lattice_over"]

@@ -107,6 +107,3 @@ def _one(zone: str, given: Any) -> Layers:
         if is_number(size) and np.isfinite(size) and size > 0 and way in PARALLEL:
             return Layers(None, float(size), way)
     raise InputError(f"layers of zone {zone!r} are {given!r}. {_EXAMPLE}")
-
-
-__all__ = ["Layers", "layers_of"]

@@ -88,6 +88,3 @@ def pieces_along(shells: Sequence[Shell], feet: np.ndarray, middle: np.ndarray) 
     zone, region = (np.repeat([p[k] for p in parts], [len(p[0]) for p in parts]) for k in (1, 2))
     order = np.lexsort((-top, zone, line))
     return Pieces(line[order], zone[order], region[order], length[order], top[order])
-
-
-__all__ = ["Pieces", "Shell", "pieces_along"]

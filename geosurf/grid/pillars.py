@@ -146,6 +146,3 @@ def vertical_pillars(shape: tuple[int, int]) -> Pillars:
     """Return pillars on the nodes of a lattice of rows and columns."""
     zero = np.zeros((shape[0] + 1, shape[1] + 1, 2))
     return Pillars(zero, zero, zero[..., 0], zero[..., 0])
-
-
-__all__ = ["Pillars", "vertical_pillars"]

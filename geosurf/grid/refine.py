@@ -44,6 +44,3 @@ def refined(
         corners = np.concatenate([np.stack(part, axis=1) for part in parts])
     found = np.concatenate(done).reshape(-1, 3)
     return found, np.arange(len(found)).reshape(-1, 3)
-
-
-__all__ = ["refined"]

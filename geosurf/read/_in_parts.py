@@ -62,6 +62,3 @@ def chunks_of(variable: xr.Variable) -> dict[Any, int]:
         dim: own[dim] if 0 < own.get(dim, 0) <= LONG else min(PART, n)
         for dim, n in variable.sizes.items()
     }
-
-
-__all__ = ["LARGE", "chunks_of", "opened_in_parts"]

@@ -88,6 +88,3 @@ def refuse_columns(path: Path, format_: str, columns: object, decimal: str) -> N
             f"{path}: columns= and decimal= apply to tables of text, but this is {format_}. Leave "
             "them out."
         )
-
-
-__all__ = ["AXES", "fault_dataset", "points_dataset", "refuse_columns"]

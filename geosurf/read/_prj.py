@@ -64,6 +64,3 @@ def _with_code(crs: str) -> str:
     except CRSError:
         return crs
     return crs if code is None else f"EPSG:{code}"
-
-
-__all__ = ["crs_from", "crs_of_prj"]

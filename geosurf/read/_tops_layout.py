@@ -189,6 +189,3 @@ def _check_widths(path: Path, found: Layout, ends: bool = False) -> None:
                 "as in the header. Put names with blanks in quotes. Numbers with decimal commas "
                 "need another separator and decimal=','."
             )
-
-
-__all__ = ["COMMENTS", "Layout", "layout_of", "plain_name", "unit_in_name"]

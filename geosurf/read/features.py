@@ -621,12 +621,3 @@ def _parts_of_shape(path: Path, number: int, shape: Any) -> tuple[str, list[np.n
             "Delete or complete it."
         )
     return kind, parts
-
-
-__all__ = [
-    "Features",
-    "features",
-    "read_feature_points",
-    "read_feature_polygons",
-    "read_feature_sticks",
-]

@@ -693,9 +693,3 @@ def _vertex_data(draft: Draft) -> dict[str, np.ndarray]:
         data[key] = part[:, 0].copy() if size == 1 else part
         at += size
     return data
-
-
-__all__ = [
-    "read_sgrid",
-    "read_sgrid_fault",
-]

@@ -42,6 +42,3 @@ def fault_names(path: Path, key: str) -> list[str]:
     if not names:
         raise FormatError(f"{path}: the file has no lines. Export it again.")
     return list(dict.fromkeys(names))
-
-
-__all__ = ["NAMED_LINES", "fault_names"]

@@ -294,6 +294,3 @@ def _units(own: Sequence[Any], found: list[Unit], pieces: Pieces, sides: np.ndar
     for unit in found:
         in_crs_of(unit, pieces.sources)
     return in_crs_of(units, pieces.sources)
-
-
-__all__ = ["LABELS", "SealedModel", "labels_of", "units_of"]

@@ -430,11 +430,3 @@ def _warn_of_unused(path: Path, unused: list[str], n: int) -> None:
         )
         remedy = "Complete or delete these rows; tops.attrs['unused'] lists all."
         warn(GeosurfWarning("tops", path.name, effect, remedy))
-
-
-__all__ = [
-    "metres_of_depths",
-    "paths_with_depths",
-    "place_along",
-    "read_tops",
-]

@@ -116,6 +116,3 @@ def _damaged(path: Path, error: BaseException) -> FormatError:
         f"{path}: zarr cannot read it ({type(error).__name__}: {str(error)[:300]}). The store is "
         "damaged or incomplete; export it again."
     )
-
-
-__all__ = ["read_zarr_horizon"]

@@ -303,8 +303,3 @@ def _pixels(plotter: Plotter, size: tuple[int, int], n_part: int, transparent: b
             room = image[row * height : (row + 1) * height, column * width : (column + 1) * width]
             room[...] = part.reshape(height, width, -1)[: room.shape[0], : room.shape[1]]
     return image[::-1]
-
-
-__all__ = [
-    "averaged",
-]

@@ -399,11 +399,3 @@ def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:
         part = d[rows, 1 - k] / (d[rows, 1 - k] - d[rows, k])
         out[rows, k] = p + (q - p) * part[:, None]
     return out
-
-
-__all__ = [
-    "INSIDE",
-    "NEAR",
-    "OUTSIDE",
-    "OutlineCells",
-]

@@ -265,15 +265,3 @@ def _entry(unit: Unit, colour: RGB) -> Entry:
     if len(unit.name) <= LABEL_ROOM or not end:
         return Entry(unit.name, colour, volume)
     return Entry(unit.zone, colour, f"{end}, {volume}")
-
-
-__all__ = [
-    "COLOUR_BY",
-    "Colouring",
-    "Selection",
-    "check_colour_by",
-    "colour_units",
-    "elevation_bar",
-    "selection_of",
-    "shades_of",
-]

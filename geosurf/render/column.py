@@ -111,6 +111,3 @@ def column_of(units: Sequence[tuple[str, float, float]], zones: Sequence[str]) -
         volume[zone] += v
         area[zone] += a
     return {zone: volume[zone] / area[zone] if area[zone] > 0.0 else 0.0 for zone in zones}
-
-
-__all__ = ["column_of", "plot_column"]

@@ -150,6 +150,3 @@ def _figure(
     furniture.draw_legend(sheet, legend, 640.0)
     furniture.draw_words(sheet, title, f"Vertical exaggeration {exaggeration:.2g}×.")
     return sheet.figure
-
-
-__all__ = ["render_grid_section"]

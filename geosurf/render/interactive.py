@@ -433,15 +433,3 @@ def view_of(things: Sequence[object], max_triangle: int = MAX_VIEW_TRIANGLE) -> 
         raise InputError("there is nothing to show: no triangles and no curves.")
     box = bounds_of([body.points for body in bodies])
     return View3D(tuple(bodies), box, choose_exaggeration(box))
-
-
-__all__ = [
-    "clustered",
-    "curve_bodies",
-    "network_bodies",
-    "stick_body",
-    "tet_bodies",
-    "view_of",
-    "view_of_surfaces",
-    "view_of_units",
-]

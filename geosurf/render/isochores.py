@@ -423,10 +423,3 @@ def _large_blocks(thickness: xarray.DataArray) -> np.ndarray:
         return np.ones(len(thickness), dtype=bool)
     large: np.ndarray = ~thickness.sliver.values.astype(bool)
     return large
-
-
-__all__ = [
-    "DASHES",
-    "cut_by_faults",
-    "draw_rings",
-]

@@ -501,9 +501,3 @@ def _draw_elevation(
             )  # fmt: skip
             if width > 0.5:
                 number_contours(sheet, axes, lines)
-
-
-__all__ = [
-    "draw_remedies",
-    "draw_virtual_walls",
-]

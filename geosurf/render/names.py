@@ -133,6 +133,3 @@ class Room:
                 return False
         self.taken.append(np.array([left, bottom, right, top]))
         return True
-
-
-__all__ = ["Room", "shortened", "shortened_apart"]

@@ -145,5 +145,3 @@ def _parts(what: str, value: Any, widths: tuple[int, ...]) -> tuple[np.ndarray, 
 
 
 NOTHING = PictureOverlay()  # at the end: it is checked by the functions above
-
-__all__ = ["NOTHING", "PictureOverlay", "overlay_of"]

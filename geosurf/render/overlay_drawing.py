@@ -235,6 +235,3 @@ def _mark(sheet: furniture.Sheet, axes: Axes, heads: Mapping[str, np.ndarray]) -
                     zorder=7.0,
                 )  # fmt: skip
                 break
-
-
-__all__ = ["draw_names", "draw_on_map", "draw_on_section", "show_overlay"]

@@ -100,14 +100,3 @@ WALL = rgb("#d4d7db")
 ELEVATION = ("#2f4858", "#4a7285", "#7ea3a5", "#b9c9a9", "#e6dba8", "#dfb76c", "#bf8145", "#8a4b2f")
 # Thickness, thin to thick: darker is thicker, also in print and for colour-blind readers.
 THICKNESS = ("#f7f0cf", "#dbe3b0", "#b2d2aa", "#84bcab", "#5fa2ab", "#4886a3", "#3b6a96")
-
-
-__all__ = [
-    "AreaStyle",
-    "Colour",
-    "Dashes",
-    "LayerStyle",
-    "LineStyle",
-    "Spot",
-    "TextStyle",
-]

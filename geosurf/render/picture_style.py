@@ -341,18 +341,3 @@ def _check_map(name: Any) -> None:
 
 
 PLAIN = PictureStyle()  # at the end: it is checked by the functions above
-
-
-__all__ = [
-    "COLOUR_BY",
-    "FONT",
-    "LEGEND",
-    "PLAIN",
-    "THEMES",
-    "PictureStyle",
-    "apply_theme",
-    "background",
-    "colour_of",
-    "readable",
-    "style_of",
-]

@@ -170,6 +170,3 @@ def _stretches(throw: xarray.Dataset) -> list[np.ndarray]:
         if len(line):
             found.append(line[np.argsort(line[:, 0], kind="stable")])
     return found
-
-
-__all__ = ["plot_throw", "render_throw"]

@@ -372,9 +372,3 @@ def _sizes(stride: int) -> list[int]:
     if stride == 1:
         return [1]
     return [2**k for k in range(math.ceil(math.log2(stride)), 0, -1)]
-
-
-__all__ = [
-    "most_of_each",
-    "thinned",
-]

@@ -234,12 +234,3 @@ def _name(
                 sheet, axes, spot, words, 11.5, ha=side, fontweight="bold", zorder=7.0
             )
             return
-
-
-__all__ = [
-    "WellTop",
-    "draw_wells_on_map",
-    "draw_wells_on_section",
-    "tops_on_map",
-    "tops_on_section",
-]

@@ -68,6 +68,3 @@ def _rows(table: Table, fault: str, column: int) -> Table:
 
 def _part(heading: str, table: Table) -> str:
     return f"<h4>{heading}</h4>\n{page.html_table(table)}" if table.rows else ""
-
-
-__all__ = ["fault_parts", "pictures_of_faults"]

@@ -108,6 +108,3 @@ def file_table(files: Iterable[InputFile], crs: str) -> Table:
     )
     head = ("Input", "File", f"SHA-256, first {DIGITS} digits", "CRS", "Size [bytes]")
     return Table(head, rows, n_label=4)
-
-
-__all__ = ["InputFile", "described_files", "file_table", "input_files"]

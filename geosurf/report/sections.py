@@ -200,6 +200,3 @@ def _listed(heading: str, table: Table) -> list[Section]:
 
 def _metres(value: float) -> str:
     return number(value, 0 if value == round(value) else 1)
-
-
-__all__ = ["build_page"]

@@ -133,6 +133,3 @@ def _append(array: np.ndarray, kind: str, data: bytearray) -> tuple[str, int, in
 def _short(value: float) -> float:
     """Millimetres are enough."""
     return round(float(value), 3)
-
-
-__all__ = ["viewer_html", "viewer_part"]

@@ -64,6 +64,3 @@ def misfit_words(misfit: xarray.Dataset) -> list[str]:
 
 def _metres(value: float) -> str:
     return number(float(value), 2) if np.isfinite(value) else NOTHING
-
-
-__all__ = ["misfit_table", "misfit_words"]

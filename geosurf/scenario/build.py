@@ -311,10 +311,3 @@ def _numbers(scene: Scene) -> str:
     """How many surfaces there are, in words."""
     horizons, faults = len(scene.horizon_names), len(scene.fault_names)
     return f"{counted(horizons, 'horizon')}, {counted(faults, 'fault')}"
-
-
-__all__ = [
-    "build_scene",
-    "fault_of",
-    "untorn_scene",
-]

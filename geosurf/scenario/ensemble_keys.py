@@ -202,13 +202,3 @@ def _no_throw(scenario: Any, entry: UncertainInput) -> str:
             f"horizons that [tear] leaves out, give {form} in [[throws]]."
         )
     return f"fault {fault!r} has no {form} in [[throws]]. Add it there."
-
-
-__all__ = [
-    "DISTRIBUTIONS",
-    "KINDS",
-    "EnsembleSettings",
-    "UncertainInput",
-    "check_uncertain",
-    "distribution_of",
-]

@@ -370,10 +370,3 @@ def _write_certificate(
     warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
     lines = "\n".join(filter(None, [f"{scenario.heading}\n", warnings, f"{certificate}\n"]))
     commit(folder / "certificate.txt", lines.encode("utf-8"))
-
-
-__all__ = [
-    "contacts_left_out",
-    "crossings",
-    "model_notes",
-]

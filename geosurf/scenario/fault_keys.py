@@ -189,15 +189,3 @@ def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
                 place.inside("lengthen").refuse(
                     f"{where}: lengthen_m names sides already. Remove lengthen."
                 )
-
-
-__all__ = [
-    "FaultInput",
-    "NetworkInput",
-    "PolygonInput",
-    "check_faults",
-    "columns_key",
-    "decimal_key",
-    "length_unit_key",
-    "positive_key",
-]

@@ -45,6 +45,3 @@ def in_words(grid: CornerPointGrid) -> str:
         f"{nx} x {ny} x {nz} cells, {int(grid.actnum.sum())} active; volumes of zones within "
         f"{100 * worst:.2g} % of the model"
     )
-
-
-__all__ = ["FILES", "draw_grid", "in_words", "write_grid"]

@@ -268,12 +268,3 @@ def _refusal(out: Path, error: OSError) -> OutputError:
         f"{out}: results cannot be written there ({reason}). Choose another folder with out= "
         "(on the command line: -o)."
     )
-
-
-__all__ = [
-    "NO_NETCDF",
-    "refuse_lists",
-    "without_lists",
-    "writable_formats",
-    "write_files",
-]

@@ -213,8 +213,3 @@ class OutputSettings:
         values.some_of(*FORMATS),
         default=("vtm", "vtp", "csv", "nc"),
     )
-
-
-__all__ = [
-    "PictureSettings",
-]

@@ -43,6 +43,3 @@ def output_files(scenario: Scenario, *, pictures: bool = True, report: bool = Tr
     if report:
         files.append("report/index.html")
     return files
-
-
-__all__ = ["input_files", "output_files"]

@@ -102,6 +102,3 @@ def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | 
 def _turn(x: Fraction, y: Fraction, p: list[Fraction], q: list[Fraction]) -> Fraction:
     """Twice the area of a triangle on the map: above 0 if (x, y), p, q turn to the left."""
     return (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x)
-
-
-__all__ = ["unit_of_body"]

@@ -91,6 +91,3 @@ def box_of_walls(walls: list[TriSurface], file: str) -> tuple[float, ...]:
         f"{file}: its boundary is not a box with vertical and horizontal sides, which [model] "
         "needs. Export its surfaces, and give them as [[horizons]] and [[faults]] with an [aoi]."
     )
-
-
-__all__ = ["box_of_walls", "scene_of_sealed"]

@@ -125,10 +125,3 @@ class StepLog:
             if step.outcome == "ran":
                 self.step(step.stage, step.subject, step.detail, step.seconds)
         self._n_reported = len(scene.steps)
-
-
-__all__ = [
-    "OnStep",
-    "Progress",
-    "StepLog",
-]

@@ -139,6 +139,3 @@ def filling_of(scenario: Scenario, torn: Sequence[str]) -> dict[str, bool | str]
     # Without [tear] nothing is filled.
     fill = False if scenario.tear is None else scenario.tear.fill_empty_blocks
     return filling_by_horizon(fill, torn)
-
-
-__all__ = ["check_tears", "filling_of", "is_torn_as_picked"]

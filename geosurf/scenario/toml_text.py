@@ -464,12 +464,3 @@ def _name_of(table: Any) -> str | None:
     if not isinstance(table, Mapping):
         return None
     return next((str(table[key]) for key in NAMES if key in table), None)
-
-
-__all__ = [
-    "Keys",
-    "lines_of_keys",
-    "mistake_of_toml",
-    "mistakes_of_toml",
-    "with_settings",
-]

@@ -279,6 +279,3 @@ def _by_throw(
         "sheet", (name, *_data_of(name, horizon), *faults, repr(throws)),
         lambda: throw_horizon(horizon, faults, throw, name=name, **words),
     )  # fmt: skip
-
-
-__all__ = ["torn_horizons"]

@@ -91,6 +91,3 @@ def faults_reaching(scenario: Scenario, horizon: str) -> tuple[str, ...]:
     # A fault that ends at a younger horizon does not reach the ones above it.
     ending = faults_at(horizon, horizons, horizon_rules_of(scenario))
     return tuple(entry.name for entry in scenario.faults if entry.name not in ending)
-
-
-__all__ = ["faults_reaching", "horizon_rules_of", "rules_of", "truncations_of", "with_halves"]

@@ -360,6 +360,3 @@ def _check_grid(scenario: Scenario, at: KeyPath) -> None:
             layers_of(scenario.grid.layers, zones, zones[1:-1])
         except InputError as error:
             place.refuse(f"grid.layers: {error}")
-
-
-__all__ = ["MistakeOnLine", "find_mistakes", "read_scenario"]

@@ -108,6 +108,3 @@ def write_wells(scene: Scene, wells: dict[str, Any], folder: Path) -> list[str]:
         return []
     write(scene.well_intervals(wells), folder / FILE)
     return [FILE]
-
-
-__all__ = ["FILE", "drawn_wells", "wells_of_scenario", "write_wells"]

@@ -155,6 +155,3 @@ def _words(values: np.ndarray, form: Callable[[float], str], undefined: bytes) -
     for k in np.flatnonzero(np.isnan(values)).tolist():
         words[k] = undefined.decode()
     return words
-
-
-__all__ = ["LARGEST", "Part", "fixed_lines_text", "lines_text", "n_fixed", "rows_text"]

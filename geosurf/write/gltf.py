@@ -213,6 +213,3 @@ def _binary(document: dict[str, Any], buffer: bytes) -> bytes:
             buffer,
         ]
     )
-
-
-__all__ = ["gltf_of_patches", "gltf_of_surface", "gltf_of_unit", "gltf_of_units"]

@@ -133,10 +133,3 @@ def _faults(grid: CornerPointGrid) -> Iterator[str]:
     for fault, axis, (i, j), (k, end) in zip(*(c.tolist() for c in columns), strict=True):
         yield f" '{grid.fault_names[fault]}' {i} {i} {j} {j} {k + 1} {end} '{AXES[axis]}' /\n"
     yield "/\n"
-
-
-__all__ = [
-    "binary_of_grid",
-    "grdecl_of_grid",
-    "inc_of_grid",
-]

@@ -251,8 +251,3 @@ def _encode(
             ) from error
         data = file.read_bytes()
     return SIGNATURE.sub(b"", data, count=1) if suffix in (".obj", ".ply") else data
-
-
-__all__ = [
-    "exodus_of_tets",
-]

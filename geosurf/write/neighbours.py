@@ -14,7 +14,6 @@ from geosurf.write.regular_grid import regular_grid
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-__all__ = ["to_geodataframe", "to_xtgeo"]
 
 AXES = ("easting", "northing", "elevation")
 TAKEN = "Give a DataArray, a TriSurface, FaultSticks, or a Dataset of points or lines."

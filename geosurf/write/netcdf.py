@@ -263,9 +263,3 @@ def _plain(attrs: dict[Any, Any], *, lists: bool = False) -> dict[str, Any]:
         else:
             out[str(key)] = str(value)
     return out
-
-
-__all__ = [
-    "is_block_model",
-    "zarr_of_grid",
-]

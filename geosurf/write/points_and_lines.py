@@ -309,19 +309,3 @@ def _others_lost(points: xr.Dataset) -> list[Loss]:
 
 def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-__all__ = [
-    "collection",
-    "columns_of",
-    "crs_of_any",
-    "csv_of_lines",
-    "csv_of_points",
-    "geojson_of_lines",
-    "geojson_of_points",
-    "line_set",
-    "lines_in_space",
-    "pol_of_lines",
-    "vset_of_points",
-    "xyz_of_points",
-]

@@ -46,6 +46,3 @@ def prj_of(crs: str) -> tuple[bytes | None, list[Loss]]:
             f".prj was written: {reason}.",
         )
     ]
-
-
-__all__ = ["prj_of"]

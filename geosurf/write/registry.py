@@ -171,15 +171,3 @@ def _kind_of_dataset(dataset: Any) -> str:
     if len(dims[0]) == 1 and dims[0] == dims[1] == dims[2]:
         return "Dataset of points"
     return "Dataset on a grid" if dims == [(axis,) for axis in AXES] else "Dataset"
-
-
-__all__ = [
-    "INSTEAD",
-    "KEEP_CRS",
-    "NO_DIRECTION",
-    "SETS",
-    "WITH_PRJ",
-    "WITH_SUFFIX",
-    "WRITERS",
-    "kind_of",
-]

@@ -501,11 +501,3 @@ def _extent(parts: Parts, shell: Sequence[tuple[int, bool]]) -> float:
     low = np.min([one.min(axis=0) for one in places], axis=0)
     high = np.max([one.max(axis=0) for one in places], axis=0)
     return float(np.square(high - low).sum())
-
-
-__all__ = [
-    "Line",
-    "lines_of",
-    "resqml_of_units",
-    "shells_of",
-]

@@ -246,11 +246,3 @@ def _crs_line(horizon: xr.DataArray, mark: str) -> str:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split()) or "horizon"
-
-
-__all__ = [
-    "cps3_of_horizon",
-    "esri_of_horizon",
-    "xyz_of_horizon",
-    "zmap_of_horizon",
-]

@@ -101,6 +101,3 @@ def precision_lost(metres: float, what: str) -> list[Loss]:
     if not metres > SMALLEST:
         return []
     return [Loss("precision", f"{what} by up to {metres:.3g} m.", float(metres))]
-
-
-__all__ = ["LOSSES", "Loss", "Written", "precision_lost"]

@@ -366,10 +366,3 @@ def _refuse_other(path: Path, objects: dict[str, Element]) -> None:
             "RESQML 2.0.1."
         )
     raise FormatError(f"{path}: this is not a package of RESQML. Export the surfaces again.")
-
-
-__all__ = [
-    "places_along",
-    "steps_of",
-    "values_of",
-]

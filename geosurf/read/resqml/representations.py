@@ -422,26 +422,3 @@ def places_of(package: Package, one: Representation, words: Words) -> np.ndarray
     if one.kind == POINTS:
         return patches_of(package, one.node, "NodePatch", words)[0]
     return np.concatenate(lines_of(package, one, words)[0])
-
-
-__all__ = [
-    "FRAMEWORK",
-    "GRID",
-    "KINDS",
-    "LINES",
-    "MESH",
-    "POINTS",
-    "Representation",
-    "Words",
-    "crs_of",
-    "grid_of",
-    "grid_points",
-    "holds_units",
-    "lines_of",
-    "mesh_of",
-    "patches_of",
-    "places_of",
-    "points_of",
-    "representations",
-    "world",
-]

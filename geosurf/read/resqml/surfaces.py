@@ -283,15 +283,3 @@ def _function(one: Representation) -> str:
     if one.role == "fault":
         return "read_fault"
     return "read_polygons" if one.kind in LINES else "read_horizon"
-
-
-__all__ = [
-    "all_points",
-    "function_of",
-    "functions_of",
-    "read_resqml_fault",
-    "read_resqml_horizon",
-    "read_resqml_points",
-    "read_resqml_polygons",
-    "surfaces_of",
-]

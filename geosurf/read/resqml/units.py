@@ -177,6 +177,3 @@ def _labels_of_zones(zones: list[str]) -> list[dict[str, Any]]:
             }
         )
     return labels
-
-
-__all__ = ["resqml_model"]

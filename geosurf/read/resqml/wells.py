@@ -155,6 +155,3 @@ def _path(
     return places, md * metres_per_unit(
         SPELLINGS.get(unit, unit), f"{package.path.name}: measured depths"
     )
-
-
-__all__ = ["kinds_in", "paths_of", "trajectories", "wells_of_resqml"]

@@ -489,23 +489,3 @@ def rows_of_wells(path: Path, trace: Trace, places: dict[str, int]) -> dict[str,
             )
         rows.setdefault(name, []).append(k)
     return {name: np.array(at) for name, at in rows.items()}
-
-
-__all__ = [
-    "HORIZON",
-    "PLACES",
-    "SURVEY",
-    "USUAL",
-    "Trace",
-    "begins_with_name",
-    "check_kind",
-    "checked_columns",
-    "column_of",
-    "heads_of",
-    "holds_heads",
-    "holds_wells",
-    "places_of",
-    "rows_of_wells",
-    "three_names",
-    "trace_of",
-]

@@ -408,11 +408,3 @@ def _dataset(path: Path, wells: dict[str, Path3], crs: str | None) -> xr.Dataset
         others["md"] = ("point", np.concatenate(depths), {"units": "m"})
     found = points_dataset(points, path.name, crs, others)
     return found[["well", *(key for key in found.data_vars if key != "well")]]
-
-
-__all__ = [
-    "SAG",
-    "along_arcs",
-    "checked_stations",
-    "read_wells",
-]

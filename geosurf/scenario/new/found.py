@@ -176,17 +176,3 @@ def name_from(path: Path) -> str:
     """
     name = re.sub(r"^\d+[\s_.-]+", "", path.stem).strip()
     return " ".join((name or path.stem).split())
-
-
-__all__ = [
-    "NO_POINTS",
-    "OUT",
-    "Found",
-    "Question",
-    "cell_means",
-    "frame_of",
-    "mean_dip",
-    "overlap_in_map",
-    "plane_dip",
-    "thinned",
-]

@@ -384,6 +384,3 @@ def _name(ready: Ready) -> None:
         choices += [f"{base} {k}" for k in range(2, len(ready.found) + 3)]
         one.name = next(word for word in choices if word.casefold() not in used)
         used.add(one.name.casefold())
-
-
-__all__ = ["Answers", "Ready", "judged", "nearest_horizon"]

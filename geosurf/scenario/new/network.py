@@ -251,15 +251,3 @@ def _throw_at(
         design = np.column_stack([np.ones(len(sides)), s[near], r[near], sides])
         steps.append(2 * abs(np.linalg.lstsq(design, cloud[near, 2], rcond=None)[0][3]))
     return float(np.median(steps)) if steps else np.nan
-
-
-__all__ = [
-    "SIDES",
-    "Divider",
-    "End",
-    "dividers_among",
-    "faults_of",
-    "joined_rules",
-    "surface_of",
-    "truncations_among",
-]

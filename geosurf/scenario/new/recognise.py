@@ -414,21 +414,3 @@ def _by_suffix(path: Path) -> list[Found]:
     if not path.exists():
         read_text(path)  # the reason why it cannot be opened
     return [Found(path, OUT, note=f"geosurf reads no files with the suffix {suffix!r}")]
-
-
-__all__ = [
-    "DOWN",
-    "MOST_POINTS",
-    "UP",
-    "are_equal",
-    "grid",
-    "mesh",
-    "named_faults",
-    "pieces",
-    "recognised",
-    "resqml",
-    "sticks_of",
-    "surface_of_file",
-    "table",
-    "tsurfs",
-]

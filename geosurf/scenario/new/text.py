@@ -269,6 +269,3 @@ def table_text(found: Iterable[Found]) -> str:
     return "\n".join(
         "  ".join([*(row[k].ljust(widths[k]) for k in range(3)), row[3]]).rstrip() for row in rows
     )
-
-
-__all__ = ["quoted", "scenario_text", "table_text"]
