@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.kernels.contacts.merging import close_up_points, find_suspects, merge_suspects
-from geosurf.kernels.contacts.naming import name_corners, renumber_points
+from geosurf.kernels.contacts.naming import name_corners
 from geosurf.kernels.contacts.placing import place_points
 from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, N_NAME, N_POINT, N_VERTEX
@@ -71,10 +71,9 @@ def name_contacts(
     if not any(merged):
         return n
     close_up_points(x, d, m, same)
-    map_threads(
-        renumber_points,
-        [(same, int(m[N_VERTEX]), rows[i:j], ids[i:j]) for i, j in in_ranges(len(rows), _CONTACTS)],
-    )
+    merged_ids = np.flatnonzero(ids.reshape(-1) >= m[N_VERTEX])
+    flat = ids.reshape(-1)
+    flat[merged_ids] = same[flat[merged_ids] - m[N_VERTEX]]
     return int(m[N_POINT])
 
 

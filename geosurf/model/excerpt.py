@@ -210,7 +210,6 @@ def outward_shell(
         Which triangle each of them was.
     """
     from geosurf.kernels.meshes.numbering import renumbered
-    from geosurf.kernels.meshes.shells import order_by_corners
 
     # two corners swapped, they look outward
     t = triangles
@@ -218,7 +217,7 @@ def outward_shell(
     first = t.argmin(axis=1)[:, None]
     t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
     used, faces = renumbered(t)
-    order = order_by_corners(faces, len(used))
+    order = np.lexsort((faces[:, 2], faces[:, 0] * len(used) + faces[:, 1]))
     return used, faces[order], order
 
 

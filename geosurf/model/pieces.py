@@ -236,8 +236,6 @@ class Expanded(Noun):
     @cached_property
     def local(self) -> np.ndarray:
         """Local coordinates of all points, float64 (n_vertex, 3)."""
-        from geosurf.kernels.lattices.strip_triangles import write_nodes
-
         # filled in place, surface by surface: one allocation, no copies to join
         ids, counts = self._points
         local = np.empty((counts[-1], 3))
@@ -245,8 +243,9 @@ class Expanded(Noun):
         for id_of_node, first, source in zip(ids, counts, self.pieces.sources, strict=False):
             if id_of_node is not None:
                 assert source.lattice is not None
-                of = (*source.lattice.coordinates, source.lattice.places)
-                write_nodes(*of, id_of_node, first, self.pieces.origin, local)
+                nodes = np.flatnonzero(id_of_node >= first)  # older points are there already
+                places = source.lattice.places_of_nodes(nodes)
+                local[id_of_node[nodes]] = places - self.pieces.origin
         return frozen(local, np.float64)
 
     @cached_property

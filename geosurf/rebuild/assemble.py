@@ -15,7 +15,7 @@ from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.lattices.strip_links import link_runs
 from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys
-from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches, number_used
+from geosurf.kernels.meshes.merged_pieces import merge_by_face, number_patches
 from geosurf.kernels.meshes.mesh import edges, join_patches, weld
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
@@ -36,10 +36,12 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     (x, t, surface, key, face, number), others = _triangles(contacts, children, touched)
 
     # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
-    new, n_used = number_used(t, len(x))
-    if n_used < len(x):
+    in_use = np.zeros(len(x), dtype=bool)
+    in_use[t] = True
+    if not in_use.all():
         # `take` is many times as fast as an index in brackets where rows are short
-        x, number = x.take(np.flatnonzero(new >= 0), axis=0), new.take(number)
+        new = np.where(in_use, np.cumsum(in_use) - 1, -1)
+        x, number, t = x.take(np.flatnonzero(in_use), axis=0), new.take(number), new.take(t)
 
     # Runs of triangles of each lattice that nothing touches.
     rows = np.flatnonzero(touched)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.arrangement.search import Contacts
-from geosurf.kernels.meshes.used import number_untouched
 from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
 
@@ -58,7 +57,7 @@ def beside_gaps(contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray
     nodes, ids = contacts.nodes[i]
     id_of_node = np.full(len(lattice.vertex_of_node), -1, dtype=np.int64)
     id_of_node[nodes[met[ids]]] = ids[met[ids]]
-    new, count = number_untouched(triangles, taken, id_of_node, n)
+    new, count = _number_points(triangles, taken, id_of_node, n)
     places = source.places_of_nodes(new) - contacts.origin
     return Others(triangles, taken, id_of_node, keys, places, count)
 
@@ -84,9 +83,25 @@ def untouched(contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, 
 
     id_of_vertex = np.full(source.n_vertex, -1, dtype=np.int64)
     id_of_vertex[vertices] = ids
-    new, count = number_untouched(triangles, taken, id_of_vertex, n)
+    new, count = _number_points(triangles, taken, id_of_vertex, n)
     keys = _NO_KEYS
     if source.lattice is not None:
         keys = source.lattice.keys_of_rows(np.arange(len(triangles)))
     places = source.vertices.take(new, axis=0) - contacts.origin
     return Others(triangles, taken, id_of_vertex, keys, places, count)
+
+
+def _number_points(
+    t: np.ndarray, taken: np.ndarray, number: np.ndarray, first: int
+) -> tuple[np.ndarray, int]:
+    """Number the points of the triangles that are not taken, and count these triangles.
+
+    `number` has the number of each point, or -1: these points get numbers from `first` on, in
+    their order, and come back. They are written to `number`, too.
+    """
+    rows = np.flatnonzero(~taken)
+    new = np.zeros(len(number), dtype=bool)
+    new[t[rows]] = True
+    points = np.flatnonzero(new & (number < 0))
+    number[points] = first + np.arange(len(points))
+    return points, len(rows)

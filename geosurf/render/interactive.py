@@ -12,7 +12,6 @@ from geosurf.conventions import counted, volume_text
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.numbering import first_seen, number_keys
-from geosurf.kernels.meshes.point_surfaces import codes_of_points, highest_of_points
 from geosurf.model import (
     Curves,
     FaultNetwork,
@@ -206,11 +205,17 @@ def surfaces_at(
     >>> meeting.tolist(), several.tolist()
     ([0, 0, 2, 2, 1], [False, False, True, True, False])
     """
-    meeting, several = highest_of_points(triangles, surface, n_point)
+    # of triangles at a point, those of the lowest and of the highest surface
+    meeting, lowest = np.full((2, n_point), -1)
+    order = np.argsort(surface, kind="stable")
+    for found, rows in ((meeting, order), (lowest, order[::-1])):
+        found[triangles[rows].ravel()] = np.repeat(surface[rows], 3)
+    several = meeting != lowest
 
     # the surfaces of a point join its set one after the other, each set with a number of its own
     n_surface = int(surface.max(initial=0)) + 2
-    pairs = np.sort(first_seen(codes_of_points(triangles, surface, several, n_surface))[0])
+    codes = triangles * n_surface + surface[:, None]
+    pairs = np.sort(first_seen(codes[several[triangles]])[0])
     point, one = np.divmod(pairs, n_surface)
     first = np.flatnonzero(np.append(True, point[1:] != point[:-1]))[: len(pairs)]
     place = np.arange(len(pairs)) - np.repeat(first, np.diff(np.append(first, len(pairs))))

@@ -260,8 +260,6 @@ def _of_rotated(
     lattice: Lattice, rows: np.ndarray, cols: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[float, float], float]:
     """Sides, unevenness and stretch of a frame of 2-D coordinates: of its cells as if even."""
-    from geosurf.kernels.lattices.decimate import farthest_from_even
-
     x, y = lattice.easting, lattice.northing
     n_row, n_col = lattice.shape
     over = [float(q[0, -1] - q[0, 0]) / (n_col - 1) for q in (x, y)]
@@ -269,7 +267,10 @@ def _of_rotated(
     area = abs(over[0] * up[1] - over[1] * up[0])
     sides = np.diff(rows) * 1.0, np.diff(cols) * area
     size = float(np.abs(lattice.survey.box[[0, 1, 3, 4]]).max())
-    off = [float(farthest_from_even(q)) + 8 * 2.0**-52 * size for q in (x, y)]
+    off = []
+    for q, step, rise in zip((x, y), over, up, strict=True):
+        even = (q[0, 0] + np.arange(n_row) * rise)[:, None] + np.arange(n_col) * step
+        off.append(float(np.abs(q - even).max()) + 8 * 2.0**-52 * size)
 
     # off as parts of a cell of the grid, along rows and along columns
     across, along = (off[0] * abs(v[1]) + off[1] * abs(v[0]) for v in (over, up))
@@ -303,8 +304,6 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
         ``["volume_doubt"]`` [m3] have at each node what `Differences` states of the cell north-east
         of it: the volume between both surfaces, that with its sign, and how unsure the latter is.
     """
-    from geosurf.kernels.lattices.decimate import at_nodes
-
     rows, cols = frame.rows, frame.cols
     whole = surface.lattice
     assert whole is not None
@@ -320,7 +319,12 @@ def decimate_horizon(surface: TriSurface, frame: Frame, differences: Differences
         )
         for key, values in surface.vertex_data.items()
     }
-    found = at_nodes(differences.largest, differences.volume, differences.change, differences.doubt)
+    # the largest value of the cells around each node, and what the cell north-east of it has
+    of = differences
+    around = np.pad(of.largest, 1)
+    corners = [around[i : i + len(rows), j : j + len(cols)] for i, j in np.ndindex(2, 2)]
+    others = (np.pad(part, (0, 1)) for part in (of.volume, of.change, of.doubt))
+    found = (part.ravel() for part in (np.maximum.reduce(corners), *others))
     data.update(zip(IN_VERTEX_DATA, found, strict=True))
     made = TriSurface(surface.name, surface.role, lattice=lattice, vertex_data=data)
     made.crs = surface.crs

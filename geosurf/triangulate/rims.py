@@ -19,7 +19,6 @@ from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import edges
-from geosurf.kernels.meshes.used import near_lines
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of
 from geosurf.model.torn_lattice import TornLattice
@@ -200,7 +199,10 @@ def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:
         return _torn_rim(horizon.torn, _lines(outline), 2.0 * near)
     if lattice is None:
         # All triangles around a vertex near a side have it: their edges there are complete.
-        close = near_lines(horizon.vertices, _lines(outline), 2.0 * near)
+        x, y, _ = horizon.vertices.T
+        close = np.zeros(len(x), dtype=bool)
+        for a, b, c in _lines(outline):
+            close |= np.abs(a * x + b * y + c) <= 2.0 * near
         triangles = horizon.triangles[any_of(close[horizon.triangles])]
         return horizon.vertices[_free_ends(triangles, distinct(triangles), close), :2]
     if lattice.whole and lattice.easting.ndim == 1:

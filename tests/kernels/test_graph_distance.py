@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.kernels.sheets.graph_distance import links_among, steps_from
+from geosurf.kernels.sheets.graph_distance import steps_from
 from geosurf.sheets.lattice import solve
 
 N = 5
@@ -64,12 +64,3 @@ def test_no_node_of_a_sheet_that_is_asked_for_is_the_neighbour_of_two(monkeypatc
     )
     assert 0 < n_grid < len(asked)
     assert sum(asked) > 100
-
-
-@settings(max_examples=25, deadline=None)
-@given(graphs())
-def test_links_among_nodes_that_are_there(graph):
-    east, north, there = graph
-    for to, found in zip((east, north), links_among(east, north, there), strict=True):
-        kept = [b if b >= 0 and there[a] and there[b] else -1 for a, b in enumerate(to)]
-        assert found.tolist() == kept

@@ -13,11 +13,10 @@ from hypothesis.extra import numpy as hnp
 
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.kernels.meshes.numbering import renumbered
+from geosurf.kernels.meshes.parent_checks import copies_of_parents
 from geosurf.kernels.meshes.shells import (
-    are_copies,
     count_open_edges,
     number_triangles,
-    order_by_corners,
     sums_of_triangles,
 )
 
@@ -37,17 +36,6 @@ _vertex = st.integers(0, N - 1)
 def fan(n):
     """Triangles around one vertex: more than a short bucket holds."""
     return np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (1 + np.arange(n)) % n], axis=1)
-
-
-@given(triangles())
-def test_the_order_is_that_of_a_sort_by_corners_and_rows(t):
-    np.testing.assert_array_equal(order_by_corners(t, N), np.lexsort((t[:, 2], t[:, 1], t[:, 0])))
-
-
-def test_a_long_bucket_is_sorted_too():
-    t = fan(500)[np.random.default_rng(4).permutation(500)]
-    order = order_by_corners(t, 501)
-    np.testing.assert_array_equal(order, np.lexsort((t[:, 2], t[:, 1], t[:, 0])))
 
 
 @given(triangles())
@@ -115,7 +103,7 @@ def test_copies_may_start_at_another_corner_but_not_be_turned_over():
     faces = np.array([[0, 1, 2], [0, 1, 3]])
     t = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [0, 1, 3], [0, 4, 3], [0, 1, 2]])
     parent = np.array([0, 0, 0, 0, 1, 1, 1])
-    found = are_copies(x, t, y, faces, parent, np.full(3, 5.0))
+    found = copies_of_parents(x, t, (y[faces[parent]] - 5.0).reshape(-1, 9))
     assert found.tolist() == [True, True, True, False, True, False, False]
 
 

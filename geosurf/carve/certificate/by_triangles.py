@@ -26,7 +26,8 @@ from geosurf.carve.certificate.lines import Half, lines_of, lines_of_units
 from geosurf.carve.certificate.partition import matched, numbered
 from geosurf.carve.volume import exact_volume
 from geosurf.conventions import place
-from geosurf.kernels.meshes.shells import are_copies, count_open_edges, sums_of_triangles
+from geosurf.kernels.meshes.parent_checks import copies_of_parents
+from geosurf.kernels.meshes.shells import count_open_edges, sums_of_triangles
 from geosurf.model import Check, Patches, Units
 
 if TYPE_CHECKING:
@@ -143,12 +144,10 @@ def _new_triangles(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
         parent = patches.parent_of_triangle[mine]
 
         # copies have the corners of their parent, perhaps from another corner on
-        copied = are_copies(
-            patches.local, patches.triangles[mine], source.vertices, source.triangles, parent,
-            patches.origin,
-        )  # fmt: skip
+        of = source.vertices[source.triangles[parent]] - patches.origin
+        copied = copies_of_parents(patches.local, patches.triangles[mine], of.reshape(-1, 9))
         rows.append(mine[~copied])
-        corners.append(source.vertices[source.triangles[parent[~copied]]] - patches.origin)
+        corners.append(of[~copied])
     return np.concatenate(rows), np.concatenate(corners)
 
 

@@ -262,15 +262,6 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     return n
 
 
-@entry("l1 l l2 l2* -> .")
-def renumber_points(number, n_vertex, rows, ids):
-    """Replace the ids of points by those after merging."""
-    for k in range(rows.shape[0]):
-        for c in range(n_corner_of(rows[k, HOW])):
-            if ids[k, c] >= n_vertex:
-                ids[k, c] = number[ids[k, c] - n_vertex]
-
-
 @entry("d2 l2 l2* l2* l1* l1* l2 l2* -> l")
 def name_corners(x, t, e, d, m, w, rows, ids):
     """Write the ids of all points of contact, by names alone, to `ids`; their number or FULL.

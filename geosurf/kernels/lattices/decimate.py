@@ -228,35 +228,3 @@ def bounds_of_cells(
             if largest[i, j] > most:
                 most, worst = largest[i, j], i
     return largest, between, signed, doubt, most, worst
-
-
-@entry("d2 d2 d2 d2 -> d1 d1 d1 d1")
-def at_nodes(largest, between, change, doubt):
-    """What the nodes (row by row) of a coarse lattice say of its cells: the largest value around
-    each, and three values of the cell north-east of it, 0 where there is none.
-    """
-    n_block, n_cell = largest.shape
-    wide = n_cell + 1
-    n = (n_block + 1) * wide
-    around, one, two, three = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    for i in range(n_block):
-        for j in range(n_cell):
-            at = i * wide + j
-            one[at], two[at], three[at] = between[i, j], change[i, j], doubt[i, j]
-            for corner in (at, at + 1, at + wide, at + wide + 1):
-                around[corner] = max(around[corner], largest[i, j])
-    return around, one, two, three
-
-
-@entry("d2 -> d")
-def farthest_from_even(q):
-    """How far a coordinate of nodes is from even steps along rows and columns, at most."""
-    n_row, n_col = q.shape
-    start, largest = q[0, 0], 0.0
-    up, over = (q[n_row - 1, 0] - start) / (n_row - 1), (q[0, n_col - 1] - start) / (n_col - 1)
-    for i in range(n_row):
-        first = start + i * up
-        for j in range(n_col):
-            off = abs(q[i, j] - (first + j * over))
-            largest = off if off > largest else largest
-    return largest

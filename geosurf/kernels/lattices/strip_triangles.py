@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, corner_of, key_at, load
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, corner_of, key_at
 from geosurf.kernels.search.tree import N_COL, N_ROW, RISING, TURNED
 
 _WANTED = -2
@@ -53,19 +53,6 @@ def number_nodes(a, runs, nodes, points, n):
             id_of_node[k] = n
             n += 1
     return id_of_node, n
-
-
-@entry("d1 d1 d1 l1 l1 l d1 d2* -> .")
-def write_nodes(p, q, r, a, id_of_node, first, origin, x):
-    """Positions of the nodes with new points (`first` and on), in the local frame."""
-    for k in range(id_of_node.shape[0]):
-        point = id_of_node[k]
-        # Older points have lower numbers; their positions are written already.
-        if point >= first:
-            i, j = k // a[N_COL], k % a[N_COL]
-            x[point, 0] = load(p, a, 0, i, j) - origin[0]
-            x[point, 1] = load(q, a, 1, i, j) - origin[1]
-            x[point, 2] = load(r, a, 2, i, j) - origin[2]
 
 
 @scalar

@@ -12,7 +12,6 @@ file              question                                                source
 `volumes`         What are the volume below faces, area and bounds?       Knuth's two-sum
 `level_volumes`   What volume of faces is above and below a level?        Knuth's two-sum
 `shells`          In which order are triangles? Which edges are open?     Hibbard 1963
-`point_surfaces`  Which surfaces meet in the points of a mesh?
 `chains`          Which curves do segments form?
 `linking`         Which segments of curves cannot overlap?
 `ranking`         What is the canonical order of points and segments?

@@ -71,28 +71,6 @@ def merge_by_face(
         row += 1
 
 
-@entry("l2* l -> l1 l")
-def number_used(t, n):
-    """Number of each of n points among those that triangles use, or -1; and how many these are.
-
-    The triangles are written with the new numbers.
-    """
-    number = np.full(n, -1, dtype=np.int64)
-    for i in range(t.shape[0]):
-        for c in range(3):
-            number[t[i, c]] = 0
-    count = 0
-    for p in range(n):
-        if number[p] == 0:
-            number[p] = count
-            count += 1
-    if count < n:
-        for i in range(t.shape[0]):
-            for c in range(3):
-                t[i, c] = number[t[i, c]]
-    return number, count
-
-
 @entry("l1 l l1 l1 l2 l2 l1 l1 -> l1")
 def number_patches(part, n_part, surface, key, linked, joined, lowest, first_run):
     """Patch of each triangle, then of each run; numbered by the first one of each in order.

@@ -17,52 +17,6 @@ _LONG = 32  # half-edges of one lower vertex that are matched by searching
 
 
 @scalar
-def _comes_before(t, i, j):
-    """Whether triangle i comes before j, which has the same first corner; by rows if they agree."""
-    for k in range(1, 3):
-        if t[i, k] != t[j, k]:
-            return t[i, k] < t[j, k]
-    return i < j
-
-
-@scalar
-def _shell_sort(t, order, low, high):
-    """Sort a bucket; gaps of Hibbard (1963), since a corner of the box may have thousands."""
-    gap = 1
-    while gap < (high - low) // 2:
-        gap = 2 * gap + 1
-    while gap >= 1:
-        for p in range(low + gap, high):
-            row, q = order[p], p
-            while q >= low + gap and _comes_before(t, row, order[q - gap]):
-                order[q] = order[q - gap]
-                q -= gap
-            order[q] = row
-        gap //= 2
-
-
-@entry("l2 l -> l1")
-def order_by_corners(t, n_vertex):
-    """Rows of triangles in lexicographic order of their corners, which are below `n_vertex`."""
-    # As in `mesh.half_edges_by_vertex`: entry v + 2 counts the triangles with first corner v.
-    start = np.zeros(n_vertex + 2, dtype=np.int64)
-    for i in range(t.shape[0]):
-        start[t[i, 0] + 2] += 1
-    for v in range(2, n_vertex + 2):
-        start[v] += start[v - 1]
-
-    # Rising rows in each bucket: filling moves `start` to the next bucket.
-    order = np.empty(t.shape[0], dtype=np.int64)
-    for i in range(t.shape[0]):
-        v = t[i, 0] + 1
-        order[start[v]] = i
-        start[v] += 1
-    for v in range(n_vertex):
-        _shell_sort(t, order, start[v], start[v + 1])
-    return order
-
-
-@scalar
 def _hash(a, b, c):
     """Hash of three vertices; every product stays below 2**63."""
     h = (a & 0x3FFFFFFF) * 0x1E3779B1
@@ -209,31 +163,3 @@ def sums_of_triangles(x, t):
         products += u * v
         sides += u + v + abs(ux - vx) + abs(uy - vy) + abs(uz - vz)
     return (volume + volume_rest) / 6.0, 0.5 * (area + area_rest), products, sides
-
-
-@scalar
-def _equal(x, p, y, q, origin):
-    """Whether point p has the coordinates of point q from an origin, bit by bit but for -0.0."""
-    return (
-        x[p, 0] == y[q, 0] - origin[0]
-        and x[p, 1] == y[q, 1] - origin[1]
-        and x[p, 2] == y[q, 2] - origin[2]
-    )
-
-
-@entry("d2 l2 d2 l2 l1 d1 -> b1")
-def are_copies(x, t, y, faces, parent, origin):
-    """Whether each triangle has the corners of its parent, a row of `faces`, in their order.
-
-    It may start at another corner. Corners of parents are rows of y, from an origin.
-    """
-    out = np.zeros(t.shape[0], dtype=np.bool_)
-    for i in range(t.shape[0]):
-        p = parent[i]
-        # Three rotations keep the orientation; a mirrored triangle is no copy.
-        for turn in range(3):
-            same = True
-            for c in range(3):
-                same = same and _equal(x, t[i, c], y, faces[p, (c + turn) % 3], origin)
-            out[i] = out[i] or same
-    return out

@@ -48,18 +48,3 @@ def steps_from(east, north, start, longest):
                 queue[count] = u
                 count += 1
     return steps
-
-
-@entry("l1 l1 b1 -> l1 l1")
-def links_among(east, north, present):
-    """The links between nodes that are both present; -1 elsewhere."""
-    n = east.shape[0]
-    out = np.full((2, n), -1, dtype=np.int64)
-    for v in range(n):
-        # A link needs both of its nodes.
-        if present[v]:
-            if east[v] >= 0 and present[east[v]]:
-                out[0, v] = east[v]
-            if north[v] >= 0 and present[north[v]]:
-                out[1, v] = north[v]
-    return out[0].copy(), out[1].copy()

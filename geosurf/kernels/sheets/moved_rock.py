@@ -65,17 +65,6 @@ def across_fault(flat, n, m, fault, s, z, out):
         out[k] = across(flat, 0, n, m, fault, s[k], z[k])
 
 
-@entry("d1 l l d1 d1 d1 d -> d")
-def largest_heave(flat, n, m, fault, s, z, throw):
-    """The most, by size, that a fault moves across strike a throw below all places s and all z."""
-    most = 0.0
-    for k in range(z.shape[0]):
-        for i in range(s.shape[0]):
-            here = across(flat, 0, n, m, fault, s[i], z[k])
-            most = max(most, abs(across(flat, 0, n, m, fault, s[i], z[k] - throw) - here))
-    return most
-
-
 @entry("d2 d d1 l l d1 d2 d1 d1* -> .")
 def distances_from_fault(axes, first, flat, n, m, fault, xy, z, out):
     """Write how far places are from a fault at their elevation, across strike."""

@@ -196,12 +196,3 @@ def first_folded(now, parts, n_row, n_col):
             if min(low, high) <= 0.0:
                 return a
     return -1
-
-
-@entry("d2 d2 l l d1* -> .")
-def outside_of_grid(xy, to_columns, n_row, n_col, out):
-    """Write the distance by which places lie outside of a grid of nodes [cells], 0 inside."""
-    for k in range(xy.shape[0]):
-        u = xy[k, 0] * to_columns[0, 0] + xy[k, 1] * to_columns[1, 0]
-        v = xy[k, 0] * to_columns[0, 1] + xy[k, 1] * to_columns[1, 1]
-        out[k] = max(-u, u - (n_col - 1.0), -v, v - (n_row - 1.0), 0.0)

@@ -16,10 +16,9 @@ from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.fault_distance import distance_at_elevation
 from geosurf.kernels.sheets.link_lines import NEAR, nearest_on_line
 from geosurf.kernels.sheets.node_bands import boxes_in_blocks, nodes_of_blocks, points_in_blocks
-from geosurf.kernels.sheets.node_tiles import NOT_ASKED
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.node_table import NodeTable
+from geosurf.sheets.lattice.node_table import NOT_ASKED, NodeTable
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
 REACHES = 4  # of which blocks of a fault are remembered

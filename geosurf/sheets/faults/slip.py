@@ -18,7 +18,7 @@ from geosurf.conventions import (
     is_number,
 )
 from geosurf.errors import InputError
-from geosurf.kernels.sheets.moved_rock import largest_heave, move_rock
+from geosurf.kernels.sheets.moved_rock import move_rock
 from geosurf.sheets.faults.dip_lines import STEPS, DipLines
 from geosurf.sheets.faults.fault_profile import Section
 
@@ -189,10 +189,6 @@ class Slip:
         # sampled at 257 places along strike and 33 levels: reach, blends and limits follow from it
         s = np.linspace(0.0, self.section.length, 257)
         z = np.linspace(low, high, 33)
-        if isinstance(self.amount, EvenThrow):
-            even, section = self.amount.value, self.section
-            of = section.table.ravel(), *section.table.shape, section.shape
-            return abs(float(even)), largest_heave(*of, s, z, even)
         s, z = (a.ravel() for a in np.meshgrid(s, z))
         here = self.section.across(s, z)
         throw = self.amount(s, z, self.section.places(s, here))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.sheets.graph_distance import links_among
 from geosurf.kernels.sheets.node_bands import dilate_nodes
 from geosurf.sheets.lattice.solve import Graph, grounded, lattice_graph, smoothest
 
@@ -59,5 +58,8 @@ def draped(
 
 def without_absent(graph: Graph, present: np.ndarray) -> Graph:
     """The graph without nodes that do not exist."""
-    east, north = links_among(graph.east, graph.north, present)
+    # a link needs both of its nodes
+    east, north = (
+        np.where(present & (to >= 0) & present[to], to, -1) for to in (graph.east, graph.north)
+    )
     return Graph(east, north, graph.square & present, graph.cell)

@@ -1,16 +1,15 @@
-"""Numbers of lattice nodes, as a table that grows where nodes are put."""
+"""Numbers of lattice nodes, as a table that grows where nodes are put, by square tiles.
+
+Node = row * n_col + column. A sorted list costs a binary search for each node: 0.2 us, a fifth of
+the tear of a large field. A tile costs a division.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels.sheets.node_tiles import (
-    NOT_ASKED,
-    SIDE,
-    numbers_of_nodes,
-    open_tiles,
-    put_numbers,
-)
+SIDE = 16  # nodes along a tile
+NOT_ASKED = -2  # in place of the number of a node that was never put
 
 
 class NodeTable:
@@ -33,8 +32,15 @@ class NodeTable:
     def __init__(self, shape: tuple[int, int]) -> None:
         n_row, self.n_col = shape
         tiles = -(-n_row // SIDE) * -(-self.n_col // SIDE)
-        self._tile_of, self._n_tile = np.full(tiles, -1), 0
-        self._numbers = np.empty(0, dtype=np.int64)
+        # tiles without a node share the first block of numbers
+        self._tile_of = np.zeros(tiles, dtype=np.int64)
+        self._numbers = np.full(SIDE**2, NOT_ASKED)
+
+    def _places(self, node: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tile of each node, and its place in it."""
+        row, col = np.divmod(node, self.n_col)
+        tiles = row // SIDE * -(-self.n_col // SIDE) + col // SIDE
+        return tiles, row % SIDE * SIDE + col % SIDE
 
     def look_up(self, node: np.ndarray) -> tuple[np.ndarray, int]:
         """Number of each node, -1 for nodes below 0, `NOT_ASKED` for others that were not put.
@@ -48,18 +54,20 @@ class NodeTable:
         (ndarray of int64 (n,), int)
             Also how many were not put.
         """
-        found: tuple[np.ndarray, int] = numbers_of_nodes(
-            node, self.n_col, self._tile_of, self._numbers
-        )
-        return found
+        tile, inside = self._places(np.maximum(node, 0))
+        found = self._numbers.take(self._tile_of.take(tile) * SIDE**2 + inside)
+        found[node < 0] = -1
+        return found, int(np.count_nonzero(found == NOT_ASKED))
 
     def put(self, node: np.ndarray, number: np.ndarray) -> None:
         """Put numbers of nodes (n,); those that were put before get the new ones."""
-        n_tile = open_tiles(node, self.n_col, self._tile_of, self._n_tile)
-        if n_tile > self._n_tile:
-            new = np.full((n_tile - self._n_tile) * SIDE**2, NOT_ASKED)
-            self._numbers, self._n_tile = np.concatenate([self._numbers, new]), n_tile
-        put_numbers(node, number, self.n_col, self._tile_of, self._numbers)
+        tile, inside = self._places(node)
+        new = np.unique(tile[self._tile_of[tile] == 0])
+        if len(new):
+            self._tile_of[new] = len(self._numbers) // SIDE**2 + np.arange(len(new))
+            more = np.full(len(new) * SIDE**2, NOT_ASKED)
+            self._numbers = np.concatenate([self._numbers, more])
+        self._numbers[self._tile_of[tile] * SIDE**2 + inside] = number
 
 
-__all__ = ["NodeTable"]
+__all__ = ["NOT_ASKED", "NodeTable"]

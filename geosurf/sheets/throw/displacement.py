@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.kernels.sheets.moved_rock import heights_at_places, settle
-from geosurf.kernels.sheets.rock_rounds import first_folded, outside_of_grid, settle_rock
+from geosurf.kernels.sheets.rock_rounds import first_folded, settle_rock
 from geosurf.sheets.faults.dip_lines import STEPS
 from geosurf.sheets.faults.slip import EvenThrow, Slip
 from geosurf.sheets.lattice.frame import Frame
@@ -160,10 +160,12 @@ class Before:
 
     def outside(self, xy: np.ndarray) -> np.ndarray:
         """Distance (n,) by which places lie outside of the lattice [cells]."""
-        out = np.empty(len(xy))
-        at = np.ascontiguousarray(xy)
-        outside_of_grid(at, self.to_columns, *self.values.shape, out)
-        return out
+        (a, b), (c, d) = self.to_columns
+        u, v = xy[:, 0] * a + xy[:, 1] * c, xy[:, 0] * b + xy[:, 1] * d
+        n_row, n_col = self.values.shape
+        zero = np.zeros(len(xy))
+        found: np.ndarray = np.maximum.reduce([-u, u - (n_col - 1.0), -v, v - (n_row - 1.0), zero])
+        return found
 
 
 def _filled(values: np.ndarray) -> np.ndarray:
