@@ -129,6 +129,3 @@ class _Registering:
         module.__spec__.loader = module.__loader__ = self._loader
         self._loader.exec_module(module)
         register(module)
-
-
-__all__ = ["FOR_ARRAYS", "FOR_DATASETS", "register", "when_xarray_is_there"]

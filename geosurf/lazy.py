@@ -65,6 +65,3 @@ def _public(body: list[ast.stmt]) -> dict[str, str]:
         for one in line.names
         if one.asname == one.name
     }
-
-
-__all__ = ["lazily"]

@@ -66,6 +66,3 @@ class KnownPairs:
         """Store what a search found, unless that is too much."""
         if len(found.rows) <= MOST:
             self.put(("pair", self.keys[i], self.keys[j], *options), found)
-
-
-__all__ = ["Known", "KnownPairs"]

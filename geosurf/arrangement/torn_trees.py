@@ -138,13 +138,3 @@ def separated_by_tops(trees: list[AnyTree], pairs: np.ndarray) -> np.ndarray:
 def _parts(one: AnyTree) -> list[tuple[int, Tree]]:
     """The trees that a tree consists of, with their numbers."""
     return [(0, one)] if isinstance(one, Tree) else [(0, one.lattice), (1, one.copies)]
-
-
-__all__ = [
-    "AnyTree",
-    "TornTree",
-    "candidate_pairs",
-    "look_at_torn",
-    "separated_by_tops",
-    "tree_for",
-]

@@ -83,6 +83,3 @@ def turned_boxes(
     boxes[:, :2] -= 2.0 * slack  # twice, since these differences are rounded, too
     boxes[:, 3:5] += 2.0 * slack
     return turned, boxes, slack
-
-
-__all__ = ["Direction", "direction_of", "turned_boxes"]

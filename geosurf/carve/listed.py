@@ -50,6 +50,3 @@ def list_faces(cells: Cells, wanted: np.ndarray) -> FullCells:
         cells.surface_of[face], also, cells.cell_of_side[face], cells.n_cell, cells.patches,
         pieces, cells.face_of_element, listed.triangles, np.arange(len(face)), listed.x,
     )  # fmt: skip
-
-
-__all__ = ["list_faces"]

@@ -164,6 +164,3 @@ def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
     parts = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
     map_threads(write, parts, worth=len(first) > _PARENTS)
     return Parents(number, corners.reshape(-1, 3, 3))
-
-
-__all__ = ["Parents", "edges_at", "parents_of", "sorted_seams"]

@@ -118,6 +118,3 @@ def names_among(names: Any, known: tuple[str, ...], what: str) -> tuple[str, ...
             )
     # Nothing listed means everything.
     return listed or known
-
-
-__all__ = ["Change", "Given", "Prepared", "Uncertainty", "names_among"]

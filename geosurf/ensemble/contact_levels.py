@@ -127,6 +127,3 @@ def _count(value: Any) -> int:
     seen: list[Any] = []
     _each(value, seen.append)
     return len(seen)
-
-
-__all__ = ["ContactLevel"]

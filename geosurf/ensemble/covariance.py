@@ -85,6 +85,3 @@ class Covariance:
         h = np.asarray(distance, dtype=np.float64) / float(self.range)
         found: np.ndarray = float(self.sd) ** 2 * _MODELS[self.model](h)
         return found
-
-
-__all__ = ["MODELS", "Covariance"]

@@ -277,6 +277,3 @@ def _rows(corners: np.ndarray, shares: np.ndarray, n: int, weights: Any) -> Any:
     rows = csr_matrix((shares.ravel(), corners.ravel(), indptr), shape=(len(corners), n))
     # Through the lattice of the field where it is another one.
     return rows if weights is None else (rows @ weights).tocsr()
-
-
-__all__ = ["DepthError", "DepthShift", "of_names"]

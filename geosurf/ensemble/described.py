@@ -121,6 +121,3 @@ def _number(value: float) -> str:
     """A number as tables show it, with as many decimals as it needs, at most six."""
     text = f"{value:.6f}".rstrip("0").rstrip(".")
     return number(value, len(text.partition(".")[2]))
-
-
-__all__ = ["words_of_distribution", "words_of_uncertainty"]

@@ -184,6 +184,3 @@ def _mapped(fault: TriSurface, way: Any) -> TriSurface:
         made = TriSurface(fault.name, "fault", lattice=grid)
     made.crs = fault.crs
     return made
-
-
-__all__ = ["FaultDip", "FaultShift", "shifted", "turned"]

@@ -135,6 +135,3 @@ def _cubic(t: np.ndarray, base: np.ndarray, n: int) -> tuple[np.ndarray, np.ndar
         axis=1,
     )
     return np.clip(base[:, None] + np.arange(-1, 3), 0, n - 1), weights
-
-
-__all__ = ["FieldGrid"]

@@ -230,6 +230,3 @@ def _turned(row: np.ndarray, *axes: int) -> np.ndarray:
     """A row of the torus, counted backwards from its first node along some axes."""
     # The first node stays where it is.
     return np.roll(np.flip(row, axes), 1, axes)
-
-
-__all__ = ["GaussianField", "torus_of"]

@@ -161,6 +161,3 @@ def _shares(
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     product: np.ndarray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return product
-
-
-__all__ = ["HorizonData"]

@@ -150,6 +150,3 @@ def juxtaposition(result: xarray.Dataset) -> xarray.Dataset:
         data[key] = ("pair", np.quantile(values, share, axis=0), area)
     data["mean"] = ("pair", values.mean(axis=0), area)
     return xr.Dataset(data, {name: ("pair", result[name].values) for name in PairKey._fields})
-
-
-__all__ = ["PairAreas", "areas_of", "juxtaposition"]

@@ -119,6 +119,3 @@ def _intervals(names: list[str]) -> list[str]:
     # The names that units have.
     between = [f"{a}/{b}" for a, b in pairwise(names)]
     return [f"above {names[0]}", *between, f"below {names[-1]}"]
-
-
-__all__ = ["Layers"]

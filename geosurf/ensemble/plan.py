@@ -17,7 +17,7 @@ from geosurf.ensemble.change import Change, Prepared, Uncertainty
 from geosurf.ensemble.draws import Draws
 from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
-from geosurf.ensemble.models import Model, add_to
+from geosurf.ensemble.models import add_to
 from geosurf.ensemble.record import Record, UnitKey
 from geosurf.errors import GeosurfError, InputError
 from geosurf.scene import Scene
@@ -211,6 +211,3 @@ def vector(numbers: dict[str, float], parameters: list[str]) -> np.ndarray:
 def words_of(plan: Plan) -> str:
     """Return what is uncertain, in words."""
     return f"{counted(len(plan.uncertain), 'parameter')}: {', '.join(plan.parameters)}"
-
-
-__all__ = ["Model", "Plan", "uncertainties", "vector", "words_of"]

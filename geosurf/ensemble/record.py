@@ -129,6 +129,3 @@ def expect_ensemble(result: Any, who: str) -> None:
             f"{who} takes the results of an ensemble, not {type(result).__name__}. Pass what "
             "run_ensemble or open_ensemble returns."
         )
-
-
-__all__ = ["PairKey", "Record", "UnitKey", "expect_ensemble"]

@@ -335,6 +335,3 @@ def _ranks(values: np.ndarray) -> np.ndarray:
     last = np.cumsum(count)
     ranks: np.ndarray = (last - 0.5 * (count + 1.0))[inverse]
     return ranks
-
-
-__all__ = ["convergence", "open_ensemble", "quantiles", "tornado", "volumes_by"]

@@ -193,6 +193,3 @@ def uncertainty_of(entry: UncertainInput) -> Uncertainty:
     }
     made: Uncertainty = makers[entry.kind]()
     return made
-
-
-__all__ = ["ScenarioModel", "uncertainty_of"]

@@ -66,6 +66,3 @@ def quantile_text(result: xarray.Dataset, by: str = "contact") -> str:
         numbers = (float(found[column][row]) / 1e6 for column in COLUMNS[:3])
         lines.append(f"{name:<{width}}" + "".join(f"{number:12.3f}" for number in numbers))
     return "\n".join(lines)
-
-
-__all__ = ["quantile_csv", "quantile_text"]

@@ -183,6 +183,3 @@ def largest_throw(throw: Any) -> float:
         return 0.0
     values = throw.values if hasattr(throw, "dims") else np.asarray(throw, dtype=np.float64)[:, 1]
     return float(np.nanmax(np.abs(values)))
-
-
-__all__ = ["Factor", "Throw", "largest_throw", "times"]

@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, SurfaceError
-from geosurf.faults.box_exits import clip_steps, exits, rim_in_box, segments_meet_box
+from geosurf.faults.box_exits import exits, rim_in_box, segments_meet_box
 from geosurf.faults.lines import Guides, directions, guides_of
 from geosurf.faults.notches import filled_lengths, strip, without_notches
 from geosurf.faults.rim import Rim, find_rim, normals_of
@@ -274,14 +274,3 @@ def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -
         place=where,
         surfaces=(name,),
     )
-
-
-__all__ = [
-    "clip_steps",
-    "continue_side",
-    "exits",
-    "extend_fault",
-    "extend_to",
-    "rim_in_box",
-    "segments_meet_box",
-]

@@ -146,6 +146,3 @@ def _leaves(name: str, halves: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]
     if name not in halves:
         return (name,)
     return tuple(leaf for half in halves[name] for leaf in _leaves(half, halves))
-
-
-__all__ = ["BOTH", "Halves", "halves_of"]

@@ -66,6 +66,3 @@ def _part(surface: TriSurface, name: str, rows: np.ndarray) -> TriSurface:
     vertices = surface.vertices[used]
     part = TriSurface(name, surface.role, vertices, t.reshape(-1, 3), vertex_data=data)
     return in_crs_of(part, [surface])
-
-
-__all__ = ["split_fault"]

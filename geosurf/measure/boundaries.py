@@ -75,6 +75,3 @@ def boundaries_of(patches: Patches, units: Units) -> Boundaries:
     x, triangles = patches.local, np.ascontiguousarray(patches.triangles[rows])
     boxes, codes, _, _ = survey_list(x, triangles)
     return Boundaries(patches.origin, x, triangles, boxes, build_list_tree(boxes, codes))
-
-
-__all__ = ["Boundaries", "boundaries_of"]

@@ -326,6 +326,3 @@ def _bin_shapes(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         if n == 1:
             return
         n = max(n // 4, 1)
-
-
-__all__ = ["Locator", "locator_of"]

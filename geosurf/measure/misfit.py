@@ -190,6 +190,3 @@ def _dataset(tops: Tops, rows: Sequence[_Row]) -> xarray.Dataset:
     data["n_values"] = ("top", np.array([row.values for row in rows], dtype=np.int64))
     attrs = {"definition": "misfit is model minus picked", "statuses": dict(STATUSES)}
     return xr.Dataset(data, attrs=attrs)
-
-
-__all__ = ["well_misfit"]

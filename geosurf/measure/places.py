@@ -265,6 +265,3 @@ def _check_finite(places: Places) -> None:
 def _all_of(places: Places) -> tuple[np.ndarray, ...]:
     """All coordinates, in as few arrays as there are."""
     return places.axes if places.rows is None else (places.rows,)
-
-
-__all__ = ["NAMES", "Places", "places_of"]

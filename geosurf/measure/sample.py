@@ -182,6 +182,3 @@ def _labels(
     }
     # units have names of their own, so that their rows are the codes
     return found if len(known) == len(words) else values[found], attrs
-
-
-__all__ = ["RULE", "sample_units"]

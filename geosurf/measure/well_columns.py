@@ -99,6 +99,3 @@ def fault_between(elevation: np.ndarray, names: Sequence[str], picked: float, mo
     if not len(inside):
         return ""
     return names[inside[np.abs(elevation[inside] - picked).argmin()]]
-
-
-__all__ = ["Columns", "columns_through", "fault_between", "nearest_first"]

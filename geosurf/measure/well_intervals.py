@@ -282,6 +282,3 @@ def _shares(p: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
         inside &= (share >= 0.0) & (share <= 1.0)
     rows: np.ndarray = share[inside]
     return rows
-
-
-__all__ = ["intervals_of_wells", "well_intervals", "wells_of"]

@@ -179,9 +179,3 @@ def _known(name: Any, faults: Sequence[str], what: str) -> None:
             f"{what} {name!r}, which is not a fault. The faults are "
             f"{known_names(faults, name)} {HOW}."
         )
-
-
-__all__ = [
-    "BOUNDARY", "EITHER", "ENDS", "NEAREST", "VirtualWall", "fault_of", "read_compartments",
-    "separators", "virtual_name",
-]  # fmt: skip

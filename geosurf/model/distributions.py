@@ -278,16 +278,3 @@ def _numbers(values: Any, what: str) -> tuple[float, ...]:
     if not all(map(is_number, listed)):
         raise InputError(f"{what} must be finite numbers, as in Discrete([0, 5], [1, 2]).")
     return tuple(map(float, listed))
-
-
-__all__ = [
-    "TAIL",
-    "Constant",
-    "Discrete",
-    "Distribution",
-    "Normal",
-    "Triangular",
-    "Uniform",
-    "distribution_of",
-    "reach_of",
-]

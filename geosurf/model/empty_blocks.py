@@ -90,6 +90,3 @@ def in_order(filling: Mapping[str, bool | str]) -> list[str]:
             if name not in done and (isinstance(onto, bool) or onto in done)
         ]
     return done
-
-
-__all__ = ["WAYS", "filling_by_horizon", "in_order"]

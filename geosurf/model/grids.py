@@ -286,6 +286,3 @@ def _triple(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
         + (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) * c[..., 2]
     )
     return found
-
-
-__all__ = ["CornerPointGrid", "GridFaces"]

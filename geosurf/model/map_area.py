@@ -36,6 +36,3 @@ def rows_of_contacts(names: Sequence[str], contacts: Sequence[str]) -> list[int]
     """
     inside = tuple(f"{contact} in " for contact in contacts)
     return [i for i, name in enumerate(names) if name in contacts or name.startswith(inside)]
-
-
-__all__ = ["rows_of_contacts", "upper_area"]

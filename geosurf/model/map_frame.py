@@ -48,6 +48,3 @@ class MapFrame:
     def least_step(self) -> tuple[float, float]:
         """No step along columns, and along rows, is shorter [m]; below 0: nothing is proven."""
         return math.hypot(*self.column) - 2.0 * self.off, math.hypot(*self.row) - 2.0 * self.off
-
-
-__all__ = ["MapFrame"]

@@ -104,6 +104,3 @@ def _column(
 ) -> Column:
     dims = (dims,) if isinstance(dims, str) else dims
     return Column(dims, np.asarray(values), dict(attrs or {}))
-
-
-__all__ = ["Column", "PlainDataset"]

@@ -199,6 +199,3 @@ def missing_members(thing: object, wanted: type) -> tuple[str, ...]:
     own: Mapping[str, Any] = getattr(thing, "__dict__", {})
     # The class is asked, not the object: a property of a scene would be computed.
     return tuple(n for n in members if n not in own and not hasattr(type(thing), n))
-
-
-__all__ = ["DrawnModel", "MeasuredModel", "PlottedModel", "ReportedModel", "missing_members"]

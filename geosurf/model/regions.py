@@ -102,6 +102,3 @@ def _between(axis: np.ndarray, low: float, high: float) -> np.ndarray:
     """Cells along an axis that meet an interval."""
     ends = np.minimum(axis[:-1], axis[1:]), np.maximum(axis[:-1], axis[1:])
     return np.flatnonzero((ends[0] <= high) & (ends[1] >= low))
-
-
-__all__ = ["Boxes", "Line"]

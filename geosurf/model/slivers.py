@@ -124,6 +124,3 @@ def _volume(value: Any) -> float:
             f"slivers: the volume is {value!r}, expected cubic metres, 0 or more. {HOW}."
         )
     return float(value)
-
-
-__all__ = ["SHARE", "MergedSliver", "SliverSettings", "sliver_settings"]

@@ -108,6 +108,3 @@ def tie_settings(tie: Any) -> TieSettings | None:
     # what was left out takes its default; `assumed` says that the range was nobody's choice
     values = {key: float(value) for key, value in tie.items()}
     return TieSettings(**values, assumed="range" not in values)
-
-
-__all__ = ["RANGE", "TOLERANCE", "TieReport", "TieSettings", "tie_settings"]

@@ -118,6 +118,3 @@ def tops_of(tops: Any) -> Tops:
             f"{horizons[first]!r} in well {wells[first]!r}. Leave these tops out."
         )
     return Tops(wells, horizons, frozen(points + 0.0, np.float64), crs_of(tops))
-
-
-__all__ = ["COLUMNS", "Tops", "tops_of"]

@@ -60,6 +60,3 @@ def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
 def _crs(units: Units) -> dict[str, str]:
     """The reference system as an attribute of tables, if there is one."""
     return {} if units.crs is None else {"crs": units.crs}
-
-
-__all__ = ["labels_of", "table_of", "volumes_of"]

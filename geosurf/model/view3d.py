@@ -68,6 +68,3 @@ class View3D:
     box: tuple[float, ...]
     exaggeration: float = 1.0
     explode: float = 0.0
-
-
-__all__ = ["Body", "View3D"]

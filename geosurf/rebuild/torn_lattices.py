@@ -49,6 +49,3 @@ def as_lattice(surface: TriSurface) -> TriSurface:
         made.lattice = torn
         surface.__dict__["_in_lattice"] = made
     return made
-
-
-__all__ = ["as_lattice", "with_torn_lattices"]

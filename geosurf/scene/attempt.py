@@ -50,6 +50,3 @@ class Attempt:
             return ""
         name = type(self.error).__name__
         return f"{name}: {self.error}. This is a fault of geosurf: please report it"
-
-
-__all__ = ["Attempt"]

@@ -122,6 +122,3 @@ def curves_of_all(
             parts.append(((i, j), part))
 
     return in_crs_of(merge_curves(inputs.names, origin, parts), surfaces)
-
-
-__all__ = ["curves_of_all", "curves_of_pair", "remembered_curves"]

@@ -93,6 +93,3 @@ def _in_words(made: list[TriSurface]) -> str:
         return "all nodes: fewer would be off by more than the tolerance"
     off = max(float(one.vertex_data["vertical_error"].max()) for one in made)
     return f"{made[0].n_vertex} nodes each, at most {off:.2g} m off"
-
-
-__all__ = ["decimated"]

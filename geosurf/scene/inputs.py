@@ -436,6 +436,3 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
                 f"{did_you_mean(name, inputs)}"
             )
     return {name: one for name, one in {**inputs, **changed}.items() if one is not None}
-
-
-__all__ = ["INPUTS", "Box", "SceneInputs", "as_mapping", "or_empty", "refuse_assignment"]

@@ -65,6 +65,3 @@ class InteractiveView:
             f'height="{HEIGHT}" style="border:0" title="{escape(self.title)}" '
             f'srcdoc="{escape(self.page)}"></iframe>'
         )
-
-
-__all__ = ["InteractiveView"]

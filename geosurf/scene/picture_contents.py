@@ -105,14 +105,3 @@ def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
             guess = did_you_mean(name, known)
             effect = f"No surface, zone, block or unit is called {name!r}: its colour is not used."
             warn(GeosurfWarning("picture", "colours", effect, f"Correct the name.{guess}"))
-
-
-__all__ = [
-    "cut_horizons",
-    "map_of",
-    "middle_lines",
-    "neighbours",
-    "thickness_of",
-    "tops_of_scene",
-    "warn_of_colours",
-]

@@ -308,6 +308,3 @@ class ScenePlots:
         units = [(unit.zone, unit.volume, unit.zone_map_area) for unit in self.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
         return plot_column(zones, dict(self.column), ax, **look)
-
-
-__all__ = ["ScenePlots"]

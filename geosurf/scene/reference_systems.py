@@ -99,6 +99,3 @@ def _of_file(path: Path) -> str | None:
     if key not in FEATURES:
         return None
     return features(path).crs
-
-
-__all__ = ["check_system_of_places", "crs_of_outline", "refuse_other_systems"]

@@ -157,6 +157,3 @@ def _title_of(thing: Any, drawn: Any) -> str:
     if isinstance(drawn, Units):
         return counted(len(drawn), "unit")
     return str(getattr(thing, "name", type(thing).__name__))
-
-
-__all__ = ["ShownScene", "checked_max_triangle", "show"]

@@ -74,6 +74,3 @@ def lines_on(patches: Patches, horizon: str) -> dict[str, list[np.ndarray]]:
         edges = np.stack(np.divmod(keys, len(patches.local)), axis=1)
         found[name] = [patches.vertices[line] for line in chains_of(edges, patches.local)]
     return found
-
-
-__all__ = ["find_virtual_walls", "lines_on"]

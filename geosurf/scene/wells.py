@@ -122,6 +122,3 @@ def remembered_tie(
     # later stages find the tied surface by what it was made of
     memory.made_of(found[0], key)
     return found
-
-
-__all__ = ["opened_tops", "remembered_tie", "tied_surface", "warnings_of_names"]

@@ -376,6 +376,3 @@ def _as_array(
         coords = {"easting": (dims, frame.easting), "northing": (dims, frame.northing)}
     coords[EXTRAPOLATED] = (dims, new)
     return xr.DataArray(z, coords, dims, name=name, attrs=attrs)
-
-
-__all__ = ["as_lattice", "extend_horizon", "warning_of_extrapolation"]

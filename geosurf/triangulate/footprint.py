@@ -243,6 +243,3 @@ def _axes_of(lattice: Lattice) -> Axes | None:
     if np.linalg.det(axes.steps) < 0:
         axes = Axes(axes.corner, axes.steps * [[1.0], [-1.0]])
     return axes
-
-
-__all__ = ["REGULAR", "Axes", "Footprint", "footprint_of", "footprints_of"]

@@ -161,6 +161,3 @@ def _turns(points: np.ndarray, p: np.ndarray, q: np.ndarray, r: np.ndarray) -> n
     out = np.empty(len(p), dtype=np.int64)
     orient2d_rows(x, np.stack([p, q, r], axis=1).astype(np.int64), m, w, out)
     return out
-
-
-__all__ = ["lies_inside", "moved_inward", "with_fewer_corners"]

@@ -307,5 +307,3 @@ FORMS: tuple[tuple[Callable[[Any], bool], Callable[..., Any]], ...] = (
     (_has("vertices", "triangles"), _mesh_of("triangles")),
     (_has("vertices", "edges"), _mesh_of("edges")),
 )
-
-__all__ = ["own_form"]

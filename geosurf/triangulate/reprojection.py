@@ -186,6 +186,3 @@ def _converted(
             )
         )
     return np.asarray(made_x), np.asarray(made_y)
-
-
-__all__ = ["reproject"]

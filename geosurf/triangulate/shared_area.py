@@ -381,6 +381,3 @@ def _common_lines(axes: Sequence[np.ndarray | None]) -> np.ndarray:
     for axis in axes[1:]:
         found = np.intersect1d(found, np.asarray(axis))
     return found
-
-
-__all__ = ["SharedArea", "shared_area"]

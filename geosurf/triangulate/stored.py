@@ -306,9 +306,3 @@ def _differences(grid: StoredGrid, nodes: Frame, limit: float) -> Differences | 
         size = max(size, float(np.abs(z).max()))
     found = bounded_differences(few, cells, nodes, nodes.cols, nodes.wide, size, limit)
     return found if isinstance(found, Differences) else None
-
-
-__all__ = [
-    "StoredGrid", "cropped", "decimate_stored", "is_stored", "lack_of_memory", "read_stored",
-    "refusal",
-]  # fmt: skip

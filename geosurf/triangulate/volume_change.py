@@ -144,6 +144,3 @@ def _items_of(surface: TriSurface, corner: np.ndarray) -> tuple[np.ndarray, np.n
     normals = np.divide(normals, size, out=np.zeros_like(normals), where=size > 0)
     planes = np.column_stack([normals, (normals * a).sum(axis=1)])
     return np.hstack([np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)]), planes
-
-
-__all__ = ["bound_of_change"]

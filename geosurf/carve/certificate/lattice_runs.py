@@ -217,6 +217,3 @@ def _in_rows(strips: Strips) -> bool:
 def _in_order(rows: np.ndarray, n: int) -> bool:
     """Whether rows rise strictly and are below n."""
     return not len(rows) or bool((np.diff(rows) > 0).all() and rows[0] >= 0 and rows[-1] < n)
-
-
-__all__ = ["LatticeRuns", "height_in_map", "read_runs"]

@@ -79,6 +79,3 @@ class NearRuns:
             corners = one.corners(keys[mine], self.origin)
             out.append((corners, one.first + run[mine]))
         return out
-
-
-__all__ = ["NearRuns"]

@@ -62,6 +62,3 @@ def crossed_by(patches: Patches, name: str) -> set[str]:
         if (piece[order[:-1][same] // 3] != piece[order[1:][same] // 3]).any():
             found.add(other)
     return found
-
-
-__all__ = ["areas_of", "crossed_by", "edge_keys", "edges_of", "pieces_between", "rows_of"]

@@ -208,6 +208,3 @@ def at_levels(line: np.ndarray, levels: np.ndarray) -> np.ndarray:
     found = np.stack([np.interp(levels, z, line[order, k]) for k in range(3)], axis=1)
     found[(levels < z[0]) | (levels > z[-1])] = np.nan
     return found
-
-
-__all__ = ["Join", "Target", "TipLine", "join_to", "join_to_boundary", "joins_by_length"]

@@ -172,6 +172,3 @@ def stood_in(picks: Picks, nodes: np.ndarray, other: StandIn) -> Picks:
     present = np.isfinite(z)
     order = np.argsort(node[present], kind="stable")
     return replace(picks, given_node=node[present][order], z=z[present][order])
-
-
-__all__ = ["StandIn", "nodes_to_stand_in", "parts_of", "stood_in"]

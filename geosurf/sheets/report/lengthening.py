@@ -65,6 +65,3 @@ def longer_by(before: TriSurface, after: TriSurface) -> dict[str, float]:
         if far < math.inf and far > 0.0:
             found[side] = far
     return found
-
-
-__all__ = ["end_at", "how_to_lengthen", "longer_by"]

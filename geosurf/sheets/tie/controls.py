@@ -103,6 +103,3 @@ def shares_in(cut: CutHorizon, triangle: np.ndarray, places: np.ndarray) -> np.n
     turn[flat], total[flat] = 1.0, 3.0
     shares: np.ndarray = turn / total
     return shares
-
-
-__all__ = ["Controls", "controls_of", "shares_in"]

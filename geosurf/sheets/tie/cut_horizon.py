@@ -123,6 +123,3 @@ def _edge_keys(triangles: np.ndarray, n_vertex: int) -> np.ndarray:
 def place_keys(points: np.ndarray) -> np.ndarray:
     """Easting and northing of points as one complex number each, to find equal places."""
     return np.ascontiguousarray(points[:, :2]).view(np.complex128).ravel()
-
-
-__all__ = ["CutHorizon", "cut_horizon", "place_keys"]
