@@ -2,7 +2,7 @@
 
 Where two faults cross closer to a horizon than their throws, a wedge between them has no piece of
 it, and the wedges next to it lie on both sides. A horizon that throw moved states where it would be
-in that wedge (`geosurf.model.sectors`). It is not in the cell, which topology shows exactly; so
+in that wedge (`geosurf.model.sheets`). It is not in the cell, which topology shows exactly; so
 all corners of the cell lie on one side of where it would be. Corners on both sides mean that the
 horizon ought to be there: the cell stays unknown, which is refused.
 """
@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.model import Patches
-from geosurf.model.sectors import Sector
+from geosurf.model.surfaces import Sector
 
 ROUNDING = 1e-9  # metres: a corner as near as this to where the horizon would be says nothing
 

@@ -298,7 +298,7 @@ def _add_ensemble(add: Callable[..., Any]) -> None:
     ensemble.add_argument(
         "--processes",
         action=argparse.BooleanOptionalAction,
-        help="worker processes, not threads (default: what is expected to end earlier)",
+        help="worker processes, not threads (default: from 50 realisations on)",
     )
 
 

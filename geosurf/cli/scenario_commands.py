@@ -263,7 +263,7 @@ class _Log:
 
     def __call__(self, line: str) -> None:
         """Show a line, or leave it out."""
-        from geosurf.ensemble.progress import console_line
+        from geosurf.ensemble.run import console_line
 
         if sys.stderr is None or sys.stderr.isatty():
             console_line(line)
@@ -441,7 +441,7 @@ def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
     from geosurf.scenario.execute import compute
     from geosurf.scenario.step_log import StepLog
-    from geosurf.scene.stored_checks import check_with_cache
+    from geosurf.scene.result_cache import check_with_cache
 
     scenario, cache = scenario_of(options), cache_of(options)
     progress = live_progress(options, steps=False)

@@ -18,7 +18,6 @@ record.py          the result of one realisation; maps.py: its maps
 juxtapositions.py  zones that face each other across faults
 on_dask.py         realisations on Dask: threads, processes, clusters
 store.py           the Zarr store; sums.py: its maps
-progress.py        progress with the time left
 results.py         quantiles, convergence, tornado; tables.py: as text
 report.py          one HTML page; charts.py: its figures
 scenario_model.py  the tables [ensemble] and [[uncertain]] of a scenario

@@ -11,12 +11,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from geosurf.ensemble.change import Change
+from geosurf.ensemble.draws import stream_of
 from geosurf.ensemble.horizon_data import HorizonData
-from geosurf.ensemble.streams import stream_of
 from geosurf.ensemble.throws import Factor
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.tear_plan import TearPlan
+from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import Tops
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults

@@ -8,9 +8,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
-import time
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
 from typing import Any
@@ -24,13 +22,11 @@ from geosurf.ensemble.worker_processes import (
     dumps,
     interpreter,
     lost,
-    processes_pay,
 )
 from geosurf.errors import DependencyError, InputError, WorkerError
 
 OnRecord = Callable[[Record], None]
-_FEW = 8  # realisations: fewer are in threads
-_MANY = 50  # realisations that move surfaces: workers start with the base case
+_MANY = 50  # realisations that move surfaces, from which they run in processes
 _UNSENT = (TypeError, AttributeError, pickle.PicklingError)
 _PLANS: dict[str, Plan] = {}  # of a worker of a cluster: the one that it works on
 
@@ -63,12 +59,10 @@ def check_workers(workers: Any) -> int:
 
 
 def workers_for(plan: Plan, n: int, client: Any, workers: int, processes: bool | None) -> Workers:
-    """Return the worker processes of an ensemble; some start before they have a plan.
+    """Return the worker processes of an ensemble, none where it runs in threads.
 
-    All start at once where `processes` is True. Where it is left open, this process is one of the
-    workers. The others start at once for long ensembles that move surfaces, which end as processes
-    on nearly all machines; for shorter ones, if the base case takes longer than such a start. At
-    worst, other cores have imported geosurf in vain.
+    Where `processes` is left open, long ensembles that move surfaces run in processes, and this one
+    is a worker, too. Functions that build scenes stay in threads: they may have effects here.
 
     Raises
     ------
@@ -83,17 +77,15 @@ def workers_for(plan: Plan, n: int, client: Any, workers: int, processes: bool |
                 f"{sys.executable or 'this program'} is not a Python program, and cannot start "
                 "workers. Leave out processes=True."
             )
-        return Workers(min(workers, n), after=0.0)
-    others = min(workers, n) - 1 if interpreter() and plan.model.is_data else 0
+        return Workers(min(workers, n))
     moves = any(not isinstance(one, ContactLevel) for one in plan.uncertain)
-    if not others or n < _FEW or not moves:
-        return Workers(others)
-    return Workers(others, after=0.0 if n >= _MANY else Workers.start_time)
+    pays = n >= _MANY and moves and plan.model.is_data and interpreter()
+    return Workers(min(workers, n) - 1 if pays else 0)
 
 
-def give_early(plan: Plan, pool: Workers, processes: bool | None) -> None:
-    """Give the started plan to worker processes that have started: nothing has to be decided."""
-    if not pool.settle():
+def give_plan(plan: Plan, pool: Workers, processes: bool | None) -> None:
+    """Give the started plan to worker processes, if there are any."""
+    if not pool.n:
         return
     try:
         pool.give(dumps(plan))
@@ -128,10 +120,9 @@ def run_on_dask(
     workers : int
         Realisations at once.
     processes : bool, optional
-        Whether workers are processes, not threads. Default: whatever is expected to end earlier,
-        by the time of the first realisation.
+        As for `workers_for`.
     pool : Workers
-        Of `workers_for`; `give_early` may have given them the plan.
+        Of `workers_for`; `give_plan` may have given them the plan.
 
     Raises
     ------
@@ -145,8 +136,6 @@ def run_on_dask(
     if client is not None:
         _on_cluster(plan, wanted, on_record, client)
         return
-    if processes is None and not pool.given:
-        _try(plan, wanted, on_record, workers, pool)
     if pool.given:
         if not processes:
             pool.free.put(_on_one_core(plan.run))
@@ -187,21 +176,6 @@ def _on_one_core(run: Callable[[int], Record]) -> Callable[[int], Record]:
             return run(realization)
 
     return alone
-
-
-def _try(plan: Plan, wanted: list[int], on_record: OnRecord, workers: int, pool: Workers) -> None:
-    """Run some realisations in threads, and give the plan to processes if these are faster."""
-    # A function may have effects that the caller waits for: it stays in this process.
-    if not pool.n or len(wanted) < _FEW + workers:
-        return
-    on_record(plan.run(wanted.pop(0)))  # it loads what the others find
-    some = [wanted.pop(0) for _ in range(workers)]
-    start, used = time.monotonic(), time.process_time()
-    _in_threads(plan, some, on_record, workers)
-    together, each = time.monotonic() - start, (time.process_time() - used) / workers
-    if processes_pay(each, together, len(wanted), workers, Workers.start_time):
-        with suppress(*_UNSENT):  # threads take anything
-            pool.give(dumps(plan))
 
 
 def _on_cluster(plan: Plan, wanted: list[int], on_record: OnRecord, client: Any) -> None:

@@ -18,17 +18,12 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from time import process_time
-from typing import Any, BinaryIO, ClassVar
+from typing import Any, BinaryIO
 
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
 from geosurf.errors import GeosurfError, WorkerError
-from geosurf.kernels.compile.jit import RUNNER
 
-# s until a worker has imported geosurf and read the plan: with frozen kernels, and with numba.
-# They count until the first worker of a process has measured it.
-FROZEN, LOADED = 0.8, 1.4
 _CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from geosurf.ensemble.worker_processes import serve; serve()"
@@ -41,39 +36,6 @@ _ERRORS = (
 )  # fmt: skip
 
 Runner = Callable[[int], Record]
-
-
-def processes_pay(each: float, together: float, n: int, workers: int, wait: float) -> bool:
-    """Whether processes end earlier than threads, which wait for the lock of Python.
-
-    Parameters
-    ----------
-    each : float
-        Processor time of a realisation [s].
-    together : float
-        Time that as many realisations as there are workers took in threads [s].
-    n : int
-        Realisations.
-    workers : int
-        Realisations at once.
-    wait : float
-        Until worker processes have started [s].
-
-    Examples
-    --------
-    Two threads have kept one and a half cores busy:
-
-    >>> processes_pay(0.3, 0.4, 100, 2, 1.0), processes_pay(0.3, 0.4, 9, 2, 1.0)
-    (True, False)
-
-    Two cores:
-
-    >>> processes_pay(0.3, 0.3, 100, 2, 1.0)
-    False
-    """
-    # This process takes part, and need not start.
-    in_processes = (n * each + wait * (workers - 1)) / workers
-    return bool(interpreter()) and workers > 1 and in_processes < n * together / workers
 
 
 def interpreter() -> str:
@@ -95,68 +57,37 @@ class Workers:
     """
     Some worker processes, as a context: they end with it.
 
-    Each imports geosurf, waits for a plan, and is free when it has read it.
+    Each imports geosurf while the caller builds the base case, waits for a plan, and is free when
+    it has read it.
 
     Parameters
     ----------
     n : int
         Processes.
-    after : float, optional
-        Seconds after which they start by themselves, while the caller builds the base case on
-        another core. Default: when a plan is given.
 
     Attributes
     ----------
-    start_time : float
-        Processor time that the last worker of this process took until it was free [s]; before the
-        first one, what that takes on a quiet machine.
     given : bool
         Whether they have a plan.
     """
 
-    start_time: ClassVar[float] = LOADED if RUNNER.compiles else FROZEN
-
-    def __init__(self, n: int, after: float | None = None) -> None:
-        self.n, self.after = n, after
+    def __init__(self, n: int) -> None:
+        self.n = n
         self.free: queue.SimpleQueue[Runner] = queue.SimpleQueue()
         self.processes: list[subprocess.Popen[bytes]] = []
         self.given = False
-        self._settled, self._lock = False, threading.Lock()
-        self._timer = threading.Timer(after or 0.0, self._by_themselves)
 
     def __enter__(self) -> Workers:
-        if self.after == 0.0:
-            self._begin()
-        elif self.after is not None:
-            self._timer.daemon = True
-            self._timer.start()
+        self.processes = [_start() for _ in range(self.n)]
         return self
 
     def __exit__(self, *_: object) -> None:
         # Also where an error stops all: what they work on is not wanted any more.
-        self.settle()
         _end(self.processes)
 
-    def settle(self) -> bool:
-        """Whether they have started; if not, they do so when a plan is given."""
-        self._timer.cancel()
-        with self._lock:  # a start that has begun is waited for
-            self._settled = True
-        return bool(self.processes)
-
-    def _by_themselves(self) -> None:
-        with self._lock:
-            if not self._settled:
-                self._begin()
-
-    def _begin(self) -> None:
-        if not self.processes:
-            self.processes = [_start() for _ in range(self.n)]
-
     def give(self, data: bytes) -> None:
-        """Send a plan, as `dumps` makes it, to all processes; they start now if they have not."""
+        """Send a plan, as `dumps` makes it, to all processes."""
         self.given = True
-        self._begin()
         # Each is waited for by a thread of its own: reading the plan takes a while.
         for process in self.processes:
             threading.Thread(target=self._greet, args=(process, data), daemon=True).start()
@@ -179,7 +110,7 @@ class Workers:
 
         ready: Runner = _Failed(WorkerError(lost(f"{self.n} worker processes")))
         try:
-            Workers.start_time = self._asked(process, data)
+            self._asked(process, data)
             ready = runner
         except _ERRORS as error:  # `run` raises it in the thread that asks
             ready = _Failed(error)
@@ -254,7 +185,7 @@ def serve() -> None:
     # Ctrl-C is for the caller, which ends its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     plan: Plan | None = None
-    # The answer to the plan is what it took until then; until the caller is gone.
+    # Until the caller is gone.
     with suppress(EOFError, OSError):
         while True:
             answer: Any = None
@@ -265,7 +196,6 @@ def serve() -> None:
                     plan = asked
                     # What is there stays: nobody has to look for garbage in it.
                     gc.freeze()
-                    answer = process_time()
                 else:
                     answer = plan.run(asked)
             except EOFError:
@@ -284,4 +214,4 @@ def _packed(answer: Any, error: Exception | None) -> bytes:
         return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-__all__ = ["Workers", "dumps", "interpreter", "lost", "processes_pay", "serve"]
+__all__ = ["Workers", "dumps", "interpreter", "lost", "serve"]

@@ -4,7 +4,6 @@
 rules.py            truncations and extensions as users give them; their order
 split.py            each piece of a mesh as a fault of its own
 halves.py           older faults that end at a younger one on both sides: two halves
-area.py             what of the faults lies inside an area of interest
 rim.py              the open rim of a fault: start, end, up and down
 lines.py            which way a fault goes on beyond its rim
 extend.py           extension until the fault leaves the model box
@@ -14,12 +13,10 @@ notches.py          strips of triangles along a rim, with notches filled
 bridge.py           extension beyond a main fault
 sides.py            on which side of a fault another one leaves their common curve
 truncate.py         truncation: which parts of a fault stay
-truncate_errors.py  faults that their main fault does not cut through, or does not reach
 outside.py          faults that do not reach the model
 short_of_side.py    faults that end just inside of a side of the model
 distance.py         the closest approach of an open end to another fault
 propose.py          contacts, near misses and dangling ends, each with a proposal
-near_misses.py      ends that stop short of another fault
 dangling.py         ends in the model box that are left once a network is as proposed
 ==================  ================================================================
 """

@@ -8,19 +8,19 @@ add up. Main faults come first, and others end at what is left of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
-from geosurf.faults.area import inside_area
+from geosurf.faults.distance import closest_approach, open_edges
 from geosurf.faults.rim import normals_of
 from geosurf.faults.rules import LEVELS, Rule, part_in_words, read_truncations
 from geosurf.faults.sides import Adjacency, adjacency
-from geosurf.faults.truncate_errors import goes_around, not_reached
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import expect
 from geosurf.model.faults import TruncatedFaults, Truncation
@@ -291,3 +291,156 @@ def _part(patches: Patches, name: str, alive: np.ndarray) -> tuple[TriSurface, n
     line = np.lexsort(t.T[::-1])
     parent = patches.parent_of_triangle[rows][line]
     return TriSurface(name, "fault", x[order], t[line]), parent
+
+
+FRONT, BACK = 0, 1
+
+
+def inside_area(patches: Patches, walls: np.ndarray) -> np.ndarray:
+    """
+    Find the triangles that lie inside the walls of a model.
+
+    Parameters
+    ----------
+    patches : Patches
+        Surfaces and the walls that have cut them.
+    walls : ndarray of int64
+        Rows of the walls' triangles: closed, normals out of the model.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_triangle,)
+        False for the walls, and for triangles that lie in one.
+
+    Raises
+    ------
+    GeometryError
+        If a piece goes through the walls without being cut.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, build_walls, rebuild_surfaces
+    >>> corners = [[-1, 1, -3], [9, 1, -3], [9, 1, 3], [-1, 1, 3]]
+    >>> fault = TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]])
+    >>> ring = [(0, 0), (4, 0), (4, 4), (0, 4)]
+    >>> patches = rebuild_surfaces([fault, *build_walls((0, 4, 0, 4, -2, 2), ring)])
+    >>> walls = np.flatnonzero(patches.surface_of_triangle > 0)
+    >>> found = patches.triangles[inside_area(patches, walls)]
+    >>> east = patches.vertices[found][:, :, 0]
+    >>> float(east.min()), float(east.max())
+    (0.0, 4.0)
+    """
+    # surfaces one at a time: pieces of one do not touch pieces of another
+    inside = np.zeros(patches.n_triangle, dtype=bool)
+    is_wall = np.zeros(patches.n_triangle, dtype=bool)
+    is_wall[walls] = True
+    for i in range(len(patches.sources)):
+        rows = np.flatnonzero((patches.surface_of_triangle == i) & ~is_wall)
+        if len(rows):
+            inside[rows] = _of_one(patches, rows, walls)
+    return inside
+
+
+def _of_one(patches: Patches, rows: np.ndarray, walls: np.ndarray) -> np.ndarray:
+    """Which triangles of one surface lie inside, bool (n,)."""
+    # (n_piece, 2): whether a piece meets the front and the back of a wall; normals of walls point
+    # out, so inside is behind
+    beside = adjacency(patches, rows, walls, strict=False)
+    held = beside.beside[:, BACK] & ~beside.within
+    odd = np.flatnonzero(held & beside.beside[:, FRONT])
+    if len(odd):
+        at = patches.triangles[rows[np.flatnonzero(beside.piece == odd[0])[0]], 0]
+        where = patches.vertices[at]
+        name = patches.names[int(patches.surface_of_triangle[rows[0]])]
+        raise GeometryError(
+            f"fault {name!r} lies inside and outside of the area of interest at once, near "
+            f"{place(where)}: its walls are not closed there. Give all that build_walls returns.",
+            place=tuple(where.tolist()), surfaces=(name,),
+        )  # fmt: skip
+
+    # pieces that no wall cuts are inside or outside as a whole: one vertex decides
+    alone = ~beside.beside.any(axis=1) & ~beside.within
+    for piece in np.flatnonzero(alone).tolist():
+        first = rows[np.flatnonzero(beside.piece == piece)[0]]
+        held[piece] = _holds(patches, walls, patches.local[patches.triangles[first, 0]])
+    return held[beside.piece]
+
+
+def _holds(patches: Patches, walls: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a point that is on no wall lies inside: by the sides of the area north of it."""
+    x = patches.local
+    used = x[patches.triangles[walls]].reshape(-1, 3)
+
+    # strictly between bottom and top: a piece on no wall cannot lie in them
+    if not used[:, 2].min() < point[2] < used[:, 2].max():
+        return False
+
+    # triangles of the bottom, whose open edges are the outline of the area in the map
+    level = walls[(x[patches.triangles[walls], 2] == used[:, 2].min()).all(axis=1)]
+    rim = open_edges(patches.triangles[level], len(x))
+
+    # crossing parity along a ray to the north, in fractions: no rounding near the outline.
+    # Half-open in easting, so that a corner counts for one of its two edges
+    px, py = Fraction(float(point[0])), Fraction(float(point[1]))
+    count = 0
+    for a, b in x[rim][:, :, :2].tolist():
+        (ax, ay), (bx, by) = sorted(map(tuple, (a, b)))
+        if ax <= point[0] < bx:
+            ax, ay, bx, by = map(Fraction, (ax, ay, bx, by))
+            count += ay + (by - ay) * (px - ax) / (bx - ax) > py
+    return count % 2 == 1
+
+
+def goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarray) -> Exception:
+    """Describe where the curve ends inside the truncated fault."""
+    used, times = np.unique(beside.edges, return_counts=True)
+    rim = np.unique(open_edges(patches.triangles[mine], len(patches.local)))
+    tips = np.setdiff1d(used[times == 1], rim)
+    at = patches.vertices[tips[0] if len(tips) else used[0]]
+    return GeometryError(
+        f"fault {rule.main!r} does not cut {rule.fault!r} through: {rule.fault!r} goes on around "
+        f"the end of {rule.main!r} at {place(at)}, so that no part can be dropped. Extend "
+        f"{rule.main!r}.",
+        place=at,
+        surfaces=(rule.fault, rule.main),
+    )
+
+
+def not_reached(
+    patches: Patches, rule: Rule, rows: Mapping[str, np.ndarray], inside: np.ndarray
+) -> Exception:
+    """Describe how far a fault stays off its main one in the model box, and where."""
+    for name in (rule.fault, rule.main):
+        if not inside[rows[name]].any():
+            x = patches.vertices[patches.triangles[rows[name]]].reshape(-1, 3)
+            (w, s, b), (e, n, t) = x.min(axis=0), x.max(axis=0)
+            return GeometryError(
+                f"nothing of fault {name!r} (easting {w:.6g} to {e:.6g}, northing {s:.7g} to "
+                f"{n:.7g}, elevation {b:.6g} to {t:.6g}) lies in the model box, so that "
+                f"{rule.fault!r} cannot end at {rule.main!r} there. Leave the rule out, enlarge "
+                "the box, or check positive= and length_unit= of the fault.",
+                surfaces=(rule.fault, rule.main),
+            )
+    one, two = (patches.triangles[r[inside[r]]] for r in (rows[rule.fault], rows[rule.main]))
+    gap = closest_approach(patches.local, one, two)
+    at = gap.at + patches.origin
+    where = f"nearest at {place(at)}"
+    if gap.distance == 0:
+        return GeometryError(
+            f"fault {rule.fault!r} only touches {rule.main!r}, {where}, and cannot end there. "
+            "Leave the rule out, or keep another part of one of them.",
+            place=at,
+            surfaces=(rule.fault, rule.main),
+        )
+    remedy = (
+        "Leave the rule out: they do not meet in the model box, even extended."
+        if rule.extend
+        else f"Extend it to {rule.main!r}: "
+        f"truncations={{{rule.fault!r}: ({rule.main!r}, {rule.keep!r}, True)}}."
+    )
+    return GeometryError(
+        f"fault {rule.fault!r} ends {gap.distance:.6g} m short of {rule.main!r}, {where}, and "
+        f"cannot end there. {remedy}",
+        place=at,
+        surfaces=(rule.fault, rule.main),
+    )

@@ -14,10 +14,10 @@ from geosurf.grid.build import (
     assemble,
     checked,
     columns_of,
+    lattice_over,
     model_of,
     pillars_along_faults,
 )
-from geosurf.grid.lattice import lattice_over
 from geosurf.grid.layers import layers_of
 from geosurf.grid.pillars import Pillars, vertical_pillars
 from geosurf.model.base import in_crs_of

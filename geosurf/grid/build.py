@@ -6,22 +6,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from geosurf.conventions import CONVERSION_ERRORS, is_number
 from geosurf.errors import InputError, InvariantError
 from geosurf.grid import corners as at_corners
 from geosurf.grid.barriers import Below, faults_between, own_side
-from geosurf.grid.cells import PER_COLUMN, faces_of, lengths_in, regions_of_cells
 from geosurf.grid.follow import follow_faults
-from geosurf.grid.lattice import ArealLattice, inside_outline
 from geosurf.grid.layers import Layers
-from geosurf.grid.lines import Pieces, Shell, pieces_along
 from geosurf.grid.pillars import Pillars, vertical_pillars
-from geosurf.grid.refine import refined
+from geosurf.measure.columns import cross_columns
 from geosurf.model import TriSurface, Units
-from geosurf.model.grids import CornerPointGrid
+from geosurf.model.grids import CornerPointGrid, GridFaces
 
 SMOOTH = 5  # columns over which the middle of the grid is averaged
 
@@ -358,3 +356,403 @@ def checked(grid: CornerPointGrid) -> CornerPointGrid:
             "Report it with the surfaces. Until then take vertical pillars, min_dip=None."
         )
     return grid
+
+
+PER_COLUMN = 5  # lines: four at Gauss points, one through the middle
+
+
+def lengths_in(pieces: Pieces, n_line: int, zones: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Length of each line in each zone (n_line, n_zone), and the highest point of each line."""
+    thick = np.zeros((n_line, len(zones)))
+    for k, zone in enumerate(zones):
+        rows = pieces.zone == zone
+        thick[:, k] = np.bincount(pieces.line[rows], pieces.length[rows], minlength=n_line)
+    top = np.full(n_line, -np.inf)
+    np.maximum.at(top, pieces.line, pieces.top)
+    return thick, top
+
+
+def regions_of_cells(
+    pieces: Pieces, thick: np.ndarray, zones: list[int], depths: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the region of each cell: that of the same share of its zone on the line through it.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Of `PER_COLUMN` lines for each column, the middle one last.
+    thick : ndarray of float64, shape (n_column * PER_COLUMN, n_zone)
+        Lengths of the lines in the zones.
+    zones : list of int
+    depths : list of ndarray, each (n_layer, n_column)
+        Depth of the middle of the cells of each zone, as a share of the zone.
+
+    Returns
+    -------
+    (ndarray of int64, ndarray of float64), each (n_layer of all zones, n_column)
+        Region, -1 where no line through the column meets the zone; and its elevation on the middle
+        line, NaN where that does not meet the zone: all cells of the zone are in one region there.
+    """
+    out, heights = [], []
+    for k, zone in enumerate(zones):
+        # the middle line where it meets the zone, else that which meets most of it
+        of_line = thick[:, k].reshape(-1, PER_COLUMN)
+        best = np.where(of_line[:, -1] > 0.0, PER_COLUMN - 1, of_line.argmax(axis=1))
+        column = np.arange(len(of_line))
+        line, found = column * PER_COLUMN + best, of_line[column, best] > 0.0
+
+        # pieces of the zone from the top down, each up to a share of the whole length
+        rows = np.flatnonzero(pieces.zone == zone)
+        if not len(rows):
+            out.append(np.full(depths[k].shape, -1))
+            heights.append(np.full(depths[k].shape, np.nan))
+            continue
+        of, length = pieces.line[rows], pieces.length[rows]
+        first = np.flatnonzero(np.diff(of, prepend=-1))
+        end = np.cumsum(length)
+        start = np.repeat(end[first] - length[first], np.diff(np.append(first, len(of))))
+        total = np.bincount(of, length, minlength=len(thick))[of]
+        share = np.minimum((end - start) / total, 1.0)
+        share[np.append(first[1:], len(of)) - 1] = 1.0
+        central = best == PER_COLUMN - 1
+        depth = np.where(central, np.clip(depths[k], 0.0, 1.0 - 1e-9), 0.5)
+        at = np.minimum(np.searchsorted(of + share, line + depth, "left"), len(rows) - 1)
+        out.append(np.where(found, pieces.region[rows[at]], -1))
+        below_top = depth * total[at] - (end - start - length)[at]
+        z = pieces.top[rows[at]] - np.clip(below_top, 0.0, length[at])
+        heights.append(np.where(found & central, z, np.nan))
+    return np.concatenate(out), np.concatenate(heights)
+
+
+def faces_of(
+    between: tuple[np.ndarray, np.ndarray],
+    faults: Sequence[Below],
+    middles: np.ndarray,
+    height: np.ndarray,
+    zone: np.ndarray,
+    block: np.ndarray,
+) -> GridFaces:
+    """
+    Return the faces on faults, with layers in a row joined.
+
+    Parameters
+    ----------
+    between : (ndarray of bool, ndarray of bool)
+        As `faults_between` returns them, one level for each zone.
+    faults : sequence of Below
+    middles : ndarray of float64, shape (n_zone, ny, nx)
+        Elevation of the middle of each zone in each column, as for `between` [m].
+    height : ndarray of float64, shape (nz, ny, nx)
+        Elevation of the middle of each cell [m]; NaN: as the middle of its zone.
+    zone : ndarray of int64, shape (nz,)
+        Row of `middles` of each layer.
+    block : ndarray of int64, shape (nz, ny, nx)
+        -1 in cells that are not active.
+
+    Returns
+    -------
+    GridFaces
+    """
+    height = np.where(np.isnan(height), middles[zone], height)
+    live = np.asarray((block >= 0).any(axis=0))
+    sides = (live[:, :-1] & live[:, 1:], live[:-1] & live[1:], live)
+    found: list[list[np.ndarray]] = [[], [], []]
+    for fault, below in enumerate(faults):
+        # a fault may cut a column: cells above it and below it have other neighbours than the
+        # middle of their zone, and a face between them
+        here = below(height)
+        turned = here ^ below(middles)[zone]
+        apart_i = between[0][fault][zone] ^ turned[:, :, :-1] ^ turned[:, :, 1:]
+        apart_j = between[1][fault][zone] ^ turned[:, :-1] ^ turned[:, 1:]
+        for axis, apart in enumerate((apart_i, apart_j, here[:-1] ^ here[1:])):
+            found[axis].append(apart & sides[axis])
+    if faults:
+        _at_blocks(found, block)
+    parts = []
+    for axis, of_fault in enumerate(found):
+        for fault, apart in enumerate(of_fault):
+            step = np.diff(np.moveaxis(apart, 0, -1).astype(np.int8), axis=-1, prepend=0, append=0)
+            j, i, start = np.nonzero(step == 1)
+            layers = np.stack([start, np.nonzero(step == -1)[-1]], 1)
+            parts.append((*np.full((2, len(j)), [[fault], [axis]]), np.stack([i, j], 1), layers))
+    if not parts:
+        none = np.empty(0, np.int64)
+        return GridFaces(none, none, np.empty((0, 2), np.int64), np.empty((0, 2), np.int64))
+    of, axis_of, column, layers = (np.concatenate(part) for part in zip(*parts, strict=True))
+    order = np.lexsort((layers[:, 0], column[:, 0], column[:, 1], axis_of, of))
+    return GridFaces(of[order], axis_of[order], column[order], layers[order])
+
+
+def _at_blocks(found: list[list[np.ndarray]], block: np.ndarray) -> None:
+    """Add faces between blocks that rays missed by rounding of tilted pillars, in place.
+
+    They belong to the fault that most other faces between the same two blocks are on.
+    """
+    n_block = int(block.max(initial=0)) + 1
+    ends = [
+        (block[..., :-1], block[..., 1:]), (block[:, :-1], block[:, 1:]), (block[:-1], block[1:])
+    ]  # fmt: skip
+    pairs = [np.minimum(a, b) * n_block + np.maximum(a, b) for a, b in ends]
+    other = [(a != b) & (np.minimum(a, b) >= 0) for a, b in ends]
+    count = np.zeros((len(found[0]), n_block * n_block), dtype=np.int64)
+    for of_fault, pair, differ in zip(found, pairs, other, strict=True):
+        for fault, apart in enumerate(of_fault):
+            count[fault] += np.bincount(pair[apart & differ], minlength=n_block * n_block)
+    owner = np.where(count.any(axis=0), count.argmax(axis=0), -1)
+    for of_fault, pair, differ in zip(found, pairs, other, strict=True):
+        missed = differ & ~np.any(of_fault, axis=0)
+        for fault, apart in enumerate(of_fault):
+            apart |= missed & (owner[np.where(missed, pair, 0)] == fault)
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """The closed boundary of a unit, in coordinates of the lattice.
+
+    Attributes
+    ----------
+    zone, region : int
+    x : ndarray of float64, shape (n_vertex, 3)
+        Along I and J in cells, elevation [m].
+    triangles : ndarray of int64, shape (n_triangle, 3)
+    """
+
+    zone: int
+    region: int
+    x: np.ndarray
+    triangles: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The length of each line in each unit that it meets, sorted by line, then from the top down.
+
+    Attributes
+    ----------
+    line, zone, region : ndarray of int64, shape (n,)
+    length, top : ndarray of float64, shape (n,)
+        Length, and elevation of the highest point [m].
+    """
+
+    line: np.ndarray
+    zone: np.ndarray
+    region: np.ndarray
+    length: np.ndarray
+    top: np.ndarray
+
+
+def pieces_along(shells: Sequence[Shell], feet: np.ndarray, middle: np.ndarray) -> Pieces:
+    """
+    Find how long lines are inside units.
+
+    Parameters
+    ----------
+    shells : sequence of Shell
+    feet : ndarray of float64, shape (n, 2)
+        In coordinates of the lattice.
+    middle : ndarray of float64, shape (2,)
+        Feet on a rim count as if they were a little nearer to this.
+
+    Returns
+    -------
+    Pieces
+    """
+    nothing = np.empty(0)
+    parts: list[tuple[np.ndarray, int, int, np.ndarray, np.ndarray]] = [
+        (np.empty(0, np.int64), 0, 0, nothing, nothing)
+    ]
+    for shell in shells:
+        found = cross_columns(shell.x, shell.triangles, feet, middle)
+        if not len(found.foot):
+            continue
+
+        # a line leaves through the top (+) and enters through the base (-); heights count from the
+        # level of the unit, so that little is lost in the sum
+        level = float(np.round(shell.x[:, 2].mean()))
+        n = len(feet)
+        length = np.bincount(found.foot, found.way * (found.elevation - level), minlength=n)
+        top = np.full(n, -np.inf)
+        np.maximum.at(top, found.foot, found.elevation)
+        rows = np.flatnonzero(length > 0.0)
+        parts.append((rows, shell.zone, shell.region, length[rows], top[rows]))
+    line, length, top = (np.concatenate([part[k] for part in parts]) for k in (0, 3, 4))
+    zone, region = (np.repeat([p[k] for p in parts], [len(p[0]) for p in parts]) for k in (1, 2))
+    order = np.lexsort((-top, zone, line))
+    return Pieces(line[order], zone[order], region[order], length[order], top[order])
+
+
+MOST_COLUMNS = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class ArealLattice:
+    """Equal rectangles on the map.
+
+    Attributes
+    ----------
+    corner : ndarray of float64, shape (2,)
+        Easting and northing of the first corner [m].
+    axes : ndarray of float64, shape (2, 2)
+        Unit vectors along I and J, as rows.
+    cell : ndarray of float64, shape (2,)
+        Size of a cell along I and J [m].
+    shape : (int, int)
+        Number of rows (J) and columns (I).
+    """
+
+    corner: np.ndarray
+    axes: np.ndarray
+    cell: np.ndarray
+    shape: tuple[int, int]
+
+    def to_lattice(self, xy: np.ndarray) -> np.ndarray:
+        """Coordinates in cells along I and J, of places relative to the corner (n, 2)."""
+        # an unrotated lattice only scales: coordinates that are equal stay equal
+        turned = xy if (self.axes == np.eye(2)).all() else xy @ self.axes.T
+        return turned / self.cell
+
+    def to_world(self, uv: np.ndarray) -> np.ndarray:
+        """Easting and northing [m] of coordinates in cells (..., 2)."""
+        return self.corner + (uv * self.cell) @ self.axes
+
+
+def lattice_over(
+    box: tuple[float, ...], aoi: np.ndarray | None, cell: Any, angle: Any
+) -> ArealLattice:
+    """
+    Return the lattice that fills the area of a model with cells of about a size.
+
+    Parameters
+    ----------
+    box : (west, east, south, north, ...)
+        [m]
+    aoi : ndarray of float64, shape (n, 2), or None
+    cell : (dx, dy) or float
+        [m]
+    angle : float or None
+        Direction of I, degrees counter-clockwise from east. Default: along the sides of the
+        smallest rectangle around the area.
+
+    Returns
+    -------
+    ArealLattice
+
+    Raises
+    ------
+    InputError
+        For a size or an angle that is not a number, or too many columns.
+    """
+    size = _size(cell)
+    w, e, s, n = box[:4]
+    outline = np.array([[w, s], [e, s], [e, n], [w, n]]) if aoi is None else np.asarray(aoi)
+    if angle is None:
+        axes = np.eye(2) if aoi is None else _best_axes(outline)
+    elif is_number(angle) and np.isfinite(float(angle)):
+        c, s = np.cos(np.radians(float(angle))), np.sin(np.radians(float(angle)))
+        axes = np.array([[c, s], [-s, c]]) if angle else np.eye(2)
+    else:
+        raise InputError(f"angle is {angle!r}. Give degrees counter-clockwise from east.")
+
+    # whole numbers of cells that fill the rectangle: each is about as large as asked
+    along = (outline - outline[0]) @ axes.T
+    low, span = along.min(axis=0), np.ptp(along, axis=0)
+    count = np.maximum(np.round(span / size), 1)
+    if count.prod() > MOST_COLUMNS:
+        raise InputError(
+            f"cells of {size[0]:g} x {size[1]:g} m give {count.prod():.3g} columns; the limit is "
+            f"{MOST_COLUMNS:g}. Choose larger cells."
+        )
+    nx, ny = count.astype(np.int64).tolist()
+    return ArealLattice(outline[0] + low @ axes, axes, span / count, (ny, nx))
+
+
+def _size(cell: Any) -> np.ndarray:
+    """Size of a cell along I and J [m]."""
+    both = (cell, cell) if is_number(cell) else cell
+    try:
+        dx, dy = both
+    except (TypeError, ValueError, *CONVERSION_ERRORS):
+        dx = dy = None
+    if not all(is_number(d) and np.isfinite(d) and d > 0 for d in (dx, dy)):
+        raise InputError(f"cell is {cell!r}. Give the size of a cell in metres: cell=(100, 100).")
+    return np.array([float(dx), float(dy)])
+
+
+def _best_axes(outline: np.ndarray) -> np.ndarray:
+    """Axes of the smallest rectangle around an outline, nearest to east and north."""
+    step = np.roll(outline, -1, axis=0) - outline
+    step = step[np.hypot(*step.T) > 0]
+    step = step / np.hypot(*step.T)[:, None]
+    best, smallest = np.eye(2), np.inf
+    for x, y in step:
+        # a side of the hull is a side of the smallest rectangle (Freeman & Shapira 1975)
+        axes = np.array([[x, y], [-y, x]])
+        area = float(np.ptp(outline @ axes.T, axis=0).prod())
+        if area < smallest * (1.0 - 1e-12):
+            best, smallest = axes, area
+
+    # quarter turns: I within 45 degrees of east
+    while not (best[0, 0] > abs(best[0, 1]) or best[0, 0] == best[0, 1] > 0):
+        best = np.array([-best[1], best[0]])
+    return best
+
+
+def inside_outline(places: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    """Whether places (..., 2) are inside an outline (n, 2): a ray to the east leaves it once more.
+
+    Examples
+    --------
+    >>> inside_outline(np.array([[1.0, 1.0], [3.0, 1.0]]), np.array([[0, 0], [2, 0], [2, 2]]) * 1.0)
+    array([ True, False])
+    """
+    x, y = places[..., 0], places[..., 1]
+    found = np.zeros(x.shape, dtype=bool)
+    for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        if a[1] == b[1]:
+            continue
+        crosses = (y < a[1]) != (y < b[1])
+        found ^= crosses & (x < a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1]))
+    return found
+
+
+LONGEST = 1.5  # cells, on the map
+MOST = 400_000
+
+
+def refined(
+    x: np.ndarray, triangles: np.ndarray, shape: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Divide triangles into four until they are about as small as cells.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n, 3)
+        In lattice coordinates.
+    triangles : ndarray of int64, shape (m, 3)
+    shape : (int, int)
+        Rows and columns of the lattice: what lies outside of it stays as it is.
+
+    Returns
+    -------
+    (ndarray, ndarray)
+        Vertices and triangles. Neighbours are divided at the same places, or one of them is not:
+        rays between columns do not need a closed surface.
+    """
+    corners, done = x[triangles], []
+    limit = np.array(shape[::-1])
+    while len(corners):
+        flat = corners[..., :2]
+        size = np.ptp(flat, axis=1).max(axis=1)
+        near = (flat.max(axis=1) > -1).all(axis=1) & (flat.min(axis=1) < limit + 1).all(axis=1)
+        split = (size > LONGEST) & near
+        if 4 * int(split.sum()) > MOST:
+            split[:] = False
+        done.append(corners[~split])
+        a, b, c = corners[split].transpose(1, 0, 2)
+        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        corners = np.concatenate([np.stack(part, axis=1) for part in parts])
+    found = np.concatenate(done).reshape(-1, 3)
+    return found, np.arange(len(found)).reshape(-1, 3)

@@ -35,12 +35,12 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.network_rows import NetworkRow as NetworkRow
     from geosurf.model.network_rows import NetworkTrial as NetworkTrial
     from geosurf.model.patches import Patches as Patches
-    from geosurf.model.sheet_report import FaultCut as FaultCut
-    from geosurf.model.sheet_report import LostThrow as LostThrow
-    from geosurf.model.sheet_report import SheetReport as SheetReport
-    from geosurf.model.sheet_report import ThrowReport as ThrowReport
-    from geosurf.model.sheet_report import TrimProposal as TrimProposal
+    from geosurf.model.sheets import FaultCut as FaultCut
+    from geosurf.model.sheets import LostThrow as LostThrow
     from geosurf.model.sheets import Sheet as Sheet
+    from geosurf.model.sheets import SheetReport as SheetReport
+    from geosurf.model.sheets import ThrowReport as ThrowReport
+    from geosurf.model.sheets import TrimProposal as TrimProposal
     from geosurf.model.surfaces import ROLES as ROLES
     from geosurf.model.surfaces import FaultSticks as FaultSticks
     from geosurf.model.surfaces import TriSurface as TriSurface

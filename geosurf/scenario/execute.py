@@ -29,8 +29,7 @@ from geosurf.scenario.step_log import Progress, StepLog, pictured
 from geosurf.scenario.validate import read_scenario
 from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
-from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.stored_checks import check_with_cache
+from geosurf.scene.result_cache import ResultCache, check_with_cache
 from geosurf.warning import warn
 from geosurf.write._files import commit
 

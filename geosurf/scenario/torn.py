@@ -12,15 +12,15 @@ from geosurf.arrangement.threads import run_in_threads
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.tear_plan import TearPlan
+from geosurf.model.sheets import TearPlan
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep, pictured
 from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
 from geosurf.scenario.truncations import faults_reaching, horizon_rules_of
 from geosurf.scene import Scene
-from geosurf.scene.ahead import Ahead
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import torn_scene
+from geosurf.scene.memory import Ahead
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import Made, Tear, needs_as_key, outcome_of, sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of

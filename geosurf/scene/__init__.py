@@ -8,7 +8,6 @@ graph.py             `Graph`: what depends on what, from surfaces to units, on o
 surfaces.py          files, grids and meshes -> the surfaces of the graph
 area.py              the box, the area of interest, and the origin of the local frame
 faults.py            faults, extended and truncated
-ended.py             what ends at horizons, and at the targets of virtual walls
 horizon_ends.py      faults that end at horizons, cut after the rebuild
 input_warnings.py    warnings about inputs that look wrong
 curves.py            the curves of one pair, and those of all pairs
@@ -17,7 +16,6 @@ wells.py             well tops, and their misfits
 contact_volumes.py   volumes at level contacts, from the model without them
 measures.py          the same as functions of the graph
 memory.py            results by what went into them; steps and warnings
-store.py             the results that scenes share, within a budget
 pictures.py          the pictures of a scene
 picture_contents.py  what maps and sections of a scene show
 attempt.py           an error of one picture costs no other result

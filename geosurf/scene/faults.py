@@ -28,7 +28,7 @@ from geosurf.model.faults import (
     Truncation,
 )
 from geosurf.model.network import FaultNetwork
-from geosurf.model.tear_plan import TearPlan
+from geosurf.model.sheets import TearPlan
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions.crs import crs_of
 from geosurf.model import FaultSticks, Sheet, TriSurface
-from geosurf.model.sectors import Sector
+from geosurf.model.surfaces import Sector
 
 _PART = 1 << 24  # bytes of a file that are read at once
 _LONG = 1 << 20  # bytes of an array that is shortened before it is hashed

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.tear_plan import TearPlan
+from geosurf.model.sheets import TearPlan
 from geosurf.scene.contact_volumes import parts
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon

@@ -29,9 +29,8 @@ from geosurf.scene.faults import known_fault
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.measured import SceneMeasures
-from geosurf.scene.memory import Memory, Step
+from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.plots import ScenePlots
-from geosurf.scene.progress import OnStart, on_start_of
 from geosurf.scene.shown import ShownScene, checked_max_triangle
 from geosurf.scene.tearing import torn_graph
 

@@ -16,8 +16,8 @@ import numpy as np
 from geosurf.errors import GeosurfError, InvariantError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.empty_blocks import in_order
-from geosurf.model.needed_faults import NeededFaults
-from geosurf.scene.progress import OnStart, silent
+from geosurf.model.sheets import NeededFaults
+from geosurf.scene.memory import OnStart, silent
 from geosurf.warning import collected
 
 ROUNDS = 16  # each makes a fault longer, which a horizon does at most four times at each side

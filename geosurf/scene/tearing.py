@@ -6,6 +6,7 @@ horizons end on the longer one (`geosurf.scene.tear_rounds`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,13 +14,17 @@ from typing import Any
 import numpy as np
 
 from geosurf.arrangement.threads import run_in_threads
+from geosurf.conventions import area_text
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
+from geosurf.faults.sides import adjacency
+from geosurf.faults.truncate import main_side
 from geosurf.model import Sheet
-from geosurf.scene.ahead import Ahead
+from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
+from geosurf.scene.memory import Ahead
 from geosurf.scene.surfaces import undeclared
 from geosurf.scene.tear_rounds import (
     Faults,
@@ -30,6 +35,7 @@ from geosurf.scene.tear_rounds import (
     same,
     sheets_on,
 )
+from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
 from geosurf.warning import collected
 
 
@@ -164,7 +170,6 @@ def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[Geos
     rules = plain.faults.rules
     if not rules or all(faults[name] is fault for name, fault in given.items()):
         return []
-    from geosurf.scene.passed_faults import warnings_of_passed_faults  # loaded by those who tear
 
     return warnings_of_passed_faults(rules, given, faults)
 
@@ -229,3 +234,49 @@ def _step(plain: Graph, tear: Tear) -> _Step:
 def _as_key(tear: Any) -> Hashable:
     """The trims as part of a key."""
     return tuple(sorted(tear.items())) if isinstance(tear, Mapping) else tear
+
+
+def warnings_of_passed_faults(
+    rules: Iterable[Rule], given: Faults, faults: Faults
+) -> list[GeosurfWarning]:
+    """
+    Return a warning for each fault that passes the fault that it ends at by a rule.
+
+    Parameters
+    ----------
+    rules : iterable of Rule
+        Faults that end at faults.
+    given, faults : mapping of str to TriSurface
+        All faults as rules left them, and as tears made them longer.
+    """
+    found = []
+    for rule in rules:
+        both = [name for name in (rule.fault, rule.main) if faults[name] is not given[name]]
+        area = _area_beyond(rule, faults) if both else 0.0
+        if area == 0.0:
+            continue
+        ways = [how_to_lengthen(name, longer_by(given[name], faults[name])) for name in both]
+        found.append(
+            GeosurfWarning(
+                "fault passes another",
+                rule.fault,
+                f"Fault {rule.fault!r} ends at {rule.main!r} by its rule, but a horizon that is "
+                f"torn there needed longer faults. What was added is not cut: {area_text(area)} "
+                f"of {rule.fault!r} lie beyond {rule.main!r} in the model.",
+                "Lengthen them yourself, so that the rule cuts what you add: "
+                f"{', and '.join(ways)}.",
+            )
+        )
+    return found
+
+
+def _area_beyond(rule: Rule, faults: Faults) -> float:
+    """Area of a fault on the side of its main fault that its rule drops [m2]."""
+    fault, main = faults[rule.fault], faults[rule.main]
+    patches = rebuild_surfaces([fault, main])
+    mine, other = (np.flatnonzero(patches.surface_of_triangle == k) for k in range(2))
+    beside = adjacency(patches, mine, other, strict=False)
+    kept, dropped = beside.beside.T if main_side(main, rule.keep) > 0 else beside.beside.T[::-1]
+    corners = patches.local[patches.triangles[mine[(dropped & ~kept)[beside.piece]]]]
+    edges = corners[:, 1:] - corners[:, :1]
+    return 0.5 * math.fsum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1))

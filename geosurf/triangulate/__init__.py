@@ -7,7 +7,6 @@ fault.py        a fault in any of its forms: grid, sticks, mesh
 mesh.py         a horizon or fault from vertices and triangles
 neighbours.py   surfaces and lines of other packages
 sticks.py       fault sticks: orient, order along strike, join
-stick_points.py points out of order, sticks twice, single sticks
 fault_polygons.py fault polygons of horizons: both cut-off lines, and beyond
 orient.py       normals of faults: into the hanging wall
 walls.py        the six sides of the model box, or a fence around a polygon
@@ -16,7 +15,6 @@ box.py          the default model box
 footprint.py    where a horizon is in the map: its rim
 shared_area.py  the default area: the outline that all horizons share
 inward.py       polygons that shrink: fewer corners, sides moved inward
-cover.py        the largest axis-parallel rectangle that grids cover
 rims.py         sides along the rim of a horizon, moved off it by a stated amount
 reprojection.py easting and northing in another coordinate reference system
 contacts.py     fluid contacts: levels and grids

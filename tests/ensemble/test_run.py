@@ -32,11 +32,9 @@ from geosurf.ensemble import store as store_room
 from geosurf.ensemble.models import SceneModel
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.plan import Plan
-from geosurf.ensemble.progress import Progress, console_line
 from geosurf.ensemble.record import Record
-from geosurf.ensemble.run import planned
+from geosurf.ensemble.run import Progress, console_line, planned
 from geosurf.ensemble.store import EnsembleStore
-from geosurf.ensemble.worker_processes import Workers, processes_pay
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
@@ -99,45 +97,21 @@ def test_threads_give_the_same_bytes(tmp_path, truth):
     assert any(line.endswith(" left") for line in lines)
 
 
-def test_worker_processes_give_the_same_bytes(tmp_path, truth, monkeypatch):
-    monkeypatch.setattr(Workers, "start_time", 1e6)
+def test_worker_processes_give_the_same_bytes(tmp_path, truth):
     run(store=tmp_path / "e.zarr", workers=1, processes=True)
     assert bytes_of(tmp_path / "e.zarr") == truth
-    assert 0 < Workers.start_time < 60  # measured by the worker
 
 
-def test_the_first_realisations_choose_processes_and_give_the_same_bytes(
-    tmp_path, truth, monkeypatch
-):
-    asked = []
-
-    def always(each, together, n, workers, wait):
-        asked.append((n, workers))
-        assert min(each, together, wait) > 0
-        return True
-
-    monkeypatch.setattr(on_dask, "processes_pay", always)
-    monkeypatch.setattr(Workers, "start_time", 1e6)  # none starts before it is known
-    run(store=tmp_path / "e.zarr", workers=2)
-    assert bytes_of(tmp_path / "e.zarr") == truth
-    assert asked == [(N - 3, 2)]  # one alone, and two at once
-    with pytest.warns(gs.GeosurfWarning):  # a function may have effects: it stays in threads
-        gs.run_ensemble(sometimes, 24, workers=2)
-    assert len(asked) == 1
-
-
-@pytest.mark.parametrize(("many", "sent"), [(8, True), (50, True), (50, False)])
-def test_workers_start_with_a_long_base_case_and_end_with_the_call(
-    tmp_path, truth, monkeypatch, many, sent
+@pytest.mark.parametrize("sent", [True, False])
+def test_workers_of_long_ensembles_start_with_the_base_case_and_end_with_the_call(
+    tmp_path, truth, monkeypatch, sent
 ):
     started, start = [], worker_processes._start
     monkeypatch.setattr(worker_processes, "_start", lambda: started.append(start()) or started[-1])
-    monkeypatch.setattr(on_dask, "_MANY", many)  # at once, or when the base case turns out long
-    monkeypatch.setattr(Workers, "start_time", 0.01)
+    monkeypatch.setattr(on_dask, "_MANY", 8)
     plan_start, before = Plan.start, []
 
     def long(plan):
-        time.sleep(0.3)
         before.append(len(started))
         return plan_start(plan)
 
@@ -151,12 +125,13 @@ def test_workers_start_with_a_long_base_case_and_end_with_the_call(
     assert bytes_of(tmp_path / "e.zarr") == truth
     assert (before, len(started)) == ([1], 1)  # this process is the second worker
     assert all(process.poll() is not None for process in started)
+    with pytest.warns(gs.GeosurfWarning):  # a function may have effects: it stays in threads
+        gs.run_ensemble(sometimes, 24, workers=2)
+    assert len(started) == 1
 
 
 def test_no_worker_starts_for_few_realisations_or_contacts_alone(monkeypatch):
     monkeypatch.setattr(worker_processes, "_start", lambda: pytest.fail("a worker has started"))
-    monkeypatch.setattr(Workers, "start_time", 0.001)
-    monkeypatch.setattr(on_dask, "processes_pay", lambda *_: False)
     run(7, workers=2)
     run(60, uncertain=UNCERTAIN[2:], maps=None, workers=2)
 
@@ -221,15 +196,6 @@ def test_realisations_side_by_side_have_a_core_each(monkeypatch):
     run(2, workers=2)
     run(2, workers=1)
     assert threads == [1, 1, 3, 3]
-
-
-def test_processes_pay_where_their_start_is_a_small_part():
-    assert not processes_pay(0.01, 0.015, 100, 2, 1.0)
-    assert processes_pay(1.0, 1.5, 100, 2, 1.0)
-    assert not processes_pay(1.0, 1.0, 100, 2, 1.0)  # threads keep both cores busy
-    assert not processes_pay(1.0, 1.0, 100, 1, 1.0)
-    times = [n for n in range(1, 200) if processes_pay(0.3, 0.4, n, 2, 1.0)]
-    assert times == list(range(times[0], 200))
 
 
 @pytest.mark.filterwarnings("default")

@@ -7,7 +7,7 @@ import pytest
 
 from geosurf import Scene, build_walls, rebuild_surfaces
 from geosurf.errors import GeometryError
-from geosurf.faults.area import inside_area
+from geosurf.faults.truncate import inside_area
 from tests.faults.worlds import BOX, antithetic
 from tests.strategies import grid, sheet
 

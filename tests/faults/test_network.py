@@ -16,7 +16,7 @@ from geosurf import (
     truncate_faults,
 )
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
-from geosurf.faults import near_misses
+from geosurf.faults import propose as near_misses
 from geosurf.faults.distance import nearest_of
 from geosurf.model import Extension, NetworkRow, Truncation
 from geosurf.report import fault_tables

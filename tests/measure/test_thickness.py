@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, synthetic
 from geosurf.errors import InputError, InvariantError
-from geosurf.measure import thickness_map, unit_columns
+from geosurf.measure import thickness as unit_columns
+from geosurf.measure import thickness_map
 from geosurf.measure.columns import cross_columns
 from geosurf.model import Unit, Units
 from tests.measure.worlds import BOX, faulted, level, slope

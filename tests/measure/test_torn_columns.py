@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.measure import unit_columns
-from geosurf.measure.unit_columns import passages
+from geosurf.measure import thickness as unit_columns
+from geosurf.measure.thickness import passages
 
 
 @pytest.mark.parametrize("kind", ["reverse", "X"])

@@ -7,8 +7,8 @@ import pytest
 
 import geosurf as gs
 from geosurf.faults.rules import Rule
-from geosurf.scene import passed_faults
-from geosurf.scene.passed_faults import warnings_of_passed_faults
+from geosurf.scene import tearing as passed_faults
+from geosurf.scene.tearing import warnings_of_passed_faults
 
 # F1: the plane x + z = 8; F2: the plane y = 4, where x + z >= 8, above z = 3
 MAIN = gs.TriSurface(

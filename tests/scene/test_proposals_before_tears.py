@@ -14,7 +14,7 @@ from geosurf.scenario.build import build_scene, untorn_scene
 from geosurf.scenario.new import new_scenario
 from geosurf.scenario.new.judge import Ready
 from geosurf.scenario.new.network import faults_of
-from geosurf.scene import passed_faults
+from geosurf.scene import tearing as passed_faults
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 

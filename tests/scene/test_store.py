@@ -10,7 +10,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.scene.store import CHOICE, KEPT_SCENES, Store, budget_of_family, buffers_of
+from geosurf.scene.memory import CHOICE, KEPT_SCENES, Store, budget_of_family, buffers_of
 from tests import laws
 
 KB = 1024
@@ -57,7 +57,7 @@ def test_bytes_are_counted_once_and_stay_below_the_budget(seed):
 def test_bytes_are_counted_once_the_process_has_had_as_many(monkeypatch):
     """Below the budget nothing is counted; from there on all results are, and the first go."""
     store, most = Store(budget=24 * KB), 0.0
-    monkeypatch.setattr("geosurf.scene.store.most_memory_so_far", lambda: most)
+    monkeypatch.setattr("geosurf.scene.memory.most_memory_so_far", lambda: most)
     mine = Scene(store)
     for k in range(6):
         store.put(k, np.zeros(KB), (), mine.used)

@@ -23,9 +23,9 @@ from geosurf.sheets.faults.fault_distance import (
     side_at_own_height,
 )
 from geosurf.sheets.faults.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
+from geosurf.sheets.heights.grid_solver import WorkingGrid
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.working_grid import WorkingGrid
 from geosurf.sheets.report.cutoffs import profile, undirected_chains
 from geosurf.sheets.report.describe import _misfit
 

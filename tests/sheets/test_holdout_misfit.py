@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.sheets.report import describe
-from geosurf.sheets.report.holdout_misfit import holdout_misfit
+from geosurf.sheets.report.describe import holdout_misfit
 
 # overlap and gap, faults that cross, and none of either
 KINDS = ("normal", "vertical", "X", "scissors", "reverse", "thrust")

@@ -7,7 +7,8 @@ import pytest
 
 import geosurf as gs
 from benchmarks.geology import torn_sources
-from geosurf.sheets.mesh import cut, islands
+from geosurf.sheets.mesh import cut
+from geosurf.sheets.mesh import cut as islands
 
 
 @pytest.fixture

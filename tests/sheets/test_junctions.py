@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets import attempts
+from geosurf.sheets import tear as attempts
 from geosurf.sheets.mesh import build
 from tests.sheets.junctions import KINDS, junction, misses
 

@@ -11,7 +11,7 @@ from geosurf.model.tie import TieSettings, tie_settings
 from geosurf.model.tops import tops_of
 from geosurf.sheets.tie import data_to_tie, tie_horizon
 from geosurf.sheets.tie.cut_horizon import cut_horizon
-from geosurf.sheets.tie.map_distance import map_distances
+from geosurf.sheets.tie.tie_horizon import map_distances
 from geosurf.synthetic.torn_horizon import side_of
 
 REACH = 300.0
@@ -141,7 +141,7 @@ def test_law_a_well_moves_its_own_side_of_a_fault_only(form):
 
 def data_points(data):
     """Points of a surface or a dataset."""
-    from geosurf.sheets.tie.horizon_data import points_of_data
+    from geosurf.sheets.tie.tie_horizon import points_of_data
 
     return points_of_data(data)
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from geosurf.errors import GeometryError
-from geosurf.sheets import attempts
+from geosurf.sheets import tear as attempts
 from geosurf.sheets.heights.inputs import Trims
 
 NAMES = ("F1", "F2", "F3", "F4")

@@ -11,9 +11,7 @@ import geosurf as gs
 from geosurf.errors import DependencyError, GeometryError, InputError, InvariantError
 from geosurf.model import TetMesh, Units
 from geosurf.tetrahedra.boundary import Boundary, boundary_of, with_parts
-from geosurf.tetrahedra.refine import refined
-from geosurf.tetrahedra.regions import FACES, regions_of
-from geosurf.tetrahedra.run_tetgen import N_ORDER, fill
+from geosurf.tetrahedra.mesh_units import FACES, N_ORDER, fill, refined, regions_of
 
 HAS_TETGEN = pytest.mark.skipif(
     "not __import__('importlib.util').util.find_spec('tetgen')",
@@ -141,7 +139,7 @@ def test_bad_input_is_named(units: Units, monkeypatch: pytest.MonkeyPatch) -> No
         gs.mesh_units(units, size=-1)
     with pytest.raises(InputError, match=r"size=0\.1 asks for .* tetrahedra.*Give size=10 or more"):
         gs.mesh_units(units, size=0.1)
-    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.find_spec", lambda name: None)
+    monkeypatch.setattr("geosurf.tetrahedra.mesh_units.find_spec", lambda name: None)
     with pytest.raises(DependencyError, match=r"geosurf\[tet\].*AGPL"):
         gs.mesh_units(units)
 
@@ -220,8 +218,8 @@ def test_what_tetgen_refuses_is_named_and_leaves_no_files(
     (fake / "tetgen.py").write_text(REFUSES.format(then))
     monkeypatch.chdir(here)
     monkeypatch.syspath_prepend(str(fake))
-    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.PATIENCE", (2.0, 0.0))
-    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen.SHORT", (0.5, 0.0))
+    monkeypatch.setattr("geosurf.tetrahedra.mesh_units.PATIENCE", (2.0, 0.0))
+    monkeypatch.setattr("geosurf.tetrahedra.mesh_units.SHORT", (0.5, 0.0))
     with pytest.raises(GeometryError, match=f"TetGen cannot fill .*{words}"):
         gs.mesh_units(units_of_two())
     assert not [*here.iterdir()]
@@ -247,7 +245,7 @@ def test_another_order_of_vertices_is_tried_and_turned_back(
         marks = np.array([1, 2, 0, 4])
         return {"node": node, "elem": cells, "trifaces": given.faces, "markers": marks}
 
-    monkeypatch.setattr("geosurf.tetrahedra.run_tetgen._run", run)
+    monkeypatch.setattr("geosurf.tetrahedra.mesh_units._run", run)
     found, cells, parts, parents = fill(boundary, None)
     np.testing.assert_array_equal(found, np.concatenate([x, [[0.5, 0.5, 0.5]]]))
     np.testing.assert_array_equal(cells, np.column_stack([faces, np.full(4, 5)]))

@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, SurfaceError
-from geosurf.triangulate.stick_points import sorted_along
+from geosurf.triangulate.sticks import sorted_along
 
 
 def listric(northing, n=9):

@@ -5,7 +5,6 @@ traces.py          where each fault meets the horizon in the map
 fault_distance.py  distance of data from a fault at their own height, of nodes from a trace
 cut_edges.py       links of the lattice that faults cut
 network.py         traces of all faults, and how each ends: at a tip, at the rim, on another fault
-branches.py        faults that end on another fault, traced on the wall that they are in
 last_edges.py      the last link of a tear: each node on its own side of the fault
 heave.py           walls of a fault: how wide the gap or the overlap is along a trace
 tips.py            shapes of throw that dies at the tips of a fault (Williams 1957)

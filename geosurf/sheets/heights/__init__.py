@@ -4,7 +4,6 @@
 passes.py        the two passes, in order: start here
 state.py         what passes exchange: tears, selection of picks, evidence, heights
 inputs.py        picks and faults of one horizon, and the picks near each fault
-overlap.py       how far data overlap at a fault, before any pass
 selection.py     which picks a pass uses
 grid_solver.py   heights of gridded picks: only nodes near faults are unknown
 point_solver.py  heights from scattered points: each is a row of the equations
@@ -13,7 +12,6 @@ smear.py         how far off ignored data are, and the weight that leaves them i
 tip_residual.py  shapes of throw at tips, taken where they pay (in the sense of Bayes, MacKay 1992)
 tip_solve.py     the solve with those shapes, and with what walls have in common
 relief.py        what both walls have in common under noise (partial splines, Wahba 1990)
-differences.py   differences of the energy, as a table, for those that reach across traces
 missing.py       blocks next to a fault without data: filled, or refused
 empty_blocks.py  blocks between faults without data: joined to a neighbour, or refused
 ===============  =================================================================================

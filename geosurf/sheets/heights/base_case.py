@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import frozen
-from geosurf.model.tear_plan import BaseHeights, TearPlan
+from geosurf.model.sheets import BaseHeights, TearPlan
 from geosurf.sheets.faults.fault_distance import near_traces
 from geosurf.sheets.faults.heave import Walls
 from geosurf.sheets.faults.traces import Trace

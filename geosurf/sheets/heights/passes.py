@@ -75,7 +75,7 @@ def solver_of(
     """The solver that fits the data.
 
     `noise` is its standard deviation [m], None to estimate it; `highest` the most that the order of
-    small differences may be: see `geosurf.sheets.lattice.fourth_differences`.
+    small differences may be: see `geosurf.sheets.lattice.solve`.
     """
     inputs = inputs_of(picks, meshes, trims)
     solver = GridSolver.over(inputs) if picks.on_nodes else PointSolver.over(inputs)

@@ -5,17 +5,19 @@ Points that sit on a lattice, rotated or not, are recognised; several may share 
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from hashlib import sha256
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit
+from geosurf.conventions import elevation_sign, first_given, is_number, metres_per_unit, place
 from geosurf.conventions.checks import are_points
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import name_of
-from geosurf.sheets.lattice.find_lattice import find_lattice
-from geosurf.sheets.lattice.frame import frame_of_lattice
+from geosurf.sheets.lattice.frame import Frame, fit_steps, frame_of_lattice
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import proposed_spacing, refuse_too_few, scattered
 from geosurf.triangulate import triangulate_horizon
@@ -161,3 +163,145 @@ def _agreed(attribute: str | None, argument: str | None, what: str) -> str | Non
             f"is {argument!r}. Leave the argument out, or correct the attribute."
         )
     return argument if attribute is None else attribute
+
+
+OFF = 0.05  # cells from its node from which a point is not on the lattice
+SCATTERED = 0.2  # share of the points off the lattice from which they are scattered
+KEPT, MOST_KEPT = 12, 100_000  # lattices that are remembered, of so many points at most
+Found = tuple[Frame, np.ndarray] | None
+_known: OrderedDict[bytes, Found] = OrderedDict()
+_lock = Lock()
+
+
+def find_lattice(xy: np.ndarray, what: str) -> Found:
+    """The lattice that points sit on, and the node of each; None if they are scattered.
+
+    It is remembered: a scene asks for the footprint of a horizon and then for its sheet, and each
+    realisation of an ensemble has the same places.
+    """
+    if len(xy) < 9:
+        raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
+    if len(xy) > MOST_KEPT:
+        return _find_lattice(xy, what)
+    key = sha256(np.ascontiguousarray(xy).data).digest()
+    with _lock:
+        if key in _known:
+            _known.move_to_end(key)
+            return _known[key]
+    found = _find_lattice(xy, what)
+    with _lock:
+        _known[key] = found
+        if len(_known) > KEPT:
+            _known.popitem(last=False)
+    return found
+
+
+def _find_lattice(xy: np.ndarray, what: str) -> Found:
+    """The same, found anew."""
+    guess = _first_guess(xy, what)
+    if guess is None:
+        return None
+    corner, step = guess
+
+    # from a point in the middle, where the first guess of the steps is exact enough to count
+    origin = xy[np.argmin(np.hypot(*(xy - np.median(xy, axis=0)).T))]
+    corner = origin
+    span = float(np.hypot(*np.ptp(xy, axis=0)))
+    radius = 8.0 * float(np.hypot(*step[0]))
+    while True:  # the fit is carried outward, so that small errors of the step never add up
+        near = np.hypot(*(xy - origin).T) <= radius
+        ij = np.rint(np.linalg.solve(step.T, (xy[near] - corner).T).T)
+        corner, step = fit_steps(ij, xy[near])
+        if radius >= span:
+            break
+        radius *= 4.0
+
+    # distance from the nearest node [cells]: a few points off are a mistake, many no lattice
+    uv = np.linalg.solve(step.T, (xy - corner).T).T
+    ij = np.rint(uv).astype(np.int64)
+    off = np.abs(uv - ij).max(axis=1)
+    worst = int(off.argmax())
+    if (off > OFF).mean() > SCATTERED:
+        return None
+    if off[worst] > OFF:
+        where = place(xy[worst])
+        raise HorizonError(
+            f"{what}: {int((off > OFF).sum())} of {len(xy)} points lie off the lattice that the "
+            f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Leave "
+            "them out, or give spacing= to take all points as scattered."
+        )
+
+    # number nodes from the lower left; few points far apart are no grid
+    low = ij.min(axis=0)
+    n_col, n_row = (int(n) for n in ij.max(axis=0) - low + 1)
+    if n_col * n_row > 64 * len(xy) + 4096:
+        raise HorizonError(
+            f"{what}: {len(xy)} points on a lattice of {n_row} x {n_col} nodes are too few to "
+            "carry a surface. Give spacing= to take them as scattered points."
+        )
+    corner = corner + low @ step
+    grid = np.stack(np.meshgrid(np.arange(n_col), np.arange(n_row)), axis=-1).reshape(-1, 2)
+    full = corner + grid @ step
+    node = (ij[:, 1] - low[1]) * n_col + ij[:, 0] - low[0]
+    full[node] = xy  # nodes with picks keep the coordinates that they came with
+    full = full.reshape(n_row, n_col, 2)
+    _on_lines(full, node, xy)
+    full.flags.writeable = node.flags.writeable = False
+    return Frame((n_row, n_col), corner, step, full[..., 0], full[..., 1]), node
+
+
+def _on_lines(full: np.ndarray, node: np.ndarray, xy: np.ndarray) -> None:
+    """Put nodes without a pick exactly on their column and row, where all picks of it are.
+
+    A fitted place may be off by a rounding, and then the rim of the data would lie inside a box
+    that has the same rim.
+    """
+    # where all points of a line share a coordinate, its empty nodes take that one, too
+    row, col = np.divmod(node, full.shape[1])
+    for k, line in ((0, col), (1, row)):
+        order = np.argsort(line, kind="stable")
+        some, first = np.unique(line[order], return_index=True)
+        low, high = (f.reduceat(xy[order, k], first) for f in (np.minimum, np.maximum))
+        straight = low == high
+        lines = full[..., k].T if k == 0 else full[..., k]
+        lines[some[straight]] = low[straight][:, None]
+
+
+def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Steps (2, 2) from neighbours of points near the middle: right-handed, columns eastward.
+
+    None if neighbours lie in no two ways at right angles.
+    """
+    from scipy.spatial import cKDTree
+
+    # points at one place to a millimetre are picks of one node
+    east, north = np.rint(xy * 1e3).astype(np.int64).T
+    order = np.lexsort((north, east))  # stable: the first of equal ones stays in front
+    east, north = east[order], north[order]
+    is_first = np.append(True, (east[1:] != east[:-1]) | (north[1:] != north[:-1]))
+    places = xy[np.sort(order[is_first])]
+    if len(places) < 9:
+        raise HorizonError(f"{what}: {len(places)} places do not make a lattice. Give more points.")
+
+    # vectors to the four nearest neighbours; longer ones are diagonals or gaps
+    middle = places[cKDTree(places).query(np.median(places, axis=0), k=min(2000, len(places)))[1]]
+    length, near = cKDTree(middle).query(middle, k=5)
+    vectors = (middle[near[:, 1:]] - middle[:, None]).reshape(-1, 2)
+    short = length[:, 1:].ravel() < 1.3 * np.median(length[:, 1])
+    vectors = vectors[short]
+
+    # axes repeat every 90 degrees: four times the angle points the same way for all
+    angle = np.arctan2(vectors[:, 1], vectors[:, 0])
+    turn = np.angle(np.exp(4j * angle).mean()) / 4.0
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+
+    # neighbours along each axis: their median length is the step; too few vectors that way, and it
+    # is no lattice
+    along = np.abs(vectors @ axes.T)
+    steps = []
+    for k in range(2):
+        mine = along[:, k] > 0.9 * np.hypot(*vectors.T)
+        if not mine.any():
+            return None
+        steps.append(float(np.median(along[mine, k])))
+    return np.zeros(2), axes * np.array(steps)[:, None]

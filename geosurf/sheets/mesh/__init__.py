@@ -2,7 +2,6 @@
 
 =================  ===============================================================================
 build.py           attempts to close a sheet, until nothing leaks: start here
-known.py           what attempts have in common, found once
 torn_mesh.py       the mesh torn by virtual nodes (Molino, Bao & Fedkiw 2004)
 ghosts.py          heights of ghosts: each sheet extended beyond the fault by its own energy
 carry_on.py        ghosts of picked sheets: by the energy, and by picks beyond the trace
@@ -11,8 +10,6 @@ rings.py           further rings of ghosts, where a sheet does not reach its fau
 repairs.py         what to change where a sheet leaks: end tears earlier, or add a ring
 last_links.py      nodes at the ends of tears that end early, on their own sides of the fault
 cut.py             the exact cut of a torn mesh by its faults
-islands.py         parts of the mesh that can be cut separately
-leaks.py           edges at which a cut sheet ends anywhere except on its faults
 finish.py          faults in, `Sheet` out; errors of sheets that do not close
 =================  ===============================================================================
 """

@@ -17,7 +17,7 @@ from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfError
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import TriSurface
-from geosurf.model.needed_faults import Extended, NeededFaults
+from geosurf.model.sheets import Extended, NeededFaults
 from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks

@@ -9,7 +9,7 @@ import numpy as np
 
 from geosurf.conventions import rising_diagonal
 from geosurf.model import TriSurface, frozen
-from geosurf.model.tear_plan import DataUse, TearPlan
+from geosurf.model.sheets import DataUse, TearPlan
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.base_case import base_heights, on_base_heights

@@ -16,7 +16,7 @@ from geosurf.errors import GeosurfError
 from geosurf.faults import lengthen_fault
 from geosurf.faults.rim import find_rim
 from geosurf.model import TriSurface
-from geosurf.model.needed_faults import Extended, NeededFaults
+from geosurf.model.sheets import Extended, NeededFaults
 from geosurf.sheets.mesh.holes import Hole
 
 VERTICAL, LATERAL = ("up", "down"), ("start", "end")

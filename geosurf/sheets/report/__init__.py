@@ -3,8 +3,6 @@
 =================  ===============================================================================
 describe.py        the `SheetReport`, and the profiles of each fault
 cutoffs.py         cut-off lines of both walls, throw and heave along the fault
-holdout_misfit.py  misfit of ignored data, each against the wall that it is on
-tip_throw.py       throw that the data still show where a fault ends
 lengthening.py     what to type so that a fault is continued
 propose_trim.py    `propose_trim`: how far data are smeared, and the trim that follows
 =================  ===============================================================================

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.arrangement.threads import map_threads
+from geosurf.conventions import place
+from geosurf.errors import GeosurfWarning
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import FaultCut, SheetReport, TriSurface
-from geosurf.sheets.faults.cut_edges import FALLING, RISING
-from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
+from geosurf.sheets.faults.traces import Trace, sample
+from geosurf.sheets.heights.inputs import NearPicks
+from geosurf.sheets.heights.state import SENSE, Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.close import Closed
+from geosurf.sheets.mesh.overlap_points import on_sheet
 from geosurf.sheets.report.cutoffs import cutoff_lines, longest, profile
-from geosurf.sheets.report.holdout_misfit import holdout_misfit
+from geosurf.sheets.report.lengthening import end_at, how_to_lengthen
 from geosurf.sheets.report.remedies import remedies
-from geosurf.sheets.report.tip_throw import throw_at_tips
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
 OVERLAP = 0.5  # cells of overlap from which a note says that data do not show it
@@ -225,3 +230,252 @@ def count_tips(built: Built) -> int:
     there = np.stack([triangles.exists(beside[:, k]) for k in (0, 1)], axis=1)
     mesh = (links % 4 < 2) | (links % 4 == (RISING if triangles.rising else FALLING))
     return int((mesh & (divided.sum(axis=1) == 1) & (there & ~divided).any(axis=1)).sum())
+
+
+def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.ndarray:
+    """Misfit (n,) of ignored data against the sheet of their wall [m].
+
+    Without those in gaps, where there is nothing to meet, those that ghosts are drawn to, those of
+    nodes with several on a grid, and those where no single sheet goes: next to other faults.
+    """
+    state = built.state
+
+    # ignored data that lie on exactly one sheet
+    hidden = state.ignored.copy()
+    hidden[state.in_gap] = False
+    hidden[state.beyond[:, 0]] = False
+    rows = np.flatnonzero(hidden)
+    if picks.several is not None:
+        rows = rows[~picks.several[picks.node[rows]]]
+
+    # trace (n,) and side (n,) of each; plain (n,): its nodes are on its own wall already
+    trace, side, plain = _walls_of(picks, near, state, rows)
+    vertex, share = picks.corners_of(rows)
+
+    # cells that a fault cuts have nodes of both walls; with several faults none is certain
+    if not picks.on_nodes:
+        cells, of = _cells_cut(built.cuts, picks.frame.shape[1])
+        cut = is_among(vertex[:, 0], cells)
+        plain &= ~cut
+        for number in np.unique(trace[cut]).tolist():
+            mine = cut & (trace == number)
+            vertex[mine & is_among(vertex[:, 0], cells[of != number])] = -1
+
+    # data past the trace: their wall is there as ghosts, which take the place of nodes
+    aside = ~plain & (vertex[:, 0] >= 0)
+    vertex[aside & (trace < 0)] = -1
+    for number, wall in np.unique(np.stack([trace, side])[:, aside & (trace >= 0)], axis=1).T:
+        mine = aside & (trace == number) & (side == wall)
+        vertex[mine] = on_sheet(vertex[mine], state.near[number], int(wall), built.torn)
+
+    # vertices are nodes first, then ghosts
+    there = (vertex >= 0).all(axis=1)
+    heights = np.concatenate([state.values, built.ghosts])
+    found: np.ndarray = np.abs(
+        (heights[vertex[there]] * share[there]).sum(axis=1) - picks.z[rows[there]]
+    )
+    return found
+
+
+def _walls_of(
+    picks: Picks, near: Sequence[NearPicks], state: Heights, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The nearest trace (n,) of picks beside one, -1 without; which side of it; if their node's."""
+    # per pick, of the nearest fault so far: distance at own height, trace, side, and whether its
+    # node is on the same wall
+    far = np.full(len(rows), np.inf)
+    trace, side = np.full(len(rows), -1), np.zeros(len(rows), dtype=np.int64)
+    plain = np.ones(len(rows), dtype=bool)
+    for number, (line, beside) in enumerate(zip(state.network.traces, state.near, strict=True)):
+        own = near[line.fault]
+        at, k = beside.look_up(picks.nodes_of(rows)), np.searchsorted(own.rows, rows)
+        mine = np.flatnonzero((at >= 0) & is_among(rows, own.rows))
+        at, k = at[mine], k[mine]
+
+        # only beside the torn part of the trace, and only where no other fault is nearer
+        first, last = state.network.mesh[number]
+        inside = (beside.place[at] > first) & (beside.place[at] < last) & (own.far[k] < far[mine])
+        mine, at, k = mine[inside], at[inside], k[inside]
+        here, there = beside.side[at].astype(np.int64), own.side[k].astype(np.int64)
+
+        # on grids the side in the map is the datum's, except in overlaps, where both walls are
+        # there
+        if picks.on_nodes:
+            there = np.where(state.walls[number].heave(beside.place[at]) < -SENSE, there, here)
+        far[mine], trace[mine], side[mine] = own.far[k], number, there
+        plain[mine] = here == there
+    return trace, side, plain
+
+
+def _cells_cut(cuts: Cuts, n_col: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cells, by their lower left nodes, that cut links bound or cross, and the trace of each."""
+    # a cell has its own links; an east link also bounds the cell below, a north link that west
+    below = cuts.kind == EAST
+    west = cuts.kind == NORTH
+    cells = [cuts.node, cuts.node[below] - n_col, cuts.node[west] - 1]
+    traces = [cuts.trace, cuts.trace[below], cuts.trace[west]]
+    order = np.argsort(np.concatenate(cells), kind="stable")
+    return np.concatenate(cells)[order], np.concatenate(traces)[order]
+
+
+CHORD = 4.0  # cells of the trace by which it is continued straight
+SAMPLES = 5  # on each side, a cell apart
+SMEAR = 1.5  # trims for each cell of smear, at least: see docs/validation/torn_sheets.md
+SPARE = 0.5  # cells beyond trim and half the heave, where they begin
+FARTHEST = 64.0  # cells that the continuation is followed
+STATIONS = 3  # side by side, of which the median counts
+SHARE = 0.15  # of the largest throw: less at a tip is not reported
+CLEARLY = 3.0  # times what parallel lines have
+
+
+@dataclass(frozen=True, eq=False)
+class Ahead:
+    """The horizon across the continuation of a trace.
+
+    Attributes
+    ----------
+    tip, along, left : ndarray (2,)
+        Where the trace ends, and unit vectors [cells].
+    first : float
+        Cells from the line at which samples begin.
+    """
+
+    tip: np.ndarray
+    along: np.ndarray
+    left: np.ndarray
+    first: float
+
+    def jumps(
+        self, grid: np.ndarray, stretch: np.ndarray, first: float, n: int, aside: float = 0.0
+    ) -> np.ndarray:
+        """Right wall above left one [m], each cell ahead; NaN where data or another fault end.
+
+        Each is drawn straight through `n` places, a cell apart, the nearest `first` cells away.
+        """
+        # away (n,): cells from the line; line (n_ahead, 2): a station per cell past the tip [cells]
+        away = first + np.arange(n)
+        x = np.arange(SPARE, FARTHEST)
+        line = self.tip + aside * self.left + x[:, None] * self.along
+        # the straight line through samples at `away`, at 0
+        weight = np.linalg.pinv(np.column_stack([np.ones(n), away]))[0]
+        walls = []
+        for sign in (-1.0, 1.0):
+            at = line[:, None] + sign * away[:, None] * self.left
+            heights = sample(grid, at.reshape(-1, 2) / stretch)
+            walls.append(heights.reshape(len(x), n) @ weight)
+        return walls[0] - walls[1]
+
+
+def throw_at_tips(
+    picks: Picks, state: Heights, faults: Sequence[TriSurface], trim: float
+) -> list[GeosurfWarning]:
+    """A warning for each free end of a fault at which the data still show throw."""
+    found = []
+    for number, trace in enumerate(state.network.traces):
+        tips = [end for end in (0, 1) if trace.ends[end] == "tip"]
+        if not (tips and len(state.walls[number].place)):
+            continue
+        grid = _without_others(picks, state, number, trim)
+        every = (_at_tip(picks, state, number, k, trim, faults[trace.fault], grid) for k in tips)
+        found += [warning for warning in every if warning is not None]
+    return found
+
+
+def _at_tip(
+    picks: Picks,
+    state: Heights,
+    number: int,
+    end: int,
+    trim: float,
+    fault: TriSurface,
+    grid: np.ndarray,
+) -> GeosurfWarning | None:
+    """A warning if the data, `grid` of `_without_others`, show throw at one end of a trace."""
+    name, trace = fault.name, state.network.traces[number]
+    walls, frame = state.walls[number], picks.frame
+
+    # height difference across the continuation of the trace [m], one per cell ahead
+    place_of = (trace.start, trace.stop)[end]
+    ahead = _ahead(trace, end, trim, walls.heave(np.array([place_of]))[0])
+    read = partial(ahead.jumps, grid, frame.stretch)
+    jumps = read(ahead.first, SAMPLES)
+    at = int(np.ceil(ahead.first))
+    window = slice(at - 1, at - 1 + STATIONS)
+
+    # throw at a tip has the sign that it has on the fault itself
+    near = walls.throw[np.argsort(np.abs(walls.place - place_of))[:SAMPLES]]
+    sign = float(np.sign(np.median(near)))
+    least = SHARE * float(np.abs(walls.throw).max())
+
+    # four estimates have to agree: from near and farther off the line, at the tip and beyond it;
+    # at most tips those from afar show that there is nothing
+    closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
+    farther = slice(window.stop, window.stop + STATIONS)
+    throws = [float(np.median(jumps[part])) for part in (window, farther)]
+    if all(sign * throw > least for throw in throws):
+        nearer = read(closest, 2)
+        throws += [float(np.median(nearer[part])) for part in (window, farther)]
+    if not all(sign * throw > least for throw in throws):
+        return None
+
+    # the same on parallel lines to both sides, where no fault is: what relief alone shows
+    beside = 2.0 * (ahead.first + SAMPLES)
+    relief = [read(ahead.first, SAMPLES, side)[window] for side in (-beside, beside)]
+    seen = max((float(np.median(np.abs(r))) for r in relief if np.isfinite(r).all()), default=0.0)
+    if not all(sign * throw > CLEARLY * seen for throw in throws):
+        return None
+    throw = throws[0]
+
+    # the throw ends where it falls below the limit, or where the data end
+    gone = np.flatnonzero(~(np.abs(jumps) > max(SHARE * abs(throw), CLEARLY * seen)))
+    last = int(gone[gone >= at][0]) if (gone >= at).any() else len(jumps)
+    known = last < len(jumps) and bool(np.isfinite(jumps[last]))
+
+    # the tip and that end in world coordinates [m]
+    level = float(np.interp(place_of, np.arange(len(trace.line)), trace.line[:, 2]))
+    cells = np.stack([ahead.tip, ahead.tip + last * ahead.along])
+    xy = frame.to_world(cells / frame.stretch)
+    first = float(jumps[np.isfinite(jumps)][0])
+    far = f"{last * frame.cell:.0f} m" if known else f"at least {last * frame.cell:.0f} m"
+    side = end_at(fault, np.array([*xy[0], level]))
+    how = (
+        "tear with gs.extend_fault(fault, box, sides='strike').surface"
+        if side is None
+        else how_to_lengthen(name, {side: last * frame.cell})
+    )
+    return GeosurfWarning(
+        "throw at tip",
+        name,
+        f"Fault {name!r} ends inside horizon {picks.name!r} at {place((*xy[0], level))}, where the "
+        f"data show a throw of {first:.3g} m. The sheet has no throw beyond that point; in the "
+        f"data it continues for {far}.",
+        f"Continue fault {name!r} to about (E {xy[1, 0]:.0f}, N {xy[1, 1]:.0f}): {how}.",
+        (*xy[0], level),
+    )
+
+
+def _ahead(trace: Trace, end: int, trim: float, heave: float) -> Ahead:
+    """The continuation of a trace past one of its ends."""
+    vertex, forward = np.arange(len(trace.line)), -1.0 if end == 0 else 1.0
+    stop = float(np.interp((trace.start, trace.stop)[end], vertex, trace.along))
+    tip, back = (
+        np.array([np.interp(s, trace.along, trace.line[:, k]) for k in (0, 1)])
+        for s in (stop, stop - forward * CHORD)
+    )
+
+    # the direction of the last cells; the first data aside are beyond trim and half the heave
+    along = (tip - back) / max(float(np.hypot(*(tip - back))), 1e-9)
+    left = forward * np.array([-along[1], along[0]])
+    return Ahead(tip, along, left, trim + SPARE + max(0.5 * float(heave), 0.0))
+
+
+def _without_others(picks: Picks, state: Heights, number: int, trim: float) -> np.ndarray:
+    """Heights (n_row, n_col), NaN beside all other traces: a line must not be drawn across them."""
+    grid = state.values.copy()
+    for other, (trace, near) in enumerate(zip(state.network.traces, state.near, strict=True)):
+        if other != number:
+            # heights next to another fault belong to its walls
+            rows = near.within(trim + 1.0)
+            rows = rows[(near.place[rows] >= trace.start) & (near.place[rows] <= trace.stop)]
+            grid[near.node[rows]] = np.nan
+    return grid.reshape(picks.frame.shape)

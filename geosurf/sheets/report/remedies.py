@@ -9,7 +9,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
-from geosurf.model.needed_faults import Extended
+from geosurf.model.sheets import Extended
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.build import Built

@@ -7,38 +7,41 @@ exact cut are those of sheets as picked.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_word
+from geosurf.conventions import did_you_mean, is_word, place
 from geosurf.conventions.running import running
-from geosurf.errors import HorizonError, InputError
-from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
+from geosurf.errors import GeometryError, HorizonError, InputError
+from geosurf.model import FaultCut, Lattice, LostThrow, Sheet, ThrowReport, TriSurface, frozen
+from geosurf.model.surfaces import Sector
 from geosurf.sheets.faults import DIRECTIONS
+from geosurf.sheets.faults.dip_lines import FAR_STEPS, beyond
 from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
-from geosurf.sheets.faults.dip_lines import beyond
 from geosurf.sheets.faults.fault_profile import Section, section_of
 from geosurf.sheets.faults.given_throw import slips_of
+from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
-from geosurf.sheets.mesh.build import Built
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.mesh.build import Built, build
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
     lost_cutoffs,
+    refuse_leaks,
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.report.cutoffs import longest
+from geosurf.sheets.mesh.rings import SPARE
+from geosurf.sheets.report.cutoffs import longest, met
 from geosurf.sheets.report.describe import count_tips, fault_cuts, no_cuts
-from geosurf.sheets.throw.attempt import Attempt
-from geosurf.sheets.throw.best_attempt import best_attempt
-from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
+from geosurf.sheets.throw.attempt import Attempt, attempt
 from geosurf.sheets.throw.movement import Movement, movement_of
-from geosurf.sheets.throw.sectors import cutoffs_to_expect, sectors_of, too_coarse
 from geosurf.sheets.throw.tear_ends import throw_at_early_ends
 
 FAR = 1e-6  # cells outside of the data from which a particle is counted
@@ -303,3 +306,303 @@ def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> Thro
         farthest_outside=float(outside.max(initial=0.0)) * movement.frame.cell,
         notes=list(best.notes),
     )
+
+
+LEANS = (0.5, 0.3, 0.7)  # shares of the movement at which traces are tried
+SPARES = (1.0, 0.5, 1.5, 0.0)  # cells beyond an overlap that rings are tried to cover
+
+
+def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
+    """The first mesh that closes without an early end, else the one that ends least early.
+
+    Where traces run between both cut-offs, and how far rings reach beyond an overlap, is free;
+    at a tip it decides on which side of the fault the last nodes are.
+
+    Returns
+    -------
+    attempt : Attempt
+        The one that the mesh was made from.
+    built : Built or None
+        The torn mesh; None where no fault has throw. It counts the cuts of all attempts.
+    """
+    n_cut = 0
+    best: tuple[tuple[bool, int], Attempt, Built] | None = None
+    branches = movement.first_branches()
+    for lean in LEANS:
+        one = attempt(movement, lean, branches)
+        branches = one.branches  # the next one starts with what this one has found
+        if not len(one.state.cuts.node):
+            return one, None
+        for state in _with_spare_rings(one.state):
+            built = build(
+                movement.picks, state, movement.faults, movement.rising, one.ghosts, one.end_at,
+                walls=one.walls_by_name,
+            )  # fmt: skip
+
+            n_cut += built.n_cut
+
+            # a closed sheet beats an open one; among these, the one with the fewest links left
+            # untorn
+            failed = built.is_open, sum(built.repairs.shortened.values())
+            if best is None or failed < best[0]:
+                best = failed, one, built
+            if failed == (False, 0):
+                return one, replace(built, n_cut=n_cut)
+    assert best is not None
+    _, one, built = best
+    refuse_leaks(movement.picks, built, movement.faults)
+    return one, replace(built, n_cut=n_cut)
+
+
+def _with_spare_rings(state: Heights) -> Iterator[Heights]:
+    """The same heights with overlaps widened, so that rings of ghosts reach beyond them."""
+    overlaps = any((np.minimum(w.left, w.right) < -SPARE).any() for w in state.walls)
+
+    # only overlaps need rings: a gap has one attempt for each share of the movement
+    for spare in SPARES if overlaps else SPARES[:1]:
+        walls = [
+            replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare))
+            for w in state.walls
+        ]
+        yield replace(state, walls=walls)
+
+
+def _wider(gap: np.ndarray, spare: float) -> np.ndarray:
+    """Overlaps (gaps below 0) made larger, the small ones near tips by no more than they are."""
+    return np.where(gap < 0, gap - spare * np.minimum(-gap, 1.0), gap)
+
+
+LOST = 0.02  # of the largest throw: less than this may be missing next to a tip without a report
+BESIDE = 2.0  # cells from a tip within which it is looked for
+DYING = 1.5  # throw that dies at a tip is lost on a lattice as this power of its cell
+
+
+def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[FaultCut, np.ndarray]:
+    """Throw and heave along the lines down the dip of a fault; and the requested throw (n,).
+
+    `reach` is how far cut-offs may be from their stations [cells]. Requested is what the rock had
+    to move by that is the footwall cut-off now; NaN where none is.
+    """
+    section, n = slip.section, len(cut.stations)
+    if n == 0:
+        return cut, np.empty(0)
+
+    # a line down the dip is named by its s at this level, so that cut-offs of one line match
+    level = float(cut.stations[:, 2].mean())
+
+    def named(points: np.ndarray) -> np.ndarray:
+        """Where the lines through points (n, 3) are at one level; across strike; elevation."""
+        s, r = section.of(points[:, :2] - frame.corner)
+        z = points[:, 2]
+        at = slip.along(s, z, np.full(len(z), level), FAR_STEPS)
+        return np.column_stack([at, r, z])
+
+    # where the line of each station meets both cut-offs: s and r along strike and across, z
+    stations = named(cut.stations)
+    across = np.broadcast_to([0.0, 1.0], (n, 2))
+    found = {}
+    for wall, lines in cut.cutoffs.items():
+        t, z = met(stations[:, :2], across, [named(line) for line in lines], reach * frame.cell)
+        known = np.isfinite(z)
+        s = np.full(n, np.nan)
+        s[known] = slip.along(stations[known, 0], np.full(known.sum(), level), z[known], FAR_STEPS)
+        found[wall] = np.column_stack([s, t, z])
+
+    # heave is the gap in the map, negative where walls overlap; throw is positive down
+    plus, minus = found["+"], found["-"]
+    gap = plus - minus
+    heave = np.copysign(np.hypot(gap[:, 0], gap[:, 1]), gap[:, 1])
+    throw = -gap[:, 2]
+    known = np.isfinite(throw)
+
+    # the requested throw belongs to the rock that is the footwall cut-off now
+    z = (minus[:, 2] - (1.0 - slip.share) * throw)[known]  # before the footwall rose
+    s = slip.along(stations[known, 0], np.full(len(z), level), z, FAR_STEPS)
+    requested = np.full(n, np.nan)
+    rock = section.places(s, section.across(s, z))
+    requested[known] = slip.amount(np.clip(s, 0.0, section.length), z, rock)
+    return replace(cut, throw=throw, heave=heave), requested
+
+
+def lost_at_tips(
+    cut: FaultCut, requested: np.ndarray, largest: float, cell: float
+) -> list[LostThrow]:
+    """Places next to tips where more of the requested throw is missing than may go unreported.
+
+    Throw that dies at a tip as its distance to the power of 3/2 is read from nodes of a lattice:
+    what is lost is largest next to the tip, and falls as the cell to that power.
+    """
+    if len(cut.along) == 0:
+        return []  # this fault tears nothing, while others do
+    found = []
+
+    # `along` starts at 0 for each trace: stations between two zeros are one trace
+    first = np.flatnonzero(cut.along == 0.0)
+    for k, rows in enumerate(np.split(np.arange(len(cut.along)), first[1:])):
+        for end, at in zip(cut.ends[2 * k : 2 * k + 2], (rows[0], rows[-1]), strict=True):
+            if end != "tip":
+                continue
+            near = rows[np.abs(cut.along[rows] - cut.along[at]) <= BESIDE * cell]
+
+            # what is missing of the throw, in its direction: more than requested is below 0
+            lost = np.copysign(1.0, requested[near]) * (requested[near] - cut.throw[near])
+
+            # stations without a cut-off count as no loss
+            lost = np.where(np.isfinite(lost), lost, 0.0)
+            worst = int(near[lost.argmax()])
+            if lost.max() > LOST * largest:
+                # the loss falls as cell**DYING: the cell at which it would be as small as LOST
+                finer = cell * (LOST * largest / float(lost.max())) ** (1.0 / DYING)
+                where = tuple(cut.stations[worst].tolist())
+                amounts = float(requested[worst]), float(cut.throw[worst])
+                found.append(LostThrow(cut.fault, where, *amounts, cell, finer))
+    return found
+
+
+LEVELS = 65  # elevations at which faults are looked at, over what the horizon can reach
+STATIONS = 513  # places along strike, at most
+
+
+def cutoffs_to_expect(best: Attempt, fault: int, wall: float) -> np.ndarray:
+    """Places (n, 3), from the corner, where the horizon ends on a fault from one wall, 1 hanging.
+
+    Walls of all other faults are those of the place: what these cut away does not count.
+    """
+    movement = best.movement
+    xyz, shape = _on_fault(movement, fault)
+    walls = movement.in_hanging_walls(xyz[:, :2], xyz[:, 2])
+    walls[fault] = wall
+    heights, _ = movement.heights_at(best.branches, xyz[:, :2], walls)
+    above = (xyz[:, 2] - heights).reshape(shape)
+    other = walls.reshape(-1, *shape)
+
+    # between two levels of the same walls the fault goes through the horizon
+    same = (other[:, :, 1:] == other[:, :, :-1]).all(axis=0)
+    with np.errstate(invalid="ignore"):
+        through = above[:, 1:] * above[:, :-1] <= 0.0
+    row, at = np.nonzero(same & through)
+    found: np.ndarray = xyz.reshape(*shape, 3)[row, at]
+    return found
+
+
+def too_coarse(best: Attempt, fault: int, places: np.ndarray) -> GeometryError | None:
+    """The error where a wedge at a fault is narrower than a cell; None where none is so narrow.
+
+    `places` (n, 3) are on the fault: cut-offs that the sheet should have.
+    """
+    movement = best.movement
+    cell, name, horizon = movement.frame.cell, movement.faults[fault].name, movement.picks.name
+    found: tuple[float, int, int] | None = None
+    for k in range(len(movement.slips)):
+        far = np.abs(movement.distance(k, places[:, :2], places[:, 2]))
+        if k != fault and best.branches.acts[k] and far.max() < cell:
+            at = int(far.argmax())
+            found = min(found or (np.inf, 0, 0), (float(far[at]), k, at))
+    if found is None:
+        return None
+    width, other, at = found
+    where = places[at] + np.append(movement.frame.corner, 0.0)
+    names = name, movement.faults[other].name
+    return GeometryError(
+        f"horizon {horizon!r} is {width:.3g} m wide between faults {names[0]!r} and {names[1]!r} "
+        f"at {place(where)}, and cells of {cell:.3g} m have no node there. Give the horizon on "
+        f"cells of {0.9 * width:.2g} m, as from its .interp(easting=..., northing=...), or move a "
+        "fault.",
+        place=where,
+        surfaces=(horizon, *names),
+    )
+
+
+def sectors_of(best: Attempt) -> tuple[Sector, ...]:
+    """The wedges between faults that cross so close to the horizon that one may be without it."""
+    movement, frame = best.movement, best.movement.frame
+    found = []
+    for pair in combinations(range(len(movement.slips)), 2):
+        if not all(best.branches.acts[k] for k in pair) or not _is_close(best, *pair):
+            continue
+        unclear = _beside_others(movement, pair)
+        for first, second in product((True, False), repeat=2):
+            walls = best.walls.copy()
+            walls[pair[0]], walls[pair[1]] = float(first), float(second)
+            heights, _ = movement.heights_at(best.branches, movement.xy, walls)
+            heights[unclear] = np.nan
+            found.append(
+                Sector(
+                    faults=(movement.faults[pair[0]].name, movement.faults[pair[1]].name),
+                    front=(first, second),
+                    corner=frozen(frame.corner, np.float64),
+                    step=frozen(frame.step, np.float64),
+                    elevation=frozen(heights.reshape(frame.shape), np.float64),
+                    rising=movement.rising,
+                )
+            )
+    return tuple(found)
+
+
+def _reach(movement: Movement) -> tuple[float, float]:
+    """Lowest and highest elevation that the horizon can have [m]."""
+    most = sum(movement.largest) + movement.frame.cell
+    return float(movement.picks.z.min()) - most, float(movement.picks.z.max()) + most
+
+
+def _on_fault(movement: Movement, fault: int) -> tuple[np.ndarray, tuple[int, int]]:
+    """Places (n, 3) on a fault, from the corner, as stations (rows) and levels (columns)."""
+    section = movement.slips[fault].section
+    low, high = _reach(movement)
+    low, high = max(low, float(section.z[0])), min(high, float(section.z[1]))
+    n = int(np.clip(np.ceil(section.length / movement.frame.cell) + 1, 2, STATIONS))
+    shape = (n, LEVELS)
+    s, z = (
+        part.ravel()
+        for part in np.meshgrid(
+            np.linspace(0.0, section.length, n), np.linspace(low, high, LEVELS), indexing="ij"
+        )
+    )
+    return np.column_stack([section.places(s, section.across(s, z)), z]), shape
+
+
+def _is_close(best: Attempt, one: int, two: int) -> bool:
+    """Whether two faults cross within a cell of the horizon in one wedge, or between two wedges."""
+    movement = best.movement
+    xyz, shape = _on_fault(movement, one)
+    section = movement.slips[two].section
+    s, _ = section.of(xyz[:, :2])
+    inside = (s >= 0.0) & (s <= section.length)
+    inside &= (xyz[:, 2] >= section.z[0]) & (xyz[:, 2] <= section.z[1])
+    far = np.where(inside, movement.distance(two, xyz[:, :2], xyz[:, 2]), np.nan).reshape(shape)
+
+    # along each line down the fault: where it passes from one wall of the other to the next
+    with np.errstate(invalid="ignore"):
+        row, at = np.nonzero(far[:, 1:] * far[:, :-1] <= 0.0)
+    if len(row) == 0:
+        return False
+    a, b = np.abs(far[row, at]), np.abs(far[row, at + 1])
+    share = np.divide(a, a + b, out=np.full_like(a, 0.5), where=a + b > 0)[:, None]
+    grid = xyz.reshape(*shape, 3)
+    crossing = grid[row, at] + share * (grid[row, at + 1] - grid[row, at])
+
+    # the horizon in all four wedges there
+    walls = movement.in_hanging_walls(crossing[:, :2], crossing[:, 2])
+    above = []  # by how much [m]
+    for front in product((1.0, 0.0), repeat=2):
+        walls[one], walls[two] = front
+        heights, _ = movement.heights_at(best.branches, crossing[:, :2], walls)
+        above.append(heights - crossing[:, 2])
+
+    # within a cell: a piece that is narrower may have no node, and be missing as well
+    cell = movement.frame.cell
+    return bool(((np.max(above, axis=0) > -cell) & (np.min(above, axis=0) < cell)).any())
+
+
+def _beside_others(movement: Movement, pair: tuple[int, int]) -> np.ndarray:
+    """Nodes (n,) over or under which another fault passes: there its wall depends on the depth."""
+    unclear = np.zeros(len(movement.xy), dtype=bool)
+    for k, slip in enumerate(movement.slips):
+        if k in pair:
+            continue
+        levels = np.linspace(slip.section.z[0], slip.section.z[1], 17)
+        sides = [
+            movement.distance(k, movement.xy, np.full(len(movement.xy), z)) > 0.0 for z in levels
+        ]
+        unclear |= np.any(sides, axis=0) & ~np.all(sides, axis=0)
+    return unclear
