@@ -27,7 +27,6 @@ from geosurf.scene.given import (
     given_horizon,
     given_settings,
     prepared_faults,
-    sent,
     torn_like,
 )
 from geosurf.scene.tearing import longer_faults
@@ -91,10 +90,6 @@ class SceneModel:
         # Of horizons that throws tear: the last sheet of each that does not move, by what it was
         # made from.
         self._thrown_sheets: dict[str, tuple[str, Sheet]] = {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What goes to other processes: inputs as the surfaces that were made of them."""
-        return {**self.__dict__, "scene": sent(self.scene)}
 
     # ---- what is given -------------------------------------------------------------------
 

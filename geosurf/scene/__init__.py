@@ -8,7 +8,7 @@ graph.py             `Graph`: what depends on what, from surfaces to units, on o
 surfaces.py          files, grids and meshes -> the surfaces of the graph
 area.py              the box, the area of interest, and the origin of the local frame
 faults.py            faults, extended and truncated
-horizon_ends.py      faults that end at horizons, cut after the rebuild
+horizon_ends.py      faults that end at horizons, virtual walls at their targets; ended.py loads it
 input_warnings.py    warnings about inputs that look wrong
 curves.py            the curves of one pair, and those of all pairs
 reference_systems.py  well tops and area in the system of the surfaces

@@ -41,7 +41,6 @@ def parts(graph: Graph) -> Units | None:
     inputs = graph.inputs
     if not inputs.contacts or inputs.compartments or inputs.slivers.merge:
         return None
-    graph.read.read_grids()  # in threads: the box of the contacts asks for one after the other
     surfaces, contacts = graph.fluids
     named = [("contact", surface.name) for surface in surfaces]
     named += [("input", name) for name in inputs.names]

@@ -48,35 +48,6 @@ def given_fault(scene: Scene, name: str) -> TriSurface:
     return scene._plain.read.fault(name)
 
 
-def sent(scene: Scene) -> Scene:
-    """
-    Return a scene for other processes, which need not load xarray to open its inputs.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    Scene
-        Grids and faults that it has read without a warning are surfaces. A horizon that is to be
-        torn stays as it is.
-    """
-    inputs, read = scene._inputs, scene._plain.read
-    horizons = {} if inputs.tear is not None else inputs.horizons
-    # halves of faults have the input of the whole one
-    faults = {} if inputs.halves.parts else inputs.faults
-    known = {
-        role: {
-            name: found
-            for name, value in values.items()
-            if (found := read.in_place_of(name, role, value)) is not None
-        }
-        for role, values in (("horizon", horizons), ("fault", faults))
-    }
-    return scene.replace(horizons=known["horizon"], faults=known["fault"])
-
-
 def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
     """Return all faults as extended and truncated, before tears make them longer."""
     return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
@@ -161,7 +132,6 @@ __all__ = [
     "given_settings",
     "keep_results_apart",
     "prepared_faults",
-    "sent",
     "torn_like",
     "torn_scene",
     "volumes_by_unit",

@@ -51,9 +51,9 @@ from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.area import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, remembered_curves
+from geosurf.scene.ended import Ended, describe, end_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
 from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
-from geosurf.scene.horizon_ends import Ended, describe, end_inside
 from geosurf.scene.input_warnings import warn_of_inputs
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
@@ -442,7 +442,6 @@ class Graph:
 
     def prepare(self) -> None:
         """Read all inputs, check them against each other, and warn of what looks wrong."""
-        self.read.read_grids()
         _ = self.wholes, self.fluids
         for name in self.inputs.faults:
             if lies_beside(self.whole(name), self.box):

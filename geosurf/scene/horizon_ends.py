@@ -26,7 +26,6 @@ from geosurf.model import Patches
 from geosurf.model.compartments import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
 from geosurf.model.faults import Truncation
 from geosurf.rebuild import drop_triangles
-from geosurf.scene.inputs import SceneInputs
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.faults.virtual.walls import Wall
@@ -558,64 +557,10 @@ def _ended(patches: Patches, rows: np.ndarray, part: VirtualWall, word: str) -> 
     )
 
 
-# patches, what faults lost by ending at horizons, warnings of that, and virtual walls
-Ended = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]]
-
-
-def end_inside(
-    patches: Patches,
-    column: Mapping[str, str],
-    inputs: SceneInputs,
-    branches: Sequence[Rule],
-    walls: Sequence[Wall],
-) -> Ended:
-    """
-    Drop the parts of faults beyond the horizons that they end at, and of walls beyond theirs.
-
-    Parameters
-    ----------
-    patches : Patches
-        All that is enclosed, split.
-    column : mapping of str to str
-        Rules of the horizons.
-    inputs : SceneInputs
-        With `horizon_rules` and `compartments`.
-    branches : sequence of Rule
-        Faults that end at faults.
-    walls : sequence of Wall
-        Virtual walls before they are cut.
-
-    Returns
-    -------
-    Ended
-    """
-    lost: tuple[Truncation, ...] = ()
-    warnings: tuple[GeosurfWarning, ...] = ()
-    parts: tuple[VirtualWall, ...] = ()
-    if inputs.horizon_rules:
-        from geosurf.scene.horizon_ends import end_at_horizons  # loaded by those who have some
-
-        patches, lost, warnings = end_at_horizons(patches, column, inputs.horizon_rules, branches)
-    if inputs.compartments:
-        from geosurf.scene.horizon_ends import end_virtual_walls  # and these, too
-
-        patches, parts, more = end_virtual_walls(patches, walls, inputs.compartments)
-        warnings = (*warnings, *more)
-    return patches, lost, warnings, parts
-
-
-def describe(found: Ended) -> str:
-    """Return how many patches, and what faults lost by ending at horizons, in words."""
-    return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
-
-
 __all__ = [
-    "Ended",
     "Ends",
-    "describe",
     "edges_above_and_below",
     "end_at_horizons",
-    "end_inside",
     "end_virtual_walls",
     "on_tails",
     "warnings_of_tails",

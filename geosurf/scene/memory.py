@@ -224,11 +224,6 @@ class Memory:
         """Whether the result of a step is in memory."""
         return (self._own.get(key) or self._shared(key)) is not None
 
-    def is_quiet(self, key: Hashable) -> bool:
-        """Whether the result of a step is in memory, and had no warning."""
-        known = self._own.get(key) or self._shared(key)
-        return known is not None and not known[1]
-
     def get_or_compute(
         self,
         stage: str,

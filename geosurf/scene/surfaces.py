@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.threads import map_threads
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.conventions.crs import refuse_other_crs
-from geosurf.errors import GeosurfError, GeosurfWarning, InputError
+from geosurf.errors import InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
 from geosurf.scene.footprint import footprint, opened_horizon
@@ -32,13 +31,10 @@ from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
 from geosurf.triangulate.stored import cropped, is_stored, lack_of_memory, read_stored, refusal
-from geosurf.warning import collected, warn
 
-_LARGE = 1 << 21  # bytes of a grid: smaller ones are hashed faster than a thread starts
 Options = Mapping[str, Any]
 Lookup = Callable[[str], TriSurface]
 Found = Callable[[str], TriSurface | None]
-Made = tuple[TriSurface, list[GeosurfWarning]]
 
 
 class InputSurfaces:
@@ -66,7 +62,6 @@ class InputSurfaces:
         self.crs: dict[str, str] = {}
         self._fingerprints: dict[str, str] = {}
         self._few: dict[str, TriSurface] = {}  # every k-th node of grids that are too large
-        self._made: dict[str, Made] = {}  # by threads, until they are asked for
         self._known: dict[str, TriSurface] = {}  # those that have been asked for
         self._maps: list[weakref.ref[Lattice]] = []  # as long as somebody holds them
 
@@ -81,36 +76,6 @@ class InputSurfaces:
         """Return a fault as given: neither extended nor truncated."""
         return self._surface(name, "fault", self.inputs.faults[name], None)
 
-    def in_place_of(self, name: str, role: str, given: Any) -> TriSurface | None:
-        """The surface that an xarray input became, if it can stand in its place; None otherwise.
-
-        It can if it has been read without a warning, and comes out again as it is.
-        """
-        if name not in self._known or not hasattr(given, "coords"):
-            return None
-        found = self._known[name]
-        quiet = self.memory.is_quiet(self._key(name, role, self._fingerprints[name]))
-        turns = role == "fault" and orient_fault(found) is not found
-        return found if quiet and not turns else None
-
-    def read_grids(self) -> None:
-        """Hash and triangulate large horizons in threads: a seventh of a large model."""
-        given = self.inputs.horizons
-        large = [
-            name for name, one in given.items()
-            if name not in self._fingerprints and not is_stored(one)
-            and isinstance(getattr(one, "data", None), np.ndarray) and one.data.nbytes > _LARGE
-        ]  # fmt: skip
-        # the first of those with 2-D coordinates before the others, which often have the same
-        first = [] if self.maps() else [name for name in large if _is_rotated(given[name])][:1]
-        large = [*first, *(name for name in large if name not in first)]
-        found = [self._read_grid(name) for name in first]
-        found += map_threads(self._read_grid, [(name,) for name in large[len(first) :]])
-        for name, (content, made) in zip(large, found, strict=True):
-            self._fingerprints[name] = content
-            if made is not None:
-                self._made[name] = made
-
     def maps(self) -> list[Lattice]:
         """Return horizons that scenes of the family hold, one for each pair of 2-D coordinates."""
         alive = (one for ref in self._maps if (one := ref()) is not None)
@@ -122,19 +87,6 @@ class InputSurfaces:
         if lattice is not None and lattice.easting.ndim == 2:
             self._maps.append(weakref.ref(lattice))
         return surface
-
-    def _read_grid(self, name: str) -> tuple[str, Made | None]:
-        """The fingerprint of a grid; and its surface with warnings, unless it is in memory."""
-        given = self.inputs.horizons[name]
-        content = self.memory.hold(given)
-        if self.inputs.tear is not None or self.memory.knows(self._key(name, "horizon", content)):
-            return content, None
-        with collected() as warnings:
-            try:
-                made = as_surface(name, "horizon", given, self.inputs.options, maps=self.maps())
-                return content, (self._noted(made), warnings)
-            except GeosurfError:  # refused in its turn, when the scene asks for it
-                return content, None
 
     def _key(self, name: str, role: str, content: str) -> Hashable:
         """What the surface of an input depends on: what it held when read first, and options."""
@@ -229,12 +181,7 @@ class InputSurfaces:
         return west, east, south, north
 
     def _made_of(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
-        """The surface of an input, which a thread may have made."""
-        if name in self._made:
-            surface, warnings = self._made.pop(name)
-            for warning in warnings:
-                warn(warning)
-            return surface
+        """The surface of an input."""
         if role == "horizon" and self.inputs.tear is not None:
             return self._footprint(name, value)
         made = as_surface(
@@ -316,12 +263,6 @@ def as_surface(
         return made
     found = _own(found) if given else found
     return triangulate_fault(found, name=name, **undeclared(found, options))
-
-
-def _is_rotated(given: Any) -> bool:
-    """Whether an array has 2-D coordinates."""
-    coords = getattr(getattr(given, "coords", None), "variables", {})
-    return "easting" in coords and coords["easting"].ndim == 2
 
 
 def _own(given: Any) -> Any:

@@ -35,7 +35,6 @@ from geosurf.scene.tear_rounds import (
     same,
     sheets_on,
 )
-from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
 from geosurf.warning import collected
 
 
@@ -249,6 +248,8 @@ def warnings_of_passed_faults(
     given, faults : mapping of str to TriSurface
         All faults as rules left them, and as tears made them longer.
     """
+    from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
+
     found = []
     for rule in rules:
         both = [name for name in (rule.fault, rule.main) if faults[name] is not given[name]]

@@ -364,7 +364,7 @@ NOT_FOR_ALL = (
     *(f"geosurf.measure.{part}" for part in ("well_intervals", "places", "section", "thickness")),
     *(f"geosurf.render.{part}" for part in ("backend", "compose", "map.", "overlay", "section")),
     *(f"geosurf.scenario.{part}" for part in ("grid.", "new", "region_units", "sealed")),
-    *(f"geosurf.scene.{part}" for part in ("horizon_ends", "compartment_ends", "virtual_walls")),
+    *(f"geosurf.scene.{part}" for part in ("horizon_ends", "virtual_walls")),
     *("geosurf.faults.split", "geosurf.faults.virtual", "geosurf.model.distributions"),
     *("geosurf.triangulate.fault_polygons", "geosurf.triangulate.reprojection"),
 )

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.arrangement.threads import n_threads
@@ -23,13 +22,11 @@ from geosurf.ensemble import (
     DepthError,
     DepthShift,
     Normal,
-    Throw,
     Uniform,
     on_dask,
     worker_processes,
 )
 from geosurf.ensemble import store as store_room
-from geosurf.ensemble.models import SceneModel
 from geosurf.ensemble.on_dask import check_workers
 from geosurf.ensemble.plan import Plan
 from geosurf.ensemble.record import Record
@@ -38,7 +35,7 @@ from geosurf.ensemble.store import EnsembleStore
 from geosurf.errors import DependencyError, GeometryError, InputError, OutputError, WorkerError
 from geosurf.scene.graph import Graph
 from geosurf.sheets import tear
-from tests.ensemble.worlds import AREA, bytes_of, fault, layer_cake, plane
+from tests.ensemble.worlds import AREA, bytes_of, layer_cake
 
 N = 25  # more than one region
 POINTS = (70, 130, 186, 10_000)  # writes that fail
@@ -147,46 +144,6 @@ def test_another_process_builds_once_what_does_not_change(monkeypatch):
     there = pickle.loads(worker_processes.dumps(plan))
     assert [there.run(k).volumes for k in range(n)] == here
     assert len(built) == 1
-
-
-def test_a_worker_opens_grids_without_xarray(tmp_path):
-    """Grids go as surfaces, and records stay the same bytes; one with a warning goes as it is."""
-    shift, throw = UNCERTAIN[0], Throw("F1", Normal(20.0, 5.0))
-    faults = {"F1": fault()}
-    cases = {
-        "neither moved": (layer_cake(faults=faults), [throw]),
-        "one moved": (layer_cake(faults=faults), [shift, throw]),
-    }
-    code = """
-        import pickle, sys
-        plan, n = pickle.load(open(sys.argv[1], "rb"))
-        records = [plan.run(k).to_bytes() for k in range(n)]
-        print(int("xarray" in sys.modules))
-        pickle.dump(records, open(sys.argv[1], "wb"))
-    """
-    for name, (model, uncertain) in cases.items():
-        plan, n = planned(model, 2, uncertain, None, None)
-        plan.start()
-        here = [plan.run(k).to_bytes() for k in range(n)]
-        file = tmp_path / f"{name}.plan"
-        file.write_bytes(pickle.dumps((plan, n)))
-        done = subprocess.run(
-            [sys.executable, "-c", textwrap.dedent(code), file], capture_output=True, check=True
-        )
-        assert done.stdout.split() == [b"0"], name
-        assert pickle.loads(file.read_bytes()) == here, name
-
-
-def test_an_input_with_a_warning_goes_as_it_is():
-    hole = plane(-1000.0)
-    hole[2, 2] = 500.0  # a spike
-    model = SceneModel(gs.Scene({"Top": hole, "Base": plane(-1100.0)}))
-    model.horizon("Base")
-    with pytest.warns(gs.GeosurfWarning, match="Top"):
-        model.horizon("Top")
-    there = pickle.loads(pickle.dumps(model)).scene._inputs.horizons
-    assert isinstance(there["Top"], xr.DataArray)
-    assert isinstance(there["Base"], gs.TriSurface)
 
 
 def test_realisations_side_by_side_have_a_core_each(monkeypatch):

@@ -254,13 +254,12 @@ def _cut(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     triangles, frame = setting.triangles, setting.picks.frame
     torn, ghosts, cuts = _meshed(setting, state, repairs)
     band = band_of(torn, triangles, frame, state.values, ghosts, setting.reach, setting.walls)
-    blocks = [blocks for _, blocks in setting.known.meshes]
 
     def is_own(nodes: np.ndarray) -> np.ndarray:
         """Which nodes are clearly on their own side of all faults."""
         return setting.known.is_own(nodes, state)
 
-    cut = cut_band(band, torn, triangles, setting.faults, frame, blocks, is_own)
+    cut = cut_band(band, torn, triangles, setting.faults, frame, is_own)
     return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs, 1, setting.walls)
 
 

@@ -11,12 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from geosurf.arrangement.search import find_contacts
-from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import frame_origin
 from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import Patches, TriSurface
@@ -24,7 +22,6 @@ from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import patches_from
 from geosurf.rebuild.ghosts import kept_parts
 from geosurf.rebuild.wall_sides import WALL
-from geosurf.sheets.faults.fault_distance import Blocks
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.holes import Hole, holes_at, holes_of
@@ -54,50 +51,6 @@ class Band:
     outer: np.ndarray
     is_copy: np.ndarray
 
-    def only(self, rows: np.ndarray) -> Band:
-        """Some triangles of it."""
-        surface = self.surface
-        # Only vertices in use, in their order.
-        used, faces = renumbered(surface.triangles.take(rows, axis=0), surface.n_vertex)
-        part = TriSurface(
-            surface.name,
-            surface.role,
-            surface.vertices.take(used, axis=0),
-            faces,
-            vertex_data={key: values.take(used) for key, values in surface.vertex_data.items()},
-        )
-        return Band(part, self.vertex.take(used), self.outer, self.is_copy[rows])
-
-
-@dataclass(eq=False)
-class Part:
-    """What the exact cut gave of one island.
-
-    Attributes
-    ----------
-    faults : list of int
-        Numbers of the faults that can meet it.
-    patches : Patches
-        Of its triangles and these faults, ghosts included.
-    corners : ndarray of int64 (n, 3)
-        Corners of its triangles, as vertices of `Torn`.
-    keep : ndarray of bool (n_triangle,)
-        See `kept_parts`.
-    curve_sides : list of (ndarray, ndarray)
-        By surface, see `sides_at_curves`.
-    leaks, dead_ends, holes
-        As of `Cut`.
-    """
-
-    faults: list[int]
-    patches: Patches
-    corners: np.ndarray
-    keep: np.ndarray
-    curve_sides: list[tuple[np.ndarray, np.ndarray]]
-    leaks: list[Leak]
-    dead_ends: list[tuple[int, int]]
-    holes: list[Hole]
-
 
 @dataclass(eq=False)
 class Cut:
@@ -105,8 +58,14 @@ class Cut:
 
     Attributes
     ----------
-    parts : list of Part
-        One for each island.
+    patches : Patches
+        Of the band and all faults, ghosts included.
+    corners : ndarray of int64 (n, 3)
+        Corners of the triangles of the band, as vertices of `Torn`.
+    keep : ndarray of bool (n_triangle,)
+        See `kept_parts`.
+    curve_sides : list of (ndarray, ndarray)
+        By surface, see `sides_at_curves`.
     leaks : list of (int, int, frozenset of int)
         Outer edges, as vertices of `Torn`, that the sheet would end on inside the data, and the
         faults that cut them.
@@ -116,14 +75,13 @@ class Cut:
         The places that leaks and dead ends come from.
     """
 
-    parts: list[Part]
+    patches: Patches
+    corners: np.ndarray
+    keep: np.ndarray
+    curve_sides: list[tuple[np.ndarray, np.ndarray]]
     leaks: list[Leak]
     dead_ends: list[tuple[int, int]]
     holes: list[Hole]
-
-    def part_of(self, fault: int) -> Part:
-        """The part in which a fault is."""
-        return next(part for part in self.parts if fault in part.faults)
 
 
 def band_of(
@@ -184,50 +142,14 @@ def cut_band(
     triangles: Triangles,
     faults: Sequence[TriSurface],
     frame: Frame,
-    blocks: Sequence[Blocks],
     is_own: IsOwn,
 ) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks.
 
-    `blocks` of each fault hold something wherever it can meet the band. `is_own` gives which nodes
-    are clearly on their own side of all faults, at their own height.
+    `is_own` gives which nodes are clearly on their own side of all faults, at their own height.
     """
-    # points are rounded once, in the frame of all: the same for any islands
-    origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
-    found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
-    parts = map_threads(
-        partial(
-            _cut_part,
-            torn=torn,
-            triangles=triangles,
-            frame=frame,
-            origin=origin,
-            is_own=is_own,
-        ),
-        [
-            (band if len(found) == 1 else band.only(rows), mine, [faults[k] for k in mine])
-            for rows, mine in found
-        ],
-    )
-    # Sorted by vertices, so that threads do not change the order.
-    leaks = sorted((leak for part in parts for leak in part.leaks), key=lambda leak: leak[:2])
-    dead_ends = [pair for part in parts for pair in part.dead_ends]
-    return Cut(parts, leaks, dead_ends, [hole for part in parts for hole in part.holes])
-
-
-def _cut_part(
-    band: Band,
-    numbers: list[int],
-    faults: Sequence[TriSurface],
-    *,
-    torn: Torn,
-    triangles: Triangles,
-    frame: Frame,
-    origin: np.ndarray,
-    is_own: IsOwn,
-) -> Part:
-    """Cut one island by its faults."""
     # The same exact arrangement as for a whole model, on a few thousand triangles.
+    origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
     patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
 
     # a part that is dropped though it has triangles clearly on their own side leaks somewhere:
@@ -239,17 +161,14 @@ def _cut_part(
     # leaks: outer edges that are cut and stay in part; dead ends: copies in which a fault ends
     sides = sides_at_curves(patches)
     rim = free_edges(patches, sides)
-    leaks = [
-        (a, b, frozenset(numbers[k] for k in met))
-        for a, b, met in leaks_of(patches, rim, open_part, corner, torn, triangles)
-    ]
+    leaks = leaks_of(patches, rim, open_part, corner, torn, triangles)
     dead_ends = _named(band, false_rims(patches, keep, sides))
     # A part that was counted as open without being kept may run through a copy.
     if not keep[open_part].all():
         dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
     corners = band.vertex[band.surface.triangles]
 
-    # the minimum cut is looked for only where something is open: most islands are closed
+    # the minimum cut is looked for only where something is open: most sheets are closed
     holes: list[Hole] = []
     if leaks or dead_ends:
         edges = distinct(*(keys for keys, _ in sides[1:]))
@@ -258,7 +177,8 @@ def _cut_part(
         if not holes:  # an outer edge comes back through the fault between its ends
             pairs = [*(leak[:2] for leak in leaks), *dead_ends]
             holes = holes_at(pairs, _places(band), torn.n_node, frame.cell)
-    return Part(numbers, patches, corners, keep, sides, leaks, dead_ends, holes)
+    leaks.sort(key=lambda leak: leak[:2])
+    return Cut(patches, corners, keep, sides, leaks, dead_ends, holes)
 
 
 def _places(band: Band) -> Callable[[np.ndarray], np.ndarray]:
@@ -319,74 +239,6 @@ def _named(band: Band, faces: np.ndarray) -> list[tuple[int, int]]:
     # Lowest and highest vertex name a copy well enough for messages and repairs.
     corners = np.sort(band.vertex[band.surface.triangles[faces]], axis=1)
     return [(int(a), int(b)) for a, b in np.unique(corners[:, [0, 2]], axis=0)]
-
-
-TILE = 3  # 2**3 nodes each way: what is in one tile or in neighbouring ones hangs together
-LEAST = 10_000  # triangles: a smaller island is cut with the next one
-
-
-def islands(
-    nodes: np.ndarray, faces: np.ndarray, frame: Frame, blocks: Sequence[Blocks]
-) -> list[tuple[np.ndarray, list[int]]]:
-    """Rows of the triangles of each island, and its faults; each row and each fault in one.
-
-    Parameters
-    ----------
-    nodes : ndarray of int64 (n_vertex,)
-        Lattice node under each vertex of the band.
-    faces : ndarray of int64 (n, 3)
-        Triangles of the band, of neighbouring nodes.
-    blocks : sequence of Blocks
-        Of each fault; where they hold nothing, it meets no triangle.
-    """
-    # threads cost more than they save for one fault, one island, or few triangles
-    count, island = _tiled(nodes, frame.shape)
-    if count < 2 or len(blocks) < 2 or len(faces) < 2 * LEAST:
-        return [(np.arange(len(faces)), list(range(len(blocks))))]
-    # Tiles are joined by the faults that come near them, whatever lies between.
-    places = frame.cells_of_node(nodes)
-    joined, first = np.arange(count), []  # a fault joins all islands that it comes near
-    for of in blocks:
-        met = distinct(joined[island[of.of(places)[0]]])
-        met = met if len(met) else joined[:1]  # one that is near none has to be somewhere
-        joined[is_among(joined, met)] = met[0]
-        first.append(met[0])
-
-    # number islands in the order of their first triangle: which does not depend on the labels
-    home = joined[island[faces[:, 0]]]
-    number, n = _numbered(home, count)
-    of_face, of_fault = number[home], number[joined[first]]
-    return [
-        (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist()) for k in range(n)
-    ]
-
-
-def _numbered(of_face: np.ndarray, count: int) -> tuple[np.ndarray, int]:
-    """Numbers (count,) of islands by their first triangle, small ones with the next; how many."""
-    size = np.bincount(of_face, minlength=count)
-    names, first = np.unique(of_face, return_index=True)
-    number = np.zeros(count, dtype=np.int64)
-    held, last = 0, 0
-    for name in names[np.argsort(first)].tolist():
-        # the one before is large enough: start another
-        if held >= LEAST:
-            held, last = 0, last + 1
-        number[name] = last
-        held += int(size[name])
-    return number, last + 1
-
-
-def _tiled(nodes: np.ndarray, shape: tuple[int, int]) -> tuple[int, np.ndarray]:
-    """Number of islands of tiles, and that of each node."""
-    from scipy.ndimage import label
-
-    # tiles of 2**TILE nodes; those that touch, also at a corner, are one island
-    row, col = np.divmod(nodes, shape[1])
-    row, col = row >> TILE, col >> TILE
-    tiles = np.zeros(((shape[0] >> TILE) + 1, (shape[1] >> TILE) + 1), dtype=bool)
-    tiles[row, col] = True
-    island, count = label(tiles, np.ones((3, 3)))
-    return int(count), island[row, col].astype(np.int64) - 1
 
 
 Leak = tuple[int, int, frozenset[int]]

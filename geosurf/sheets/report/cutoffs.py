@@ -16,7 +16,7 @@ from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
 from geosurf.sheets.faults.traces import split_lines
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.mesh.cut import Part
+from geosurf.sheets.mesh.cut import Cut
 from geosurf.sheets.mesh.torn_mesh import Torn
 
 LONGEST = 12.0  # cells from a station within which a cut-off is looked for, and
@@ -29,24 +29,24 @@ def longest(state: Heights) -> float:
     return max(LONGEST, max(widest, default=0.0) + BESIDE)
 
 
-def fault_edges(part: Part, fault: int) -> tuple[np.ndarray, np.ndarray]:
+def fault_edges(cut: Cut, fault: int) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, 2) of remaining sheet triangles that a fault shares, and their triangles (n,)."""
     # curve_sides[0] has the sheet, the others its faults; a key is two vertices of an edge
-    keys, triangle = part.curve_sides[0]
-    mine = part.keep[triangle]
+    keys, triangle = cut.curve_sides[0]
+    mine = cut.keep[triangle]
     keys, triangle = keys[mine], triangle[mine]
-    shared = is_among(keys, part.curve_sides[1 + part.faults.index(fault)][0])
+    shared = is_among(keys, cut.curve_sides[1 + fault][0])
     keys, triangle = keys[shared], triangle[shared]
-    return np.stack(np.divmod(keys, len(part.patches.local)), axis=1), triangle
+    return np.stack(np.divmod(keys, len(cut.patches.local)), axis=1), triangle
 
 
-def cutoff_lines(part: Part, state: Heights, torn: Torn, fault: int) -> dict[str, list[np.ndarray]]:
+def cutoff_lines(cut: Cut, state: Heights, torn: Torn, fault: int) -> dict[str, list[np.ndarray]]:
     """Cut-off lines (n, 3) of a fault by wall, world coordinates; "+" is the hanging wall."""
-    patches = part.patches
-    edges, triangle = fault_edges(part, fault)
+    patches = cut.patches
+    edges, triangle = fault_edges(cut, fault)
 
     # real (n_edge, 3): nodes on the wall of each edge's triangle, ghosts replaced by anchors
-    parent = part.corners[patches.parent_of_triangle[triangle]]
+    parent = cut.corners[patches.parent_of_triangle[triangle]]
     real = torn.anchored(parent)
     # all corners of a parent are on sheets of one side, but where a tear has healed
     side = state.sides_of(fault, real)

@@ -40,7 +40,7 @@ def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict
     def cut_by(number: int, fault: TriSurface) -> FaultCut:
         """Cut-offs and profiles of one fault."""
         # stations, directions and places of all traces of the fault, one after the other
-        walls = cutoff_lines(built.cut.part_of(number), state, built.torn, number)
+        walls = cutoff_lines(built.cut, state, built.torn, number)
         traces = [t for t in state.network.traces if t.fault == number]
         parts = [_stations(trace, frame) for trace in traces]
         stations = np.concatenate([p[0] for p in parts]) if parts else np.empty((0, 3))
