@@ -14,7 +14,6 @@ torn_trees.py      trees of torn sheets: of their lattice, and of triangles at f
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
 crossing.py        the exact test of a rounded mesh
-turned.py          boxes of triangles along the columns of rotated grids
 known_pairs.py     contacts of two surfaces, stored for the next search of both
 memory_limit.py    error before pairs of triangles exceed the memory
 room.py            arrays that were made with room for more

@@ -20,7 +20,7 @@ from geosurf.arrangement.memory_limit import TooManyPairs, refusal
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.arrangement.torn_trees import candidate_pairs as candidate_pairs_of
-from geosurf.arrangement.torn_trees import separated_by_tops, tree_for
+from geosurf.arrangement.torn_trees import tree_for
 from geosurf.model import TriSurface
 
 
@@ -113,22 +113,10 @@ def _pairs_of_two(
 def near_surfaces(
     surfaces: Sequence[TriSurface], pairs: Sequence[tuple[int, int]]
 ) -> list[tuple[int, int]]:
-    """Those of some pairs of surfaces whose trees meet, by their boxes and their tops.
-
-    Tops are not asked where two grids share a map: those count as near.
-    """
-    # Boxes around whole surfaces first, since they cost least.
+    """Those of some pairs of surfaces whose boxes meet."""
     trees: list[Any] = [tree_for(s) for s in surfaces]
     apart = tree.apart(trees).tolist()
-    near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
-    asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]
-    if not asked:
-        return near
-
-    # Then the upper levels of the trees, for all pairs in one call.
-    by_crowns = separated_by_tops(trees, np.array(asked)).tolist()
-    far = {pair for pair, is_far in zip(asked, by_crowns, strict=True) if is_far}
-    return [pair for pair in near if pair not in far]
+    return [(i, j) for i, j in pairs if i == j or not apart[i][j]]
 
 
 def meeting_surfaces(

@@ -15,7 +15,6 @@ import numpy as np
 
 from geosurf.arrangement.broad import equal_voxels, fit_voxels
 from geosurf.arrangement.threads import map_threads, n_threads
-from geosurf.arrangement.turned import Direction, turned_boxes
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.large_triangles import large_triangle_pairs
@@ -28,7 +27,6 @@ from geosurf.kernels.search.voxels import are_wide, fill_voxels, triangle_boxes
 WIDE, _COARSER = 128.0, 1.7
 _VOXELS_EACH, _MOST_MARKED = 64, 8_000_000  # for triangles that others are searched around
 _MANY = 20_000  # narrow triangles, from which several threads search
-_LEAST_SLACK = 1e-8  # of a voxel: `large_triangles` enlarges voxels by a hundred times as much
 FEW = 16  # triangles of which all pairs cost less than a search: the walls of a box have two each
 
 
@@ -37,7 +35,6 @@ def crossing_pairs(
     triangles: np.ndarray,
     others: np.ndarray | None = None,
     graph: np.ndarray | None = None,
-    along: Direction | None = None,
 ) -> np.ndarray:
     """
     Find pairs of triangles that meet elsewhere than in common corners and edges.
@@ -54,9 +51,6 @@ def crossing_pairs(
         Number of the graph over the map that each of `triangles` is a part of, -1 for none. Two
         parts of one graph are not compared: what they have in common on the map are corners and
         edges of both. Default: all are compared.
-    along : (float, float), optional
-        Direction in the map along which boxes are made, as `direction_of` finds it. It changes the
-        cost, never the result.
 
     Returns
     -------
@@ -77,7 +71,7 @@ def crossing_pairs(
     of_graph = np.full(len(triangles), -1)
     if graph is not None:
         of_graph[:n_first] = graph
-    pairs = _near_pairs(x, triangles, n_first, of_graph, along)
+    pairs = _near_pairs(x, triangles, n_first, of_graph)
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     rows = rows[:n]
@@ -125,7 +119,6 @@ def _near_pairs(
     triangles: np.ndarray,
     n_first: int,
     graph: np.ndarray,
-    along: Direction | None = None,
 ) -> np.ndarray:
     """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
     be apart at once; in order.
@@ -134,13 +127,11 @@ def _near_pairs(
         first, second = np.triu_indices(len(triangles), 1)
         return np.column_stack([first, second])[first < n_first]
 
-    turned, boxes, slack = turned_boxes(x, triangles, along)
+    boxes = triangle_boxes(x, triangles)
     first_boxes = boxes if n_first == len(boxes) else boxes[:n_first]
     grid = fit_voxels(first_boxes, boxes, coarser=_COARSER)
     if grid is None:
         return np.empty((0, 2), dtype=np.int64)
-    if slack > _LEAST_SLACK * grid.size:  # voxels are no larger than rounding
-        return _near_pairs(x, triangles, n_first, graph)
 
     # Triangles whose boxes hold many voxels would fill them all; they are followed along their
     # planes.
@@ -161,10 +152,7 @@ def _near_pairs(
 
     def of_wide() -> np.ndarray:
         """Pairs with wide triangles."""
-        c, s = (1.0, 0.0) if along is None else along
-        found: np.ndarray = large_triangle_pairs(
-            x, turned, c, s, slack, triangles, boxes, wide, *voxels
-        )
+        found: np.ndarray = large_triangle_pairs(x, triangles, boxes, wide, *voxels)
         return found[found[:, 0] < n_first]
 
     # voxels in parts with as many triangles each; wide triangles are one part more

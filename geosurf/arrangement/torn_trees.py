@@ -120,21 +120,6 @@ def candidate_pairs(one: AnyTree, two: AnyTree) -> tuple[np.ndarray, dict[str, i
     return np.concatenate(every), spent
 
 
-def separated_by_tops(trees: list[AnyTree], pairs: np.ndarray) -> np.ndarray:
-    """As `tree.separated_by_tops`: two torn sheets are separated where all of their parts are."""
-    parts = [[part for _, part in _parts(one)] for one in trees]
-    first = np.cumsum([0] + [len(some) for some in parts])
-    asked, of = [], []
-    for k, (i, j) in enumerate(pairs.tolist()):
-        for a, b in product(range(first[i], first[i + 1]), range(first[j], first[j + 1])):
-            asked.append((a, b))
-            of.append(k)
-    far = tree.separated_by_tops([one for some in parts for one in some], np.array(asked))
-    beyond = np.ones(len(pairs), dtype=bool)
-    np.logical_and.at(beyond, of, far)
-    return beyond
-
-
 def _parts(one: AnyTree) -> list[tuple[int, Tree]]:
     """The trees that a tree consists of, with their numbers."""
     return [(0, one)] if isinstance(one, Tree) else [(0, one.lattice), (1, one.copies)]

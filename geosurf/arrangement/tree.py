@@ -8,27 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from geosurf.arrangement.memory_limit import check_pairs
 from geosurf.kernels.lattices.triangle_list import LARGEST, SMALLEST, build_list_tree, survey_list
 from geosurf.kernels.search import tree
-from geosurf.kernels.search.tree import BLOCK, FAN, IS_LATTICE, LEAF, N_COL, N_PLACE, N_ROW
-from geosurf.kernels.search.tree_tops import tops_overlap
+from geosurf.kernels.search.tree import IS_LATTICE, N_COL, N_PLACE, N_ROW
 from geosurf.kernels.search.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
-_NO_LEVELS = np.empty((0, 5), dtype=np.int64)
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
-_TOP = 512  # nodes of the lowest level of a top; sixteen cells of a large fault beside a node
 _FINE = 1 << 12  # cells or triangles of a small tree, which faults usually have
-_START = np.array([1, 0, 0, 0, 0])  # the column of a level that counts nodes
 
 
 @dataclass(frozen=True)
@@ -47,65 +42,12 @@ class Tree:
         """Box around all that the tree holds: lower, then upper corner."""
         return self.nodes[-1]
 
-    def top(self) -> tuple[np.ndarray, np.ndarray]:
-        """Boxes of the upper levels, and these levels: see `geosurf.kernels.search.tree_tops`."""
-        n_level = len(self.levels)
-        sizes = self.levels[:, 1] * self.levels[:, 2]
-        # The lowest level with at most _TOP nodes; a whole tree if it is small.
-        lowest = min(int((sizes > _TOP).sum()), n_level - 1)
-        start = self.levels[lowest, 0]
-
-        # Levels have rows (first node, rows, columns, fan in rows, fan in columns).
-        fan = (2, 2) if self.places[IS_LATTICE] else (1, FAN)
-        levels = np.empty((n_level - lowest, 5), dtype=np.int64)
-        levels[:, :3], levels[:, 3:] = self.levels[lowest:] - (start, 0, 0), fan
-        return self.nodes[start:], levels
-
-    @cached_property
-    def fine_top(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same; of a small tree with the boxes of its cells or triangles below its leaves."""
-        nodes, levels = self.top()
-        if not self.is_small or len(nodes) < len(self.nodes):
-            return nodes, levels
-
-        lattice = bool(self.places[IS_LATTICE])
-        n_row, n_col = self._shape
-        boxes = self._boxes_of_cells() if lattice else self._boxes_in_order()
-        lowest = np.array([(0, n_row, n_col, *((BLOCK, BLOCK) if lattice else (1, LEAF)))])
-        return np.concatenate([boxes, nodes]), np.concatenate(
-            [lowest, levels + len(boxes) * _START]
-        )
-
     @property
     def is_small(self) -> bool:
-        """Whether it is in memory and has few cells or triangles."""
-        n_row, n_col = self._shape
-        return len(self.coordinates[0]) > 0 and n_row * n_col <= _FINE
-
-    @property
-    def _shape(self) -> tuple[int, int]:
-        """Rows and columns of cells; one row of the triangles of a list."""
-        if not self.places[IS_LATTICE]:
-            return 1, len(self.order)
-        return int(self.places[N_ROW]) - 1, int(self.places[N_COL]) - 1
-
-    def _boxes_of_cells(self) -> np.ndarray:
-        """Boxes of all cells, row by row, float64 (n_cell, 6); of those without nodes NaN."""
-        a = self.places
-        rows, cols = np.arange(a[N_ROW])[:, None], np.arange(a[N_COL])
-        low: list[np.ndarray] = []
-        high: list[np.ndarray] = []
-        for k, given in enumerate(self.coordinates):
-            first, row, col = a[3 * k : 3 * k + 3]
-            at = given[first + row * rows + col * cols]
-            for best, side in ((np.fmin, low), (np.fmax, high)):
-                by_row = best(at[1:], at[:-1])
-                side.append(best(by_row[:, 1:], by_row[:, :-1]).ravel())
-        return np.stack(low + high, axis=1)
-
-    def _boxes_in_order(self) -> np.ndarray:
-        """Boxes of the triangles of a list in Morton order, float64 (n_triangle, 6)."""
-        return triangle_boxes(self.coordinates[0].reshape(-1, 3), self.triangles[self.order])
+        """Whether it has few cells or triangles."""
+        if self.places[IS_LATTICE]:
+            return bool((self.places[N_ROW] - 1) * (self.places[N_COL] - 1) <= _FINE)
+        return len(self.order) <= _FINE
 
     def arguments(self) -> tuple:
         """The tree as kernels take it."""
@@ -210,29 +152,6 @@ def apart(trees: list[Tree]) -> np.ndarray:
     low, high = boxes[:, None, :3], boxes[None, :, 3:]
     beyond = np.logical_not((low <= high).all(axis=2))  # what is not a number reaches nothing
     return beyond | beyond.T
-
-
-def separated_by_tops(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
-    """Which pairs (rows of `trees`, int64 (n, 2)) do not meet by their upper levels, bool (n,).
-
-    Small trees, such as those of most faults, are compared down to their cells or triangles: faults
-    that lean side by side have leaves that overlap.
-    """
-    asked = np.zeros(len(trees), dtype=bool)
-    asked[pairs] = True
-    tops = [
-        tree.fine_top if some else (tree.nodes[:0], _NO_LEVELS)
-        for tree, some in zip(trees, asked, strict=True)
-    ]
-
-    # All tops in one table of nodes; levels are shifted to it.
-    first_node = np.cumsum([0] + [len(nodes) for nodes, _ in tops])
-    first_level = np.cumsum([0] + [len(levels) for _, levels in tops])
-    levels = np.concatenate([levels for _, levels in tops])
-    levels[:, 0] += np.repeat(first_node[:-1], np.diff(first_level))
-    nodes = np.concatenate([nodes for nodes, _ in tops])
-    beyond: np.ndarray = ~tops_overlap(nodes, levels, first_level, pairs)
-    return beyond
 
 
 def pairs_of_some(

@@ -18,7 +18,6 @@ import numpy as np
 from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.crossing import crossing_pairs, near_triangles
 from geosurf.arrangement.search import ULP, Contacts
-from geosurf.arrangement.turned import direction_of
 from geosurf.kernels.contacts.stable_pairs import unstable_pairs
 from geosurf.kernels.cutting.thin_pieces import thin_children
 from geosurf.kernels.meshes.mesh import weld
@@ -63,8 +62,7 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     # Twins of an overlap would cross in their whole area: each triangle once.
     once = _once(pieces, suspect)
     mine, others = once[suspect[once]], once[~suspect[once]]
-    along = direction_of(contacts.surfaces)
-    pairs = crossing_pairs(children.x, pieces[mine], pieces[others], along=along)
+    pairs = crossing_pairs(children.x, pieces[mine], pieces[others])
     return face[np.concatenate([mine, others])[pairs.ravel()]]
 
 

@@ -10,11 +10,8 @@ from hypothesis import strategies as st
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import (
-    Tree,
-    apart,
     candidate_pairs,
     pairs_of_some,
-    separated_by_tops,
     tree_of,
 )
 from geosurf.errors import SurfaceError
@@ -73,67 +70,6 @@ def test_some_triangles_of_a_surface_with_all_of_it(surfaces, bits):
     assert cost["pairs"] == len(found) == len(rows)
     assert {(a, b) for a, b in touching if some[a] or some[b]} <= found <= near
     assert all(a < b and (some[a] or some[b]) for a, b in found)
-
-
-def lowest_boxes(tree: Tree):
-    """Boxes of the lowest level of the top, or of the cells or triangles of a small tree."""
-    nodes, levels = tree.fine_top
-    return nodes[levels[0, 0] : levels[0, 0] + levels[0, 1] * levels[0, 2]]
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 2**32))
-def test_crowns_meet_where_two_of_their_lowest_nodes_do(seed):
-    """Large flat grids of any shape, and a list: whole numbers, so that many boxes touch."""
-    rng = np.random.default_rng(seed)
-    trees = []
-    for most in (300, 300, 50, 20):
-        n_row, n_col = rng.integers(2, most, 2)
-        z = np.floor(rng.uniform(-4, 4) + rng.uniform(-9, 9) * np.arange(n_col) / n_col)
-        x, y = np.arange(n_col) * 8.0, np.arange(n_row) * 8.0 + rng.integers(0, 2000)
-        lattice = Lattice(x, y, np.tile(z, (n_row, 1)))
-        trees.append(tree_of(TriSurface("Top", "horizon", lattice=lattice)))
-    corners = rng.integers(0, 2400, (5000, 1, 3)) * (1.0, 1.0, 0.01)
-    corners = np.floor(corners + rng.integers(0, 3, (5000, 3, 3)) * (8.0, 8.0, 1.0))
-    trees.append(
-        tree_of(TriSurface("S", "fault", corners.reshape(-1, 3), np.arange(15000).reshape(-1, 3)))
-    )
-    few = corners[:300].reshape(-1, 3)
-    trees.append(tree_of(TriSurface("L", "fault", few, np.arange(900).reshape(-1, 3))))
-    pairs = np.array([(i, j) for i in range(6) for j in range(6) if i != j])
-    beyond = separated_by_tops(trees, pairs)
-    for (i, j), far in zip(pairs.tolist(), beyond.tolist(), strict=True):
-        a, b = lowest_boxes(trees[i]), lowest_boxes(trees[j])
-        near = (a[:, None, :3] <= b[None, :, 3:]) & (b[None, :, :3] <= a[:, None, 3:])
-        assert far != near.all(axis=2).any()
-        if far:
-            assert len(candidate_pairs(trees[i], trees[j])[0]) == 0
-
-
-def test_crowns_tell_some_pairs_apart_that_boxes_do_not():
-    """Faults that run side by side, dipping: boxes meet, surfaces do not; one crosses all."""
-    u, v = np.meshgrid(np.arange(150.0), np.arange(150.0))
-    dipping = [Lattice(u + at, v, -2.0 * u, True, False) for at in (0.0, 20.0, 40.0, 60.0)]
-    dipping.append(Lattice(3 * u, v, 2.0 * u - 100.0, True, False))
-    trees = [tree_of(TriSurface("F", "fault", lattice=lattice)) for lattice in dipping]
-    pairs = np.array([(i, j) for i in range(5) for j in range(i + 1, 5)])
-    assert not apart(trees)[:4, :4].any()
-    beyond = separated_by_tops(trees, pairs)
-    assert beyond[pairs[:, 1] < 4].all()
-    assert not beyond[pairs[:, 1] == 4].any()
-
-
-def test_small_faults_that_lean_side_by_side_are_apart_though_their_leaves_overlap():
-    """Twenty columns of 245 m along dip: a leaf is as wide as five faults, a cell is not."""
-    v, u = np.meshgrid(np.arange(41.0) * 250.0, np.arange(21.0) * 90.0)
-    faults = [Lattice(u + 200.0 * k, v, -2.7 * u, True, False) for k in range(9)]
-    trees = [tree_of(TriSurface("F", "fault", lattice=lattice)) for lattice in faults]
-    pairs = np.array([(i, j) for i in range(9) for j in range(i + 1, 9)])
-    assert separated_by_tops(trees, pairs).all()
-
-    leaves = [tree.nodes[: tree.levels[0, 1] * tree.levels[0, 2]] for tree in trees]
-    low, high = leaves[0][:, None, :3], leaves[4][None, :, 3:]
-    assert (low <= high).all(axis=2).any()
 
 
 @settings(max_examples=25, deadline=None)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.arrangement.turned import direction_of
 from geosurf.carve.certificate.checks import (
     CROSSES,
     EPS,
@@ -156,7 +155,7 @@ def _mesh_by_runs(facts: Facts) -> list[Check] | None:
         flat[one.surface] = one.graph  # of a torn one all but the copies
     graph = np.where(flat[surface], surface, -1)
     graph[np.concatenate([*rows, *map(facts.copies_of, facts.lattices)])] = -1
-    n_bad = len(crossing_pairs(x, t, graph=graph, along=direction_of(patches.sources)))
+    n_bad = len(crossing_pairs(x, t, graph=graph))
     crosses = crosses_not(int(elements.n_triangle.sum()))
     if n_bad:
         crosses = Check(CROSSES, False, float(n_bad), f"{n_bad} pairs of triangles cross")

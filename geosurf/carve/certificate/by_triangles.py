@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.arrangement.turned import direction_of
 from geosurf.carve.certificate.checks import (
     CROSSES,
     EPS,
@@ -121,8 +120,7 @@ def _nothing_crosses(patches: Patches, new: np.ndarray) -> Check:
     triangles = patches.triangles
 
     # the test of other pairs takes a third of the time of a test of all
-    along = direction_of(patches.sources)
-    bad = crossing_pairs(patches.local, triangles, graph=graphs_of(patches, new), along=along)
+    bad = crossing_pairs(patches.local, triangles, graph=graphs_of(patches, new))
     if len(bad) == 0:
         return crosses_not(len(triangles))
     one, two = (patches.names[patches.surface_of_triangle[i]] for i in bad[0])

@@ -9,7 +9,7 @@ import numpy as np
 
 from geosurf.arrangement.lattice_pairs import of_one_map, pairs_of_one_map
 from geosurf.arrangement.threads import map_threads
-from geosurf.arrangement.tree import Tree, apart, separated_by_tops, tree_of_list
+from geosurf.arrangement.tree import Tree, apart, tree_of_list
 from geosurf.carve.certificate.facts import Facts
 from geosurf.kernels.lattices.unlisted_triangles import mark_near, unlisted_boxes
 from geosurf.model import Lattice
@@ -86,11 +86,7 @@ def _near(
 ) -> list[tuple[int, int]]:
     """Those of some pairs of trees that are of different surfaces, and whose boxes meet."""
     far = apart(list(trees))
-    pairs = [(i, j) for i, j in pairs if surface[i] != surface[j] and not far[i, j]]
-    if not pairs:
-        return []
-    beyond = separated_by_tops(list(trees), np.array(pairs))
-    return [pair for pair, is_far in zip(pairs, beyond.tolist(), strict=True) if not is_far]
+    return [(i, j) for i, j in pairs if surface[i] != surface[j] and not far[i, j]]
 
 
 def _tree_of(lattice: Lattice, origin: np.ndarray, free: np.ndarray) -> Tree:

@@ -4,7 +4,6 @@
 file               question                                                  source
 =================  ========================================================  ================
 `tree`             Which triangles are near each other? Trees of boxes.      min/max pyramid
-`tree_tops`        Which of many trees can overlap at all?
 `voxels`           Which triangles are near each other? Equal voxels.        Lo & Wang 2004
 `separation`       Which neighbours meet in common corners and edges only?   separating plane
 `large_triangles`  Which triangles are near one that is far larger?

@@ -78,26 +78,10 @@ def _passed(p, bounds, size, axis, at, span):
 
 
 @scalar
-def _turned_plane(p, y, o, c, s, q):
-    """Write the plane p of a triangle in turned coordinates y to q (9,); o is its first corner.
-
-    The normal is that of the triangle itself, and as exact as p is; the corner is off by far less
-    than voxels are enlarged by.
-    """
-    q[0], q[1], q[2] = c * p[0] + s * p[1], c * p[1] - s * p[0], p[2]
-    q[3] = abs(c) * p[3] + abs(s) * p[4]
-    q[4] = abs(c) * p[4] + abs(s) * p[3]
-    q[5] = p[5]
-    for k in range(3):
-        q[6 + k] = y[o, k]
-
-
-@scalar
-def _is_beside(x, t, f, p, bounds, size, axis, at, slack):
+def _is_beside(x, t, f, p, bounds, size, axis, at):
     """Whether a triangle, seen along an axis, certainly misses a column of voxels.
 
     Wide triangles are often slivers across their box: a side of them parts them from most of it.
-    Corners may be off by `slack`.
     """
     u, v = (axis + 1) % 3, (axis + 2) % 3
     h = 0.5 * size * LARGER
@@ -109,7 +93,6 @@ def _is_beside(x, t, f, p, bounds, size, axis, at, slack):
         eu, ev = pu - x[one, u], pv - x[one, v]
         reach = (abs(du) + abs(dv)) * h
         reach += ROUNDING * (abs(du) * (abs(ev) + h) + abs(dv) * (abs(eu) + h))
-        reach += 3.0 * slack * (abs(du) + abs(dv) + abs(eu) + abs(ev) + 2.0 * h + slack)
         if turn * (du * ev - dv * eu) < -reach:
             return True
     return False
@@ -124,23 +107,18 @@ def _append(pairs, n, a, b):
     return pairs, n + 1
 
 
-@entry("d2 d2 d d d l2 d2 l1 d1 d l1 l1 l1 -> l2")
-def large_triangle_pairs(x, y, c, s, slack, t, boxes, large, bounds, size, shape, offsets, filled):
-    """Pairs (n, 2) of large triangles with others that may meet; lower row first, each once.
-
-    Boxes and voxels are those of turned coordinates y: x turned by (c, s), off by `slack` at most,
-    which is below 1e-8 of a voxel; or x itself, with (1, 0) and 0.
-    """
+@entry("d2 l2 d2 l1 d1 d l1 l1 l1 -> l2")
+def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, filled):
+    """Pairs (n, 2) of large triangles with others that may meet; lower row first, each once."""
     pairs = np.empty((64, 2), dtype=np.int64)
     n = 0
     # The last large triangle that each triangle was compared with.
     seen = np.full(t.shape[0], -1, dtype=np.int64)
     span, cell = np.empty(6, dtype=np.int64), np.zeros(3, dtype=np.int64)
-    p, q, common = np.empty(9), np.empty(9), np.empty((2, 9), dtype=np.int64)
+    p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
     for r in range(large.shape[0]):
         a = large[r]
         plane_of(x, t, a, p)
-        _turned_plane(p, y, t[a, 0], c, s, q)
 
         # Large triangles among each other: all pairs.
         for other in range(r):
@@ -154,21 +132,21 @@ def large_triangle_pairs(x, y, c, s, slack, t, boxes, large, bounds, size, shape
         # The others: only in voxels that the plane passes.
         # The box of a large triangle covers many voxels, its plane passes few of them.
         _cell_range(boxes, a, bounds, size, shape, span)
-        axis = _steepest(q)
+        axis = _steepest(p)
         u, v = (axis + 1) % 3, (axis + 2) % 3
-        sharp = abs(q[axis]) > ROUNDING * q[3 + axis]  # else its sides may turn either way
+        sharp = abs(p[axis]) > ROUNDING * p[3 + axis]  # else its sides may turn either way
         for one in range(span[u], span[3 + u] + 1):
             for two in range(span[v], span[3 + v] + 1):
                 cell[u], cell[v] = one, two
-                if sharp and _is_beside(y, t, a, q, bounds, size, axis, cell, slack):
+                if sharp and _is_beside(x, t, a, p, bounds, size, axis, cell):
                     continue
-                low, high = _passed(q, bounds, size, axis, cell, span)
+                low, high = _passed(p, bounds, size, axis, cell, span)
                 for three in range(low, high + 1):
                     cell[axis] = three
                     i, j, k = cell[0], cell[1], cell[2]
                     voxel = (i * shape[1] + j) * shape[2] + k
                     first, last = offsets[voxel], offsets[voxel + 1]
-                    if first == last or _misses(q, bounds, size, i, j, k):
+                    if first == last or _misses(p, bounds, size, i, j, k):
                         continue
                     for at in range(first, last):
                         b = filled[at]
