@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from geosurf.accessor import when_xarray_is_there
 from geosurf.lazy import lazily
 
 __version__ = "0.1.0"
@@ -127,6 +126,3 @@ __all__ = ["__version__", *_names]
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-when_xarray_is_there()  # DataArrays and Datasets get .geosurf

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import cache
 
 import numpy as np
@@ -11,7 +9,6 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.accessor import FOR_ARRAYS, FOR_DATASETS
 from geosurf.errors import GeosurfError, InputError
 
 WORLD = gs.synthetic.tilted_planes(n=9)
@@ -216,43 +213,6 @@ def test_law_surfaces_points_and_lines_go_to_xtgeo_and_back():
             "elevation": ("point", [5.0, 6]), "dip": ("point", [7, 8])}  # fmt: skip
     table = gs.to_xtgeo(xr.Dataset(dips)).get_dataframe()
     assert table.to_numpy().tolist() == [[1, 3, 5, 7], [2, 4, 6, 8]]
-
-
-XARRAY = """
-class DataArray: ...
-class Dataset: ...
-def taken_by(kind):
-    return lambda name: lambda cls: setattr(kind, name, property(cls)) or cls
-register_dataarray_accessor, register_dataset_accessor = taken_by(DataArray), taken_by(Dataset)
-"""
-
-
-@pytest.mark.parametrize("first", ["geosurf", "xarray"])
-def test_arrays_have_an_accessor_whichever_is_imported_first(tmp_path, first):
-    # a stand-in, which loads in no time; the real one has its accessor in the other tests here
-    (tmp_path / "xarray.py").write_text(XARRAY)
-    other = {"geosurf": "xarray", "xarray": "geosurf"}[first]
-    code = (
-        f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import {first}, {other}; "
-        "import xarray as xr; "
-        "assert xr.__spec__.loader.get_source('xarray') == xr.__loader__."
-        "get_source('xarray'); assert len([f for f in sys.meta_path if 'geosurf' in "
-        "type(f).__module__]) == 0; print(dir(xr.DataArray().geosurf), dir(xr.Dataset().geosurf))"
-    )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert said.stdout.strip() == f"{sorted(FOR_ARRAYS)} {sorted(FOR_DATASETS)}"
-
-
-def test_the_accessor_only_forwards(tmp_path):
-    assert set(FOR_ARRAYS) | set(FOR_DATASETS) <= set(gs.__all__)
-    made = TOP.geosurf.triangulate_horizon(name="T")
-    assert (made.name, made.n_triangle) == ("T", gs.triangulate_horizon(TOP).n_triangle)
-    TOP.geosurf.write(tmp_path / "a.gri")
-    gs.write(TOP, tmp_path / "b.gri")
-    assert (tmp_path / "a.gri").read_bytes() == (tmp_path / "b.gri").read_bytes()
-    assert TOP.geosurf.write.__doc__ == gs.write.__doc__
-    with pytest.raises(AttributeError, match=r"DataArray\.geosurf has no function 'wrote'; it has"):
-        _ = TOP.geosurf.wrote
 
 
 def test_fault_polygons_go_to_geopandas():
