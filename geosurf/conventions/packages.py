@@ -13,7 +13,7 @@ from geosurf.errors import DependencyError, GeosurfWarning
 # extra -> its packages, by the names that Python imports; pyproject.toml has their versions
 EXTRAS = {
     "render": ("matplotlib", "pyvista", "vtkmodules"),
-    "io": ("h5netcdf", "h5py", "shapefile"),
+    "io": ("h5netcdf", "h5py", "shapefile", "trimesh"),
     "table": ("pyarrow",),
     "crs": ("pyproj",),
     "gis": ("geopandas", "rasterio", "shapely"),
