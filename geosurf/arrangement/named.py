@@ -81,6 +81,3 @@ def _count(m: np.ndarray, frames: list[np.ndarray]) -> None:
     """Add what threads have counted, each from the same counts on."""
     counts = slice(EXACT_ORIENT2D, N_NAME)
     m[counts] += sum(own[counts] - m[counts] for own in frames)
-
-
-__all__ = ["name_contacts"]

@@ -104,6 +104,3 @@ def probability_of(stream: np.random.Generator) -> float:
     """
     # The middle of one of 2**53 equal steps: never 0 or 1, where quantiles are infinite.
     return (int(stream.integers(_STEPS)) + 0.5) / _STEPS
-
-
-__all__ = ["Draws", "check_seed", "stream_of"]

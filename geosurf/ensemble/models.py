@@ -302,6 +302,3 @@ def add_to(digest: Any, value: Any) -> None:
         add_to(digest, (name, tuple(args) if isinstance(args, tuple) else ()))
     else:
         digest.update(f"{type(value).__name__} {value!r}".encode())
-
-
-__all__ = ["BuiltModel", "Model", "SceneModel", "add_to"]

@@ -224,6 +224,3 @@ def run_from_bytes(token: str, data: bytes, realization: int) -> Record:
         _PLANS.clear()
         _PLANS[token] = plan
     return plan.run(realization)
-
-
-__all__ = ["check_workers", "require_extra", "run_on_dask"]

@@ -473,6 +473,3 @@ def _figure(width: float, height: float) -> Figure:
 def _plain(name: Any) -> str:
     """A name as it is: matplotlib would read dollar signs as formulas."""
     return str(name).replace("$", r"\$")
-
-
-__all__ = ["report_ensemble"]

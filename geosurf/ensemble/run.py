@@ -26,7 +26,7 @@ from geosurf.ensemble.plan import Plan, uncertainties
 from geosurf.ensemble.record import Record
 from geosurf.ensemble.results import open_ensemble
 from geosurf.ensemble.scenario_model import ScenarioModel
-from geosurf.ensemble.store import REGION, EnsembleStore, is_finished
+from geosurf.ensemble.store import EnsembleStore, is_finished
 from geosurf.ensemble.worker_processes import Workers
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
@@ -424,6 +424,3 @@ def console_line(line: str, stream: TextIO | None = None) -> None:
     # Back to the start of the line, and clear it.
     stream.write(f"\r\x1b[K{line}{end}")
     stream.flush()
-
-
-__all__ = ["REGION", "console_line", "realize", "run_ensemble"]

@@ -443,6 +443,3 @@ class MapSums:
             found = (self.base + mean, np.sqrt(np.maximum(variance, 0.0)), total[2] / n)
         for name, values in zip(_MAPS, found, strict=True):
             self.group[name][:] = values
-
-
-__all__ = ["DONE", "FAILED", "REGION", "EnsembleStore"]

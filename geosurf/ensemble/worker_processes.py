@@ -212,6 +212,3 @@ def _packed(answer: Any, error: Exception | None) -> bytes:
         return pickle.dumps((answer, error))
     except _ERRORS:  # an error that holds what cannot be sent
         return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
-
-
-__all__ = ["Workers", "dumps", "interpreter", "lost", "serve"]

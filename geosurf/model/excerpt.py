@@ -231,9 +231,3 @@ def _part(
         surface[order], unit.surface_names, unit.volume, float("nan"), unit.contact, unit.beneath,
         (), unit.compartment_of,
     )  # fmt: skip
-
-
-__all__ = [
-    "Chosen", "Excerpt", "Region", "in_runs", "list_near", "list_triangles", "model_near",
-    "near_of", "outward_shell",
-]  # fmt: skip

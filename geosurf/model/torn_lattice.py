@@ -315,6 +315,3 @@ def nodes_at(lattice: Lattice, places: np.ndarray) -> np.ndarray | None:
         return None
     found: np.ndarray = row * n_col + col
     return found
-
-
-__all__ = ["TornLattice"]

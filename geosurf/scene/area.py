@@ -320,14 +320,3 @@ def coverage_in_words(shares: Sequence[tuple[str, float]]) -> str:
     'Top 100 %, F1 87 %, F2 0 %'
     """
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
-
-
-__all__ = [
-    "box_around",
-    "box_off_rims",
-    "boxes_meet",
-    "coverage_in_words",
-    "default_area",
-    "outline_off_rims",
-    "share_inside",
-]

@@ -65,6 +65,3 @@ def parts(graph: Graph) -> Units | None:
         lambda parts: "cut with the surfaces" if parts is None else counted(len(parts), "unit"),
     )  # fmt: skip
     return found
-
-
-__all__ = ["parts", "volumes"]

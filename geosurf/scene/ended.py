@@ -68,6 +68,3 @@ def end_inside(
 def describe(found: Ended) -> str:
     """Return how many patches, and what faults lost by ending at horizons, in words."""
     return "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])])
-
-
-__all__ = ["Ended", "describe", "end_inside"]

@@ -243,6 +243,3 @@ def _describe_truncation(made: TruncatedFaults) -> str:
     moved = f"; vertices moved by up to {made.largest_move:.1e} m" if made.largest_move else ""
     ends = "; cut at the model box, where one of them has to end" if made.cut_by_walls else ""
     return "; ".join(words) + ends + moved
-
-
-__all__ = ["FaultStage", "known_fault"]

@@ -122,17 +122,3 @@ def given_settings(scene: Scene) -> dict[str, Any]:
     """Return all other inputs of a scene, by name."""
     surfaces = ("horizons", "faults", "contacts")
     return {key: getattr(scene._inputs, key) for key in INPUTS if key not in surfaces}
-
-
-__all__ = [
-    "frame_of",
-    "given_contacts",
-    "given_fault",
-    "given_horizon",
-    "given_settings",
-    "keep_results_apart",
-    "prepared_faults",
-    "torn_like",
-    "torn_scene",
-    "volumes_by_unit",
-]

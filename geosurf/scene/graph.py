@@ -469,6 +469,3 @@ class Graph:
         rank = {name: i for i, name in enumerate(self.inputs.names)}
         found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
-
-
-__all__ = ["Graph"]

@@ -555,13 +555,3 @@ def _ended(patches: Patches, rows: np.ndarray, part: VirtualWall, word: str) -> 
         place=part.place,
         surfaces=(part.fault, *met),
     )
-
-
-__all__ = [
-    "Ends",
-    "edges_above_and_below",
-    "end_at_horizons",
-    "end_virtual_walls",
-    "on_tails",
-    "warnings_of_tails",
-]

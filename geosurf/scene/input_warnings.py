@@ -104,6 +104,3 @@ def _warning(one: str, other: str) -> GeosurfWarning:
         "both names, and tables have the fault twice.",
         f"Leave {other!r} out, or read it from its own file.",
     )
-
-
-__all__ = ["warn_of_inputs"]

@@ -480,6 +480,3 @@ def name_of_model(scene: Scene) -> str | None:
         *(() if tops is None else (tops.wells, tops.horizons, tops.points)),
     )  # fmt: skip
     return name_of_result("model", parts)
-
-
-__all__ = ["ResultCache", "check_with_cache"]

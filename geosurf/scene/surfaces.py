@@ -381,14 +381,3 @@ def paths_of(inputs: SceneInputs) -> dict[str, Path]:
     surfaces = {**inputs.horizons, **inputs.given_faults, **inputs.contacts}
     files = {**surfaces, "well tops": inputs.tops, **area}.items()
     return {name: Path(one) for name, one in files if isinstance(one, str | os.PathLike)}
-
-
-__all__ = [
-    "InputSurfaces",
-    "as_surface",
-    "fluids_of",
-    "opened_contacts",
-    "opened_outline",
-    "paths_of",
-    "undeclared",
-]

@@ -481,9 +481,6 @@ def _warning(sheet: Sheet, nodes: np.ndarray, other: StandIn) -> GeosurfWarning:
     )
 
 
-__all__ = ["tear_from", "tear_horizon"]
-
-
 @running("tear horizon")
 def tear_horizon(
     data: Any,

@@ -386,17 +386,3 @@ def _all_within(
             return k, one
         passed.append(one)
     return passed
-
-
-__all__ = [
-    "Differences",
-    "Frame",
-    "bounded_differences",
-    "can_be_decimated",
-    "decimate_frame",
-    "decimate_horizon",
-    "kept_nodes",
-    "least_nodes",
-    "measure_differences",
-    "strides_of",
-]

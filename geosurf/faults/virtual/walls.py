@@ -467,6 +467,3 @@ class WallMesh:
         first[number[::-1]] = np.arange(len(self.x))[::-1]
         mine, fault = first[number][t], first[number][self.surface.triangles]
         return crossing_pairs(self.x, mine, fault), np.concatenate([mine, fault])
-
-
-__all__ = ["Wall", "build_virtual_walls"]

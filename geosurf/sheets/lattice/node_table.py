@@ -68,6 +68,3 @@ class NodeTable:
             more = np.full(len(new) * SIDE**2, NOT_ASKED)
             self._numbers = np.concatenate([self._numbers, more])
         self._numbers[self._tile_of[tile] * SIDE**2 + inside] = number
-
-
-__all__ = ["NOT_ASKED", "NodeTable"]

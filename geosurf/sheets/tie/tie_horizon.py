@@ -692,6 +692,3 @@ def _through(
         straight = (crossing >= 0.0) & (crossing <= length) & (cy > 0.0)
         found = np.hypot(cx - sx, cy + sy)
     return np.where(straight & np.isfinite(found), found, np.inf)
-
-
-__all__ = ["Tied", "data_to_tie", "tie_horizon", "tied_sheet"]
