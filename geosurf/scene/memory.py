@@ -7,11 +7,10 @@ import re
 import threading
 import time
 import weakref
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -121,7 +120,6 @@ class Memory:
         self.store.issued.update(self.warnings)
         self._own: dict[Hashable, Stored] = {}
         self._noted: set[tuple[str, str]] = set()  # stages and subjects of all steps
-        self._used = self.store.enter(self)
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
         """Copies and other processes begin with an empty memory: results are computed again there.
@@ -192,7 +190,7 @@ class Memory:
 
         def put(key: Hashable, one: Any) -> None:
             if self.shares:
-                self.store.put(key, one, (), self._used, grows=False)
+                self.store.put(key, one, (), grows=False)
 
         def key_of(surface: TriSurface) -> Hashable:
             # walls are made anew by each scene, and have a few numbers
@@ -266,12 +264,12 @@ class Memory:
     def _put(self, key: Hashable, stored: Stored) -> None:
         """Keep a result: for the family, or for this scene alone."""
         if self.shares:
-            self.store.put(key, *stored, self._used)
+            self.store.put(key, *stored)
         else:
             self._own[key] = stored
 
     def _shared(self, key: Hashable) -> Stored | None:
-        entry = self.store.get(key, self._used)
+        entry = self.store.get(key)
         return None if entry is None else (entry.result, entry.warnings)
 
     def _run(
@@ -345,7 +343,6 @@ def in_bytes(n: int) -> str:
 
 
 CHOICE = "GEOSURF_MEMORY"
-KEPT_SCENES = 8  # earlier scenes of the family whose results stay for later ones
 _SHARE = 0.25  # of the machine's memory, where nothing is chosen
 _LEAST = 1 << 30
 _OVERHEAD = 1024  # of a result without arrays, roughly
@@ -402,8 +399,7 @@ def buffers_of(value: Any) -> dict[int, int]:
     # a stack of our own: nested results would exceed the recursion limit
     while stack:
         one = stack.pop()
-        kind = _KINDS.get(type(one)) or _kind_of(type(one))
-        if kind is _ARRAY:
+        if isinstance(one, np.ndarray):
             # views share the memory of the array that owns it
             base = one.base
             while base is not None:
@@ -411,81 +407,35 @@ def buffers_of(value: Any) -> dict[int, int]:
                     break  # the owner may be no array, such as a memory map: its identity counts
                 one, base = base, base.base
             found[id(one if base is None else base)] = one.nbytes
-        elif kind is not _LEAF and id(one) not in seen:
+        elif id(one) not in seen:
             seen.add(id(one))
-            stack += [part for part in _parts(one, kind) if type(part) not in _LEAF_TYPES]
+            stack += _parts(one)
     return found
 
 
-class _Kind(Enum):
-    """How an object holds others."""
-
-    ARRAY, LEAF, MAPPING, SEQUENCE, OBJECT = range(5)
-
-
-# results have thousands of objects, of a few dozen types
-_ARRAY, _LEAF, _MAPPING, _SEQUENCE, _OBJECT = _Kind
-_KINDS: dict[type, _Kind] = {}
-_LEAF_TYPES: set[type] = set()
-_SLOTS: dict[type, tuple[str, ...]] = {}
-
-
-def _kind_of(kind: type) -> _Kind:
-    """How objects of a type hold others."""
-    found = _KINDS.get(kind)
-    if found is None:
-        found = _KINDS[kind] = _found_kind(kind)
-        if found is _LEAF:
-            _LEAF_TYPES.add(kind)
-    return found
-
-
-def _found_kind(kind: type) -> _Kind:
-    if issubclass(kind, np.ndarray):
-        return _ARRAY
-    if issubclass(kind, _LEAVES):
-        return _LEAF
-    if issubclass(kind, Mapping):
-        return _MAPPING
-    if issubclass(kind, tuple | list | set | frozenset):
-        return _SEQUENCE
+def _parts(one: Any) -> Iterable[Any]:
+    """What an object is made of, as far as it may hold arrays."""
+    if isinstance(one, Mapping):
+        return list(one.values())
+    if isinstance(one, tuple | list | set | frozenset):
+        return one
+    kind = type(one)
 
     # objects of other packages are not looked into: what they hold is not ours to count
-    return _OBJECT if kind.__module__.startswith(_ROOMS) else _LEAF
-
-
-def _parts(one: Any, kind: _Kind) -> Iterable[Any]:
-    """What an object is made of, as far as it may hold arrays."""
-    if kind is _SEQUENCE:
-        parts: Iterable[Any] = one
-        return parts
-    if kind is _MAPPING:
-        return list(one.values())
-    slots = _SLOTS.get(type(one))
-    if slots is None:
-        slots = _SLOTS[type(one)] = _slots_of(type(one))
-    parts = list(getattr(one, "__dict__", {}).values())
-    return [*parts, *(getattr(one, name, None) for name in slots)] if slots else parts
-
-
-def _slots_of(kind: type) -> tuple[str, ...]:
-    """Names in `__slots__` of a class and its bases."""
-    found = []
-    for part in kind.__mro__:
-        slots = part.__dict__.get("__slots__", ())
-        found += [slots] if isinstance(slots, str) else [*slots]
-    return tuple(name for name in found if name not in ("__dict__", "__weakref__"))
+    if issubclass(kind, _LEAVES) or not kind.__module__.startswith(_ROOMS):
+        return ()
+    slots = [part.__dict__.get("__slots__", ()) for part in kind.__mro__]
+    names = [name for of in slots for name in ([of] if isinstance(of, str) else of)]
+    held = getattr(one, "__dict__", {})
+    return [*held.values(), *(getattr(one, n, None) for n in names if not n.startswith("__"))]
 
 
 @dataclass
 class Entry:
-    """A result, the warnings that came with it, and who requested it when; arrays once counted."""
+    """A result, the warnings that came with it, and its arrays once they are counted."""
 
     result: Any
     warnings: tuple[GeosurfWarning, ...]
-    serial: int
-    generation: int
-    owners: int = 0
     buffers: dict[int, int] | None = None
 
 
@@ -505,10 +455,10 @@ class Store:
 
     Examples
     --------
-    >>> store, mine = Store(budget=5000), {}
+    >>> store = Store(budget=5000)
     >>> for k in range(3):
-    ...     store.put(k, np.zeros(300), (), mine)
-    >>> [store.get(k, mine) is not None for k in range(3)]
+    ...     store.put(k, np.zeros(300), ())
+    >>> [store.get(k) is not None for k in range(3)]
     [False, False, True]
     >>> store.n_dropped, store.bytes_dropped, store.n_stored
     (2, 4800, 1)
@@ -522,45 +472,18 @@ class Store:
         self.n_dropped = self.bytes_dropped = 0
         self._entries: OrderedDict[Hashable, Entry] = OrderedDict()
         self._times: dict[int, int] = {}  # in how many results an array is
-        self._bytes = self._generation = self._serial = self._since_count = self._n_uncounted = 0
-        self._released: deque[dict[Hashable, int]] = deque()
+        self._bytes = self._since_count = self._n_uncounted = 0
         self._lock = threading.RLock()
-
-    # ---- scenes that come and go ---------------------------------------------------------
-
-    def enter(self, owner: Any) -> dict[Hashable, int]:
-        """Register a scene's memory; return where its results are noted. Drop expired results."""
-        used: dict[Hashable, int] = {}
-        # only noted when it goes, which may be in the middle of anything
-        weakref.finalize(owner, self._released.append, used).atexit = False
-        with self._lock:
-            self._generation += 1
-
-            # results of scenes that are gone lose an owner; here it is safe to change entries
-            while self._released:
-                for key, serial in self._released.popleft().items():
-                    entry = self._entries.get(key)
-                    if entry is not None and entry.serial == serial:
-                        entry.owners -= 1
-
-            # no living scene has requested it, and it is older than the last few scenes
-            oldest = self._generation - KEPT_SCENES
-            for key in [
-                k for k, e in self._entries.items() if not e.owners and e.generation < oldest
-            ]:
-                self._drop(key)
-        return used
 
     # ---- results -------------------------------------------------------------------------
 
-    def get(self, key: Hashable, used: dict[Hashable, int]) -> Entry | None:
+    def get(self, key: Hashable) -> Entry | None:
         """Return the result of a key, or None."""
         with self._lock:
             entry = self._entries.get(key)
             if entry is not None:
                 # the order of the dictionary is that of use: the first is dropped first
                 self._entries.move_to_end(key)
-                self._use(key, entry, used)
             return entry
 
     def put(
@@ -568,7 +491,6 @@ class Store:
         key: Hashable,
         result: Any,
         warnings: tuple[GeosurfWarning, ...],
-        used: dict[Hashable, int],
         *,
         grows: bool = True,
     ) -> None:
@@ -580,12 +502,7 @@ class Store:
             if key in self._entries:  # another thread was faster
                 # the later result replaces it; both are equal
                 self._take_out(self._entries.pop(key))
-
-            # a serial number tells this result from an earlier one of the same key
-            self._serial += 1
-            entry = Entry(result, warnings, self._serial, self._generation)
-            self._entries[key] = entry
-            self._use(key, entry, used)
+            self._entries[key] = Entry(result, warnings)
 
             # results may make arrays later; count again now and then, at a cost that averages out
             self._since_count += grows
@@ -604,14 +521,6 @@ class Store:
         # a result larger than the budget drops everything, itself at last: the scene still has it
         while self._bytes > self.budget:
             self._drop(next(iter(self._entries)))
-
-    def _use(self, key: Hashable, entry: Entry, used: dict[Hashable, int]) -> None:
-        entry.generation = self._generation
-
-        # each scene counts once as an owner of a result, whatever it asks for
-        if used.get(key) != entry.serial:
-            used[key] = entry.serial
-            entry.owners += 1
 
     def _drop(self, key: Hashable) -> None:
         entry = self._entries.pop(key)
