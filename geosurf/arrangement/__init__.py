@@ -9,7 +9,6 @@ named.py           the points where they meet: named, placed, merged
 tree.py            candidate pairs from trees of boxes (Morton order)
 broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
 lattice_pairs.py   candidate pairs of two grids, of one survey or with straight axes
-torn.py            self-contacts of torn sheets
 torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)

@@ -5,11 +5,9 @@ units.py             `carve_units`: the steps from patches to units
 cells.py             cells of space and the faces between them (Weiler model, Levy 2024)
 half_faces.py        which sides of triangles face each other across an edge
 seams.py             where parts end, and the order of triangles around edges
-isolated.py          pieces of surface that touch nothing else, located by rays
 rays.py              exact vertical rays through triangles
 measures.py          volume below, area and bounds of each face
 zones.py             on which side of each horizon and contact each cell is
-sectors.py           the same for cells without it, where faults cross next to it
 horizon_sides.py     the same for the triangles of a fault, which may end at a horizon
 listed.py            triangles of some faces, one by one
 column.py            rules of the stratigraphic column: sides of horizons -> zones
@@ -18,11 +16,9 @@ blocks.py            blocks of a zone, named by the sides of faults
 fluids.py            units split at their fluid contacts
 level_parts.py       volumes of the parts of finished units at level contacts
 slivers.py           which neighbour each sliver becomes a part of
-beyond.py            the surface that an open rim would meet if it went on
 outside.py           walls, and the cells outside of them
 shells.py            closed shells and their volumes
 volume.py            compensated and exact volumes (Dekker 1971, Shewchuk 1997)
-findings.py          slits, thin units and faults outside of the model, for the report
 order.py             warning: horizons in the wrong order
 thin.py              warning: units thinner than the rounding error
 certificate/         `certify`: the properties of a model, recomputed from the result

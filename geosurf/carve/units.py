@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -13,7 +14,6 @@ from geosurf.carve.blocks import Faults, block_order, fault_sides, name_blocks, 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, names_of_zones, zones_of
-from geosurf.carve.findings import outside_faults, slits, thin_units
 from geosurf.carve.fluids import (
     check_zones,
     contacts_of_units,
@@ -49,8 +49,9 @@ from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatu
 from geosurf.conventions import shared_name
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.model import FluidContact, Patches, Units, check_column
+from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
+from geosurf.model.column import Remnant
 from geosurf.model.compartments import separators
 from geosurf.model.expected import expect
 from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
@@ -461,3 +462,44 @@ def _merge(
     # units are numbered without gaps; the outside has none
     _, number = np.unique(root[1:], return_inverse=True)
     return np.concatenate([[-1], number])
+
+
+# ---- findings that the report of units lists: slits, thin units, faults outside of the model ----
+
+
+def outside_faults(patches: Patches, cells: Cells, faults: list[int]) -> tuple[str, ...]:
+    """Return the names of the faults that touch no cell inside the walls."""
+    # all its faces see the outside on both sides
+    return tuple(
+        patches.names[i]
+        for i in faults
+        if not (cells.cell_of_side[owned_by(cells, i)] != OUTSIDE).any()
+    )
+
+
+def thin_units(shells: Shells, order: list[int], units: list[Unit]) -> tuple[Remnant, ...]:
+    """Return units thinner than the rounding error of their vertices, in order."""
+    found = []
+    for u, unit in zip(order, units, strict=True):
+        if u in shells.thin:
+            found.append(Remnant(unit.name, unit.volume, unit.middle))
+    return tuple(found)
+
+
+def slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
+    """Return the area [m2] of each fault with one unit on both sides."""
+    # one unit on both sides, and it is not the outside
+    slit = (shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0)
+    found = {}
+    for i in faults:
+        mine = owned_by(cells, i)
+        found[i] = mine[slit[mine]]
+
+    # only these are measured, and all at once: most models have none
+    wanted = [rows for rows in found.values() if len(rows)]
+    if not wanted:
+        return {}
+    areas = cells.extent_of(np.concatenate(wanted))[:, AREA]
+    parts = np.split(areas, np.cumsum([len(rows) for rows in wanted])[:-1])
+    names = [patches.names[i] for i in faults if len(found[i])]
+    return {n: math.fsum(part.ravel().tolist()) for n, part in zip(names, parts, strict=True)}

@@ -10,14 +10,23 @@ sheet states the walls of its vertices (`wall_sides`).
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 
+from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.meshes.kept import kept_triangles
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.kernels.meshes.sheet_parts import join_past_others
 from geosurf.kernels.sheets.sheet_trim import classify_parts
-from geosurf.model import Patches
+from geosurf.model import Patches, frozen
 from geosurf.model.expected import expect
+from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.dropped import drop_patches, drop_triangles
 from geosurf.rebuild.listed import Listed
 from geosurf.rebuild.wall_sides import on_wrong_side
 
@@ -119,3 +128,194 @@ def _parts_of_sheets(
         wrong = on_wrong_side(mesh, i, joined)
         found.append((i, joined, held & ~beyond & ~wrong))
     return found
+
+
+# ---- patches without some of their triangles: vertices, curves and patches numbered again ----
+
+
+def drop_triangles(patches: Patches, keep: np.ndarray) -> Patches:
+    """
+    Return patches without some triangles, with vertices, curves and patches numbered again.
+
+    Parameters
+    ----------
+    patches : Patches
+    keep : ndarray of bool, shape (n_triangle,)
+
+    Returns
+    -------
+    Patches
+        ``report["dropped_area"]`` has the area of what is gone by surface [m2], with what was gone
+        before.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [8, 0, 0], [0, 8, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[4, -9, -9], [4, 9, -9], [4, 4, 9]], [[0, 1, 2]])
+    >>> patches = rebuild_surfaces([flat, wall])
+    >>> keep = (patches.local[patches.triangles][:, :, 2] <= 0).all(axis=1)
+    >>> drop_triangles(patches, keep).surface("F1").bounds[4:]
+    (-9.0, 0.0)
+    """
+    mesh = Listed.all_of(patches)
+    joined, curve = _without(mesh, keep)
+    label = joined[patches.patch_of_triangle[keep]]
+
+    # Patches are numbered by their first triangle.
+    _, at, patch = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(at))
+
+    used = np.zeros(len(patches.local), dtype=bool)
+    used[patches.triangles[keep]] = True
+    number = np.cumsum(used) - 1
+    return patches.changed(
+        local=frozen(patches.local[used], np.float64),
+        triangles=frozen(number[patches.triangles[keep]], np.int64),
+        surface_of_triangle=frozen(patches.surface_of_triangle[keep], np.int64),
+        parent_of_triangle=frozen(patches.parent_of_triangle[keep], np.int64),
+        patch_of_triangle=frozen(rank[patch], np.int64),
+        curve_edges=frozen(number[curve], np.int64),
+        report=_with_area(patches.report, _areas(mesh, np.flatnonzero(~keep))),
+    )
+
+
+def drop_patches(patches: Patches, mesh: Listed, keep: np.ndarray) -> Patches:
+    """
+    Return patches without some of them, as `drop_triangles` does, without a list of all triangles.
+
+    Other runs of grids stay runs, and rings of half-edges stay without those that are dropped.
+
+    Parameters
+    ----------
+    patches : Patches
+    mesh : Listed
+        Its listed triangles.
+    keep : ndarray of bool, shape (n_patch,)
+    """
+    pieces = patches.pieces
+    if patches.report.get("rounding_collisions"):
+        # triangles that rounding has made equal are not known as such
+        return drop_triangles(patches, keep[patches.patch_of_triangle])
+    stays = keep[mesh.patch_of_triangle]
+    joined, curve = _without(mesh, stays)
+
+    # patches are numbered by their first triangle: a joined one by the lowest that it is made of
+    kept = np.flatnonzero(keep)
+    first = np.full(int(joined.max(initial=-1)) + 1, mesh.n_patch)
+    np.minimum.at(first, joined[kept], kept)
+    rank = np.argsort(np.argsort(first, kind="stable"), kind="stable")
+    patch_of = rank[joined]
+
+    triangles, surface, key, patch, ring, link, number = kept_triangles(
+        stays, mesh.triangles, pieces.surface, pieces.key, mesh.patch_of_triangle, patch_of,
+        pieces.ring, pieces.link, len(mesh.local),
+    )  # fmt: skip
+
+    # runs of what is dropped go; what is behind the others' edges gets their new numbers
+    of_run = pieces.patch[len(mesh.triangles) :]
+    run_stays = keep[of_run]
+    strips = [
+        None if one is None else _numbered(one.without(~run_stays[first:last]), number)
+        for one, (first, last) in zip(pieces.strips, pairwise(pieces.first_run), strict=True)
+    ]
+    number_of_run = np.concatenate([[0], np.cumsum(run_stays)])
+    behind = np.flatnonzero(link >= 0)
+    link[behind] = number_of_run[link[behind]]
+    made = replace(
+        pieces,
+        x=mesh.local.take(np.flatnonzero(number >= 0), axis=0),
+        triangles=triangles,
+        surface=surface,
+        key=key,
+        twin=_twins_among(pieces.twin, stays),
+        ring=ring,
+        link=link,
+        strips=strips,
+        first_run=number_of_run[pieces.first_run],
+        patch=np.concatenate([patch, patch_of[of_run[run_stays]]]),
+    )
+    areas = _areas(mesh, np.flatnonzero(~stays))
+    for i, more in _areas_of_runs(pieces, ~run_stays).items():
+        areas[i] = np.concatenate([areas.get(i, more[:0]), more])
+    return Patches.of_pieces(made, number[curve], _with_area(patches.report, areas))
+
+
+def _twins_among(twin: np.ndarray, stays: np.ndarray) -> np.ndarray:
+    """The first triangle with the same corners among those that stay, bool (n_triangle,)."""
+    if not len(twin):
+        return twin
+    rows = np.flatnonzero(stays)
+    first = np.full(len(twin), len(twin))
+    np.minimum.at(first, twin[rows], np.arange(len(rows)))
+    found: np.ndarray = first[twin[rows]]
+    return found
+
+
+def _numbered(strips: Strips, number: np.ndarray) -> Strips:
+    """Strips with the new numbers of points; a node whose triangles are gone has none."""
+    points = number.take(strips.points)
+    stays = np.flatnonzero(points >= 0)
+    return replace(strips, nodes=strips.nodes.take(stays), points=points.take(stays))
+
+
+def _without(mesh: Listed, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A label of each patch, the same where they become one; and the edges that stay curves."""
+    # What is left at each curve edge, the surfaces in order.
+    edge, triangle, _ = mesh.at_curves
+    edge, triangle = edge[keep[triangle]], triangle[keep[triangle]]
+    order = np.lexsort((mesh.surface_of_triangle[triangle], edge))
+    edge, triangle = edge[order], triangle[order]
+
+    first = np.flatnonzero(np.diff(edge, prepend=-1))
+    numbers, times = edge[first], np.diff(first, append=len(edge))
+    surface = mesh.surface_of_triangle[triangle]
+    last = first + times - 1
+    plain = (times <= 2) & (surface[first] == surface[last])
+    # patches on both sides of an edge that has ceased to be a curve become one
+    inner = plain & (times == 2)
+
+    links = mesh.patch_of_triangle[np.column_stack([triangle[at[inner]] for at in (first, last)])]
+    return join_pairs(links, mesh.n_patch), mesh.curve_edges[numbers[~plain]]
+
+
+def _with_area(report: Mapping[str, Any], areas: Mapping[int, np.ndarray]) -> dict[str, Any]:
+    """A report with the areas that were dropped before and now, by surface [m2].
+
+    `areas` has those of the triangles that are dropped now.
+    """
+    before: Mapping[int, float] = report.get("dropped_area", {})
+    now = {i: math.fsum(of) for i, of in areas.items()}  # does not depend on the order
+    added = {i: before.get(i, 0.0) + now.get(i, 0.0) for i in sorted({*before, *now})}
+    return {**report, "dropped_area": added}
+
+
+def _areas(mesh: Listed, rows: np.ndarray) -> dict[int, np.ndarray]:
+    """Areas of some triangles, by surface [m2]."""
+    area = _area(mesh.local[mesh.triangles[rows]])
+    surface = mesh.surface_of_triangle[rows]
+    return {i: area[surface == i] for i in distinct(surface).tolist()}
+
+
+def _areas_of_runs(pieces: Pieces, gone: np.ndarray) -> dict[int, np.ndarray]:
+    """Areas of the triangles of some runs, bool (n_run,), by surface [m2]."""
+    found = {}
+    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
+        mine = np.flatnonzero(gone[pieces.first_run[i] : pieces.first_run[i + 1]])
+        if strips is None or not len(mine):
+            continue
+        assert source.lattice is not None  # only lattices have strips
+        nodes = source.lattice.corners_of_keys(strips.keys_of(mine)[0])
+        places = source.places_of_nodes(nodes.ravel()) - pieces.origin
+        found[i] = _area(places.reshape(-1, 3, 3))
+    return found
+
+
+def _area(corners: np.ndarray) -> np.ndarray:
+    """Areas (n,) of triangles with some corners (n, 3, 3) [m2]."""
+    # half the norm of the cross product of two sides
+    a, b, c = corners.transpose(1, 0, 2)
+    (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area: np.ndarray = 0.5 * np.sqrt(x * x + y * y + z * z)
+    return area

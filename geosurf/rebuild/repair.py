@@ -21,19 +21,23 @@ from typing import TypeVar
 import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.crossing import crossing_pairs, near_triangles
 from geosurf.arrangement.known_pairs import Known, KnownPairs
-from geosurf.arrangement.search import Contacts, find_contacts
+from geosurf.arrangement.search import ULP, Contacts, find_contacts
 from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
+from geosurf.kernels.contacts.stable_pairs import unstable_pairs
+from geosurf.kernels.cutting.thin_pieces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import inverted_triangles
-from geosurf.model import TriSurface
+from geosurf.kernels.meshes.mesh import inverted_triangles, weld
+from geosurf.kernels.search.voxels import triangle_boxes
+from geosurf.model import Lattice, TriSurface
+from geosurf.model.base import in_crs_of
+from geosurf.model.surfaces import torn_sheet
+from geosurf.model.torn_lattice import TornLattice
 from geosurf.rebuild.equal_vertices import first_of_equals
-from geosurf.rebuild.moved_vertices import moved_surface, places_of, rounded, shifted
-from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; also the largest moves along an axis
 SHIFT = 2.0**-15  # metres; with rounding to it, at most half of what the last step moves
@@ -258,3 +262,304 @@ def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
         place=where,
         surfaces=dict.fromkeys([name, *others]),
     )
+
+
+# ---- find triangles that could cross after rounding; only those need an exact test -------
+#
+# Constructed points move by half a unit in the last place, e; nothing else moves. Two pieces of
+# faces that meet at an angle can cross away from what they share only within about e / sin of
+# their common line; so one of them, or a neighbour, is thinner than that. Pieces of faces that do
+# not meet can cross only if the signs that keep them apart could change by such a move, and those
+# pairs were noted when the signs were taken (`Contacts.near`). Which signs are taken depends on
+# how candidates are searched and contacts are found; so the pairs that were noted are judged again
+# by their corners alone (`kernels.sure`). What remains is the same for any search, and so is what
+# a repair moves. Thin pieces and near pairs are few (none in most scenes) and are compared with
+# all around them.
+
+
+_SAFETY = 1024.0
+
+
+def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
+    """Faces (rows of `Contacts.t`) with pieces that cross another triangle once rounded."""
+    thin, near = _suspects(contacts, children)
+    if len(thin) == 0 and len(near) == 0:
+        return thin
+
+    t, parent = children.triangles, children.parent
+    if children.collisions:  # distinct points in one place are one vertex of the result
+        number, _ = weld(children.x)
+        t = np.unique(number, return_index=True)[1][number][t]
+
+    # Children, then the faces that were not cut: all triangles of the result that matter.
+    uncut = np.ones(len(contacts.t), dtype=bool)
+    uncut[children.cut] = False
+    uncut = np.flatnonzero(uncut)
+    pieces = np.concatenate([t, contacts.t[uncut]])
+    face = np.concatenate([parent, uncut])
+
+    # Only triangles that are thin, or near others, can cross after rounding.
+    suspect = _of_near_pairs(contacts, near, children.x, pieces, face)
+    suspect[thin] = True
+    if not suspect.any():
+        return thin
+
+    # Neighbours of suspects share their moved points.
+    touched = np.zeros(len(children.x), dtype=bool)
+    touched[pieces[suspect]] = True
+    suspect[: len(t)] |= touched[t].any(axis=1)
+
+    # Others that are apart from all suspects cannot cross them.
+    close = suspect | near_triangles(children.x, pieces[suspect], pieces)
+    pieces, face, suspect = pieces[close], face[close], suspect[close]
+
+    # Twins of an overlap would cross in their whole area: each triangle once.
+    once = _once(pieces, suspect)
+    mine, others = once[suspect[once]], once[~suspect[once]]
+    pairs = crossing_pairs(children.x, pieces[mine], pieces[others])
+    return face[np.concatenate([mine, others])[pairs.ravel()]]
+
+
+def _suspects(contacts: Contacts, children: Children) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the thin children, and near pairs of faces."""
+    # Rounding scales with the largest coordinate. Constructed points lie in faces that are cut, so
+    # it is that of those; which others are kept depends on the search.
+    largest = float(np.abs(contacts.x[contacts.t[children.cut]]).max(initial=0.0))
+    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
+    of = children.x, children.triangles, children.parent
+    # thinner than what rounding can do, given the flattest contact
+    return thin_children(*faces, *of, _SAFETY * ULP * largest), near_pairs(contacts)
+
+
+def near_pairs(contacts: Contacts) -> np.ndarray:
+    """Near pairs (n, 2) of faces that rounding could change: the same for any search."""
+    if len(contacts.near) == 0:
+        return contacts.near
+
+    keys = np.unique(_keys_of(contacts, contacts.near))
+    pairs = np.stack(np.divmod(keys, len(contacts.t)), axis=1)
+
+    # contacts are far more than near pairs: each is looked up among these
+    met = _keys_of(contacts, contacts.rows)
+    at = np.minimum(np.searchsorted(keys, met), len(keys) - 1)
+    meet = np.zeros(len(keys), dtype=bool)
+    meet[at[keys[at] == met]] = True
+
+    # Pairs that meet stay in contact; only the relation of the others can change.
+    m, w = contacts.m.copy(), contacts.w
+    return pairs[unstable_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
+
+
+def _keys_of(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
+    """One number for each pair of faces, the lower face first: numbers rise as pairs do."""
+    one, two = pairs[:, 0], pairs[:, 1]
+    keys: np.ndarray = np.minimum(one, two) * len(contacts.t) + np.maximum(one, two)
+    return keys
+
+
+def _of_near_pairs(
+    contacts: Contacts, pairs: np.ndarray, x: np.ndarray, pieces: np.ndarray, face: np.ndarray
+) -> np.ndarray:
+    """Whether pieces are of faces in near pairs, and their boxes reach the other face."""
+    suspect = np.zeros(len(pieces), dtype=bool)
+    if len(pairs) == 0:
+        return suspect
+
+    # Rows of `pieces` by face, with offsets.
+    order = np.argsort(face, kind="stable")
+    start = np.searchsorted(face[order], np.arange(len(contacts.t) + 1))
+    one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+
+    # All pieces of one face against the other face of the pair.
+    count = start[one + 1] - start[one]
+    first = np.cumsum(count) - count
+    piece = order[np.repeat(start[one] - first, count) + np.arange(count.sum())]
+
+    # A piece away from the other face cannot cross it.
+    boxes = triangle_boxes(x, pieces)[piece]
+    reach = np.repeat(triangle_boxes(contacts.x, contacts.t)[other], count, axis=0)
+    meets = (boxes[:, :3] <= reach[:, 3:]) & (reach[:, :3] <= boxes[:, 3:])
+    suspect[piece[meets.all(axis=1)]] = True
+    return suspect
+
+
+def _once(triangles: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Rows with each set of corners once; rows in `first` are preferred."""
+    corners = np.sort(triangles, axis=1)
+    n = int(corners.max(initial=0)) + 1
+    order = np.argsort(~first, kind="stable")
+    if n < 2_000_000:  # three numbers in one key
+        key = (corners[:, 0] * n + corners[:, 1]) * n + corners[:, 2]
+        return order[np.unique(key[order], return_index=True)[1]]
+    return order[np.unique(corners[order], axis=0, return_index=True)[1]]
+
+
+# ---- move vertices of surfaces to multiples of a step; a grid stays a grid where that is possible
+#
+# What is a list of triangles is searched, stored and certified triangle by triangle. 30 horizons
+# of 301 x 301 nodes, of which 100 nodes move by 3e-9 m, took twice the time when their grids were
+# lost.
+
+
+def rounded(places: np.ndarray, step: float) -> np.ndarray:
+    """Multiples of a step (of world coordinates)."""
+    out: np.ndarray = np.rint(places / step) * step + 0.0
+    return out
+
+
+def shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
+    """Multiples of a step, up to one step off on each axis: equal places move alike.
+
+    One draw may move two ends of a line so that it goes through the same place as before.
+    """
+    # A hash of the bits of all three coordinates; equal places have equal bits.
+    bits = np.ascontiguousarray(places + 0.0).view(np.uint64)
+    mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+    mixed ^= mixed >> np.uint64(29)
+    one = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
+
+    # Bits of the hash decide between -1, 0 and 1 step on each axis.
+    thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)]
+    return rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
+
+
+def moved_surface(
+    surface: TriSurface,
+    rows: np.ndarray,
+    move: Callable[..., np.ndarray],
+    step: float,
+    held: Sequence[np.ndarray],
+) -> TriSurface:
+    """The surface with some vertices moved to multiples of a step, as `move` does.
+
+    `rows` of vertices are rising. `held` has coordinates of each axis that stay. What lies on them
+    stays on them, and what is closer than a step comes to lie on them: the box of the user does not
+    move.
+    """
+    if not len(rows):
+        return surface
+    before = places_of(surface, rows)
+    there = move(before, step)
+    for axis, values in enumerate(held):
+        if len(values):
+            nearest = _nearest(values, before[:, axis])
+            near = np.abs(nearest - before[:, axis]) <= step
+            there[:, axis] = np.where(near, nearest, there[:, axis])
+    torn = surface.torn
+    made = _as_grid(surface, rows, there) if torn is None else _as_torn(surface, torn, rows, there)
+    if made is None:
+        made = _as_list(surface, rows, there)
+    made.sectors = surface.sectors
+    return in_crs_of(made, [surface])
+
+
+def _nearest(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The nearest of some rising values to each place."""
+    above = np.minimum(np.searchsorted(values, places), len(values) - 1)
+    low, high = values[np.maximum(above - 1, 0)], values[above]
+    nearest: np.ndarray = np.where(np.abs(places - low) < np.abs(high - places), low, high)
+    return nearest
+
+
+def _nodes(lattice: Lattice, rows: np.ndarray) -> np.ndarray:
+    """Nodes of some vertices, row by row, absent ones counted."""
+    return rows if lattice.whole else np.flatnonzero(lattice.present.ravel())[rows]
+
+
+def places_of(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
+    """World coordinates (n, 3) of some vertices, given as for `moved_surface`."""
+    lattice = surface.lattice
+    if type(lattice) is not Lattice or "vertices" in surface.__dict__:
+        return surface.vertices[rows]
+    return lattice.places_of_nodes(_nodes(lattice, rows))
+
+
+def _as_grid(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface | None:
+    """The grid with moved nodes; None if some nodes are in one place, or a triangle shuts."""
+    lattice = surface.lattice
+    if type(lattice) is not Lattice or first_of_equals(surface) is not None:
+        return None
+    nodes = _nodes(lattice, rows)
+    grid = _with_nodes(lattice, nodes, there)
+    if _shuts(grid, nodes):
+        return None
+    marks = dict(surface.vertex_data)
+    return TriSurface(surface.name, surface.role, lattice=grid, vertex_data=marks or None)
+
+
+def _as_torn(
+    surface: TriSurface, torn: TornLattice, rows: np.ndarray, there: np.ndarray
+) -> TriSurface | None:
+    """The torn sheet with moved nodes and ghosts; None as for a grid."""
+    if first_of_equals(surface) is not None:
+        return None
+    nodes = torn.node_of_vertex[rows]
+    is_ghost = nodes >= torn.n_node
+    grid = _with_nodes(torn, nodes[~is_ghost], there[~is_ghost])
+    if _shuts(grid, nodes[~is_ghost]):
+        return None
+    ghosts = torn.ghosts.copy()
+    ghosts[nodes[is_ghost] - torn.n_node] = there[is_ghost]
+    moved = TornLattice.of(grid, torn.gone, torn.copies, ghosts)
+    return torn_sheet(surface.name, moved, surface.vertex_data, surface.role)
+
+
+def _with_nodes(lattice: Lattice, nodes: np.ndarray, there: np.ndarray) -> Lattice:
+    """A grid with moved nodes; each has coordinates of its own."""
+    x, y, z = (np.array(part) for part in (*lattice.horizontal(), lattice.elevation))
+    for values, new in zip((x, y, z), there.T, strict=True):
+        values.flat[nodes] = new
+    return Lattice(x, y, z, rising=lattice.rising, reverse=lattice.turned)
+
+
+def _shuts(lattice: Lattice, nodes: np.ndarray) -> bool:
+    """Whether a triangle at some nodes has two corners in one place."""
+    cells = _cells_around(nodes, lattice.shape)
+    corners = lattice.corners_of_keys(np.concatenate([2 * cells, 2 * cells + 1]))
+    near = corners[np.isin(corners, nodes).any(axis=1)]
+    places = lattice.places_of_nodes(near.ravel()).reshape(-1, 3, 3)  # absent nodes equal none
+    return bool((places == np.roll(places, 1, axis=1)).all(axis=2).any())
+
+
+def _cells_around(nodes: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """
+    Return all cells of a grid that have one of some nodes as a corner, rising.
+
+    Examples
+    --------
+    >>> _cells_around(np.array([0, 5]), (3, 3)).tolist()
+    [0, 1, 3]
+    """
+    n_row, n_col = shape
+    row, col = np.divmod(nodes, n_col)
+    found = []
+    for i in (-1, 0):
+        for j in (-1, 0):
+            r, c = row + i, col + j
+            some = (r >= 0) & (c >= 0) & (r < n_row - 1) & (c < n_col - 1)
+            found.append(r[some] * (n_col - 1) + c[some])
+    return np.unique(np.concatenate(found))
+
+
+def _as_list(surface: TriSurface, rows: np.ndarray, there: np.ndarray) -> TriSurface:
+    """The triangles of a surface, with moved vertices."""
+    vertices = surface.vertices.copy()
+    vertices[rows] = there
+    marks, triangles = dict(surface.vertex_data), _triangles(surface)
+    if not marks:  # torn sheets know their triangles by row
+        triangles = _without_shut(vertices, triangles)
+    return TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)
+
+
+def _without_shut(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Triangles but for those with two corners in one place, whose neighbours then meet there."""
+    # Each corner against the next one.
+    corners = vertices[triangles]
+    shut = (corners == np.roll(corners, 1, axis=1)).all(axis=2).any(axis=1)
+    return triangles if shut.all() else triangles[~shut]
+
+
+def _triangles(surface: TriSurface) -> np.ndarray:
+    """Triangles over the first of equal vertices, so that equals stay together."""
+    first = first_of_equals(surface)
+    return surface.triangles if first is None else first[surface.triangles]

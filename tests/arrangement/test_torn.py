@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, rebuild_surfaces
-from geosurf.arrangement.torn import over_itself, pairs_with_itself
+from geosurf.arrangement.candidates import over_itself, pairs_with_itself
 from tests import oracles
 
 N = 3

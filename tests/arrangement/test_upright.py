@@ -13,8 +13,7 @@ from geosurf import TriSurface
 from geosurf.arrangement import lattice_pairs
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import Tree, apart
-from geosurf.kernels.contacts.axis_cells import cells_in_interval
-from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
+from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT, cells_in_interval
 from geosurf.kernels.contacts.packed_contact import (
     code_of,
     in_plane,

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.cells import find_cells
-from geosurf.carve.isolated import place_floating
+from geosurf.carve.cells import find_cells, place_floating
 from geosurf.carve.measures import AREA
 from geosurf.carve.zones import owned_by
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError

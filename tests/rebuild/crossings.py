@@ -1,7 +1,7 @@
 """Count crossings that the shortlist misses: ``python -m tests.rebuild.crossings [n] --seed S``.
 
 Worlds that are degenerate up to rounding are cut, and their points rounded. Which pieces cross then
-is asked of the shortlist (`geosurf.rebuild.soundness`) and of an exact test of all pairs: both must
+is asked of the shortlist (`geosurf.rebuild.repair`) and of an exact test of all pairs: both must
 name the same faces. What is left after the repair is tested as a whole mesh, all pairs again: none
 may cross. Refusals are counted. Ends with 1 if anything is missed.
 """

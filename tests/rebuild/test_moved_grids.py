@@ -16,8 +16,7 @@ from geosurf import (
 )
 from geosurf.arrangement import search
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.moved_vertices import moved_surface, rounded, shifted
-from geosurf.rebuild.repair import _of_unmoved
+from geosurf.rebuild.repair import _of_unmoved, moved_surface, rounded, shifted
 from geosurf.synthetic import graben
 from tests.rebuild.worlds import as_list
 

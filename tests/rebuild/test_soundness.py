@@ -15,7 +15,7 @@ from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.stable_pairs import unstable_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld
-from geosurf.rebuild.soundness import crossing_faces, near_pairs
+from geosurf.rebuild.repair import crossing_faces, near_pairs
 from tests.strategies import soup
 
 

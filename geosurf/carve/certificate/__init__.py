@@ -7,11 +7,9 @@ by_runs.py           the lines without a list of all triangles
 by_triangles.py      the lines from all triangles, with what is wrong, and where
 checks.py            checks from their facts
 facts.py             facts from runs of lattices
-ray_runs.py          triangles of runs that rays may meet
 elements.py          triangles and runs, as checks read them
 partition.py         check: units fill the box without overlap
 names.py             check: names of units match their bounding surfaces
-merged.py            check: merged slivers are parts of their neighbours
 adjacency.py         adjacency of units, recomputed for the checks
 ===================  ==================================================================
 """

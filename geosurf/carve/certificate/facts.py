@@ -10,7 +10,7 @@ follow from the lattice. `Facts.of` returns None for a model that this does not 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,6 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.carve.certificate.elements import Elements, keys_of_runs
 from geosurf.carve.certificate.lattice_runs import LatticeRuns, height_in_map, read_runs
 from geosurf.carve.certificate.partition import Matched, rows_on
-from geosurf.carve.certificate.ray_runs import NearRuns
 from geosurf.carve.outside import box_of
 from geosurf.carve.shells import Shells
 from geosurf.kernels.lattices.run_checks import add_to_units
@@ -34,6 +33,7 @@ from geosurf.kernels.meshes.triangle_facts import (
 )
 from geosurf.model import Patches, Units
 from geosurf.model.pieces import Pieces
+from geosurf.model.regions import Boxes
 from geosurf.model.torn_lattice import TornLattice
 
 _AT_ONCE = 1 << 17  # triangles that are compared with their input triangles, of several surfaces
@@ -327,3 +327,75 @@ def _listed(
     keys = number, rising, n_number
     heights = min((height_in_map(one.lattice) for one in lattices if one.graph), default=math.inf)
     return Facts(patches, elements, cut, keys, lattices, level, n_shared, heights)
+
+
+# ---- triangles of runs that rays of a certificate may meet: only these are listed --------
+
+
+_SLIP = 1e-3  # [m] around boxes; far more than rounding in a frame moves them by
+
+
+@dataclass(frozen=True, eq=False)
+class NearRuns:
+    """
+    Lists triangles of runs: see `Elements.near`.
+
+    It does not refer to the elements: what refers to itself stays in memory after its last use.
+
+    Attributes
+    ----------
+    n_triangle : int
+        Elements before the first run.
+    lattices : sequence of LatticeRuns
+    bounds : ndarray of float64, shape (n_run, 6)
+        Lower, then upper corner of each run, local.
+    origin : ndarray, shape (3,)
+    """
+
+    n_triangle: int
+    lattices: Sequence[LatticeRuns]
+    bounds: np.ndarray
+    origin: np.ndarray
+
+    def __call__(
+        self, starts: np.ndarray, boxes: np.ndarray, wanted: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A triangle of some runs, then those of wanted ones near boxes."""
+        n = self.n_triangle
+        some = np.zeros(len(wanted), dtype=bool)
+        low, high = self.bounds[:, :3], self.bounds[:, 3:]
+        for box in boxes:
+            some[n:] |= ((low <= box[3:]) & (high >= box[:3])).all(axis=1) & wanted[n:]
+        parts = [(np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))]
+        parts += self._first_triangles(np.unique(starts[starts >= n]))
+        parts += self._triangles_near(some, boxes)
+        corners, rows = zip(*parts, strict=True)
+        return np.concatenate(corners), np.concatenate(rows)
+
+    def _first_triangles(self, rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Corners of the first triangle of some runs, and these runs, lattice by lattice."""
+        out = []
+        for one in self.lattices:
+            mine = rows[(rows >= one.runs.start) & (rows < one.runs.stop)]
+            runs = one.strips.runs[mine - one.first]
+            runs[:, LAST] = runs[:, FIRST]
+            keys = keys_of_runs(one.lattice.places, runs)
+            out.append((one.corners(keys, self.origin), mine))
+        return out
+
+    def _triangles_near(
+        self, some: np.ndarray, boxes: np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Corners and runs of the triangles of some runs that may be near boxes."""
+        out, world = [], boxes + np.tile(self.origin, 2)
+        region = Boxes(world[:, :2] - _SLIP, world[:, 3:5] + _SLIP)
+        for one in self.lattices:
+            if not some[one.runs].any():
+                continue
+            cells = region.cells(one.lattice)
+            keys = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
+            run = one.run_of(keys)
+            mine = np.flatnonzero((run >= 0) & some[one.runs][run])
+            corners = one.corners(keys[mine], self.origin)
+            out.append((corners, one.first + run[mine]))
+        return out

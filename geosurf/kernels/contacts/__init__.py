@@ -9,7 +9,6 @@ file                question                                                   s
 `cell_contacts`     How do triangles of two cells meet? Heights of corners.
 `column_pairs`      Which cells of a patch may meet a cell? Heights of nodes.
 `axis_grids`        Where does a grid with straight axes meet another grid?
-`axis_cells`        Which cells of an axis overlap an interval?
 `aligned_grids`     Where do horizons with equal map coordinates meet?
 `stable_pairs`      Which contacts could change when points are rounded?
 `naming`            Which named points and segments follow?

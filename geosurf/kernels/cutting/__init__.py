@@ -8,7 +8,6 @@ file                 question                                                 so
 `symbolic`           What do definitions of points prove without arithmetic?
 `cached_predicates`  What are exact signs, with integers made once a face?
 `delaunay`           What is the unique triangulation of a face?              Lawson 1977
-`hilbert_order`      In which order are a face's points inserted?             Hilbert curve
 `cavity`             How are triangles that a segment crosses replaced?       Toussaint & Avis 1982
 `constraints`        How do segments become edges, with their crossings?
 `record_groups`      Which segments and points cut which face?
