@@ -13,7 +13,6 @@ codes.
 `info_command`        ``info``
 `install_commands`    ``doctor``, ``warmup``
 `installation`        packages, kernels and extras, checked
-`completion`          ``completion``
 `console`             answers, progress, output in any encoding, warnings
 `without_dask`        a faster start of the process of a command
 `exit_codes`          errors and signals become exit codes

@@ -7,8 +7,16 @@ from collections.abc import Callable
 from typing import Any
 
 import geosurf
-from geosurf.cli.arguments import Parser, did_you_mean, length_unit, list_of, one_of, whole_number
-from geosurf.cli.completion import SHELLS, completion_command
+from geosurf.cli.arguments import (
+    SHELLS,
+    Parser,
+    completion_command,
+    did_you_mean,
+    length_unit,
+    list_of,
+    one_of,
+    whole_number,
+)
 from geosurf.cli.console import Answer
 from geosurf.cli.convert_command import convert_command, curves_command
 from geosurf.cli.info_command import info_command

@@ -24,7 +24,14 @@
 ================ ================================================================
 """
 
-from geosurf.conventions.axes import FAULT_DIMS, HORIZON_DIMS, elevation_sign, rising_diagonal
+from geosurf.conventions.axes import (
+    FAULT_DIMS,
+    HORIZON_DIMS,
+    METRES_PER_UNIT,
+    elevation_sign,
+    metres_per_unit,
+    rising_diagonal,
+)
 from geosurf.conventions.checks import (
     CONVERSION_ERRORS,
     first_given,
@@ -34,7 +41,6 @@ from geosurf.conventions.checks import (
     real_numbers,
 )
 from geosurf.conventions.frame import FRAME_STEP, frame_origin, shift_is_exact
-from geosurf.conventions.length_units import METRES_PER_UNIT, metres_per_unit
 from geosurf.conventions.text import (
     area_text,
     area_texts,

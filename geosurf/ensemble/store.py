@@ -24,7 +24,7 @@ from geosurf.ensemble.plan import Plan, vector
 from geosurf.ensemble.record import Record, UnitKey
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
-from geosurf.files.locks import Lock
+from geosurf.files.folders import Lock
 from geosurf.model.expected import path_of
 
 REGION = 20  # realisations

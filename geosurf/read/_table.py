@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions.column_names import USUAL
+from geosurf.conventions.axes import USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
 from geosurf.read._blocks import TextBlocks

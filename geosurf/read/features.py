@@ -29,18 +29,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import counted
-from geosurf.conventions.column_names import USUAL
+from geosurf.conventions.axes import USUAL
 from geosurf.conventions.crs import label
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
-from geosurf.read._choice import chosen
 from geosurf.read._common import agreed_scale, agreed_sign, read_text
 from geosurf.read._guard import read_bytes
-from geosurf.read._noted import is_looking, noted
-from geosurf.read._placed import AXES, points_dataset
-from geosurf.read._prj import crs_from, crs_of_prj
+from geosurf.read._noted import chosen, is_looking, noted
+from geosurf.read._placed import AXES, crs_from, crs_of_prj, points_dataset
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only

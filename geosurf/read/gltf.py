@@ -20,9 +20,8 @@ import numpy as np
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfError
 from geosurf.model import TriSurface
-from geosurf.read._choice import chosen
 from geosurf.read._guard import read_bytes
-from geosurf.read._noted import noted
+from geosurf.read._noted import chosen, noted
 from geosurf.read._triangles import surface_from_mesh
 
 # extensions that change neither positions nor triangles

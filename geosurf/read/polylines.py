@@ -12,17 +12,359 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions.column_names import LABELS
+from geosurf.conventions.axes import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._choice import chosen
-from geosurf.read._common import agreed_scale, agreed_sign, number, read_text
-from geosurf.read._noted import noted
-from geosurf.read._placed import refuse_columns
-from geosurf.read._table import END_MARK, Table, read_table
+from geosurf.read._common import agreed_scale, agreed_sign, is_number, number, read_text
+from geosurf.read._noted import chosen, noted
+from geosurf.read._placed import points_dataset, refuse_columns
+from geosurf.read._table import END_MARK, Table, checked_decimal, named_column, read_table
+from geosurf.read._tops_layout import Layout, layout_of
+from geosurf.read.features import features
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+
+# ---- attributes ----------------------------------------
+# Points, polygons and sticks with attributes, as RMS and Petrel export them.
+#
+# RMS begins with a line for each attribute (``Float dip``, ``String fault``), then writes x, y, z
+# and the attributes. Petrel names its columns between BEGIN HEADER and END HEADER. Lines of
+# polygons are separated by ``999 999 999`` or by a column with their number; texts with blanks
+# are in quotes.
+
+
+COORDINATES = ("easting", "northing", "elevation")
+UNDEFINED = ("undef", "undefined", "nan", "null")
+
+
+def read_attribute_points(
+    path: Path,
+    *,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
+) -> xr.Dataset:
+    r"""
+    Read points with their attributes.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    positive : {"up", "down"}
+        The formats do not state it, so this argument is required.
+    length_unit : str, optional
+        Unit of z, if a comment of Petrel does not state it. Default ``"m"``.
+    columns : sequence of str, optional
+        Names of easting, northing and z, if they are not X, Y and Z.
+    decimal : {".", ","}
+
+    Returns
+    -------
+    xarray.Dataset
+        ``easting``, ``northing``, ``elevation`` and all attributes over ``point``; undefined
+        numbers are NaN.
+
+    Raises
+    ------
+    FormatError
+        If a line has more or fewer words than there are columns, or a coordinate is not a number.
+    InputError
+        If `positive` is missing.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "picks.dat"
+    >>> _ = file.write_text("Float dip\nString well\n1 2 30 5.5 \"W 1\"\n3 4 50 UNDEF W2\n")
+    >>> picks = read_attribute_points(file, positive="down")
+    >>> picks.elevation.values, picks.dip.values, picks.well.values.tolist()
+    (array([-30., -50.]), array([5.5, nan]), ['W 1', 'W2'])
+    """
+    layout, table = _table(path, columns, decimal)
+    inside = ~(table.points == END_MARK).all(axis=1)
+    what = f"{path.name}: points"
+    scale = agreed_sign(None, positive, what)
+    scale *= agreed_scale(layout.length_unit, length_unit, "m", what)
+    points = table.points[inside] * [1.0, 1.0, scale] + 0.0
+    others: dict[str, Any] = {}
+    rows = [words for (_, words), take in zip(layout.rows, inside.tolist(), strict=True) if take]
+    for k, name in enumerate(layout.header or ()):
+        # coordinates are there already, also under other names
+        taken = name.lower() in (*COORDINATES, *others)
+        if k not in _places(path, layout, columns) and not taken:
+            others[name] = ("point", _column([words[k] for words in rows]))
+    noted("attributes", ", ".join(str(key) for key in others) or "none")
+    return points_dataset(points, path.name, others=others)
+
+
+def read_attribute_polygons(
+    path: Path,
+    *,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
+    name: str | None = None,
+) -> list[np.ndarray]:
+    """
+    Read polygons or lines with attributes.
+
+    Parameters
+    ----------
+    path, positive, length_unit, columns, decimal
+        As for `read_attribute_points`; `positive` may be left out where all z are 0.
+    name : str, optional
+        Only lines whose attribute ``name`` or ``fault`` is this one.
+
+    Returns
+    -------
+    list of ndarray of float64, each (n, 3)
+
+    Raises
+    ------
+    FormatError, InputError
+        As `read_attribute_points`.
+    """
+    layout, table = _table(path, columns, decimal)
+    unit = length_unit if layout.length_unit is None else layout.length_unit
+    return polylines_from(path, parts_of(path, table), positive, unit, name)
+
+
+def read_attribute_sticks(
+    path: Path,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
+) -> FaultSticks:
+    """
+    Read the sticks of a fault from lines with attributes.
+
+    Parameters
+    ----------
+    path, positive, length_unit, columns, decimal
+        As for `read_attribute_points`.
+    name : str, optional
+        Which fault, if there are several; else the name of the fault.
+
+    Returns
+    -------
+    FaultSticks
+
+    Raises
+    ------
+    FormatError, InputError
+        As `read_attribute_points`.
+    """
+    layout, table = _table(path, columns, decimal)
+    unit = length_unit if layout.length_unit is None else layout.length_unit
+    return sticks_from(path, parts_of(path, table), name, positive, unit)
+
+
+def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
+    """The file as it stands, and its coordinates, numbers of lines and names."""
+    sign = checked_decimal(decimal)
+    layout = layout_of(path, sign, typed=True)
+    if not layout.rows:
+        raise FormatError(f"{path}: the file has no points below its header. Export it again.")
+    places = _places(path, layout, columns)
+    points = np.empty((len(layout.rows), 3))
+    for k, (line, words) in enumerate(layout.rows):
+        found = [words[place] for place in places]
+        if sign == ",":
+            found = [word.replace(",", ".", 1) for word in found]
+        points[k] = [number(word, path, line, "x, y or z") for word in found]
+    lines = np.array([line for line, _ in layout.rows])
+    header = [word.lower() for word in layout.header or ()]
+    more: list[list[str] | None] = []
+    for usual in (LABELS, NAMES):
+        place = next((header.index(word) for word in usual if word in header), None)
+        more.append(None if place is None else [_word(words, place) for _, words in layout.rows])
+    noted("columns", f"easting, northing, z are columns {', '.join(str(k + 1) for k in places)}")
+    noted("attributes", ", ".join((layout.header or [])[3:]) or "none")
+    return layout, Table(points, lines, *more)
+
+
+def _word(words: list[str], place: int) -> str:
+    """A word of a row; end marks may be shorter than the header."""
+    return words[place] if place < len(words) else ""
+
+
+def _places(path: Path, layout: Layout, columns: Any) -> list[int]:
+    """Columns of x, y and z."""
+    header = [word.lower() for word in layout.header or ()]
+    if columns is None:
+        return [named_column(path, header, axis) for axis in "xyz"]
+    words = [str(word).strip().lower() for word in columns]
+    if isinstance(columns, str) or len(words) != 3 or not set(words) <= set(header):
+        raise InputError(
+            f"{path}: columns is {columns!r}, expected three names among {', '.join(header)}, as "
+            "in columns=('X', 'Y', 'Z')."
+        )
+    return [header.index(word) for word in words]
+
+
+def _column(words: list[str]) -> np.ndarray:
+    """Numbers with NaN where undefined, or texts."""
+    numeric = all(is_number(word) or word.lower() in UNDEFINED for word in words)
+    if numeric and any(is_number(word) for word in words):
+        return np.array([float(word) if is_number(word) else np.nan for word in words])
+    return np.array(words, dtype=object)
+
+
+# ---- points ----------------------------------------
+# Scattered points: ``x y z`` per line of text, or under a header that names the columns.
+
+
+# further columns that are kept: they part the paths of several wells
+WELL = ("well", "wellname", "well_name", "wellbore", "uwi", "borehole")
+MEASURED = ("md", "mdepth")
+
+
+def read_xyz(
+    path: Path,
+    *,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
+) -> xr.Dataset:
+    r"""
+    Read points from text or csv.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        ``.csv`` has a header with the columns ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z``,
+        among others in any order. Other text may have one, too; without it, x, y, z are
+        the only numbers on each line. RMS ends points with ``999 999 999``.
+    positive : {"up", "down"}
+        The formats do not state it, so this argument is required. (The column name Z_TVDSS is
+        no promise: it is written for elevations and for times, too.)
+    length_unit : str, optional
+        Unit of z (x and y are metres). Default ``"m"``.
+    columns : sequence of str or of int, optional
+        Names of easting, northing and z in the header, or numbers of their columns from 1.
+    decimal : {".", ","}, optional
+        Decimal sign of the file.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``easting``, ``northing``, ``elevation`` over ``point`` [m], positive up.
+        Several points may share a position. Columns of wells and measured depths become ``well``
+        and ``md``.
+
+    Raises
+    ------
+    FormatError
+        If a line is not three numbers, or a column is missing.
+    InputError
+        If `positive` is missing, `length_unit` unknown, or `columns` are not three names or
+        numbers.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.poi"
+    >>> _ = file.write_text("0 0 1500\n0 50 1600\n")
+    >>> read_xyz(file, positive="down").elevation.values
+    array([-1500., -1600.])
+    """
+    what = f"{path.name}: points"
+    unit = agreed_scale(None, length_unit, "m", what)
+    scale = agreed_sign(None, positive, what) * unit
+    table = read_table(path, columns, decimal, (WELL, MEASURED), ("well", "md"))
+    points = _without_end(path, table)
+    x, y, z = points.T
+    others: dict[str, Any] = {}
+    if table.labels is not None:
+        others["well"] = ("point", np.array(table.labels[: len(points)], dtype=object))
+    if table.names is not None:
+        depths = _measured(path, table, len(points), decimal)
+        others["md"] = ("point", unit * depths, {"units": "m"})
+    return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name, others=others)
+
+
+def _measured(path: Path, table: Table, count: int, decimal: str) -> np.ndarray:
+    """Measured depths along wells, NaN where the file has none."""
+    words = [word.replace(decimal, ".", 1) for word in (table.names or [])[:count]]
+    empty = ("", "nan", "undef")
+    return np.array(
+        [
+            np.nan if word.lower() in empty else number(word, path, int(line), "measured depth")
+            for word, line in zip(words, table.lines, strict=False)
+        ]
+    )
+
+
+def _without_end(path: Path, table: Table) -> np.ndarray:
+    """Points (n, 3); 999 999 999 on the last lines of a text ends them, as RMS writes it."""
+    points = table.points
+    if path.suffix.lower() == ".csv":
+        return points
+    ends = (points == END_MARK).all(axis=1)
+    n_point = len(points) - int(np.argmin(ends[::-1])) if not ends.all() else 0
+    inside = np.flatnonzero(ends[:n_point])
+    if len(inside):
+        raise FormatError(
+            f"{path}, line {table.lines[inside[0]]}: '999 999 999' ends a polyline, but this "
+            "file should hold points. Read sticks with read_fault and outlines with "
+            "read_polygons (suffix .pol)."
+        )
+    if n_point == 0:
+        raise FormatError(f"{path}: the file has end marks only, expected x y z on each line.")
+    return points[:n_point]
+
+
+# ---- line names ----------------------------------------
+# Names of the faults that one file of lines holds, for functions that read them one by one.
+
+
+# formats whose files may hold the sticks of several faults
+NAMED_LINES = ("charisma", "geojson", "shapefile")
+
+
+def fault_names(path: Path, key: str) -> list[str]:
+    r"""
+    Return the names of the faults in a file of lines, "" for lines without a name.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    key : {"charisma", "geojson", "shapefile"}
+
+    Raises
+    ------
+    FormatError
+        If the file is damaged, or holds points or areas.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "faults.dat"
+    >>> rows = "INLINE- 1 2 0 0 5 F1 1\nINLINE- 1 2 0 0 9 F1 1\nINLINE- 1 2 5 0 5 F2 1\n"
+    >>> _ = file.write_text(rows)
+    >>> fault_names(file, "charisma")
+    ['F1', 'F2']
+    """
+    if key == "charisma":
+        return list(dict.fromkeys(read_charisma(path).names or []))
+    found = features(path).checked()
+    names = [one.name for one in found.only(("line",), "read_fault")]
+    if not names:
+        raise FormatError(f"{path}: the file has no lines. Export it again.")
+    return list(dict.fromkeys(names))
+
 
 # ---- charisma ----------------------------------------
 # Charisma fault sticks, as Petrel and others export them.

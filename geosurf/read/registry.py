@@ -60,7 +60,7 @@ FAULT_FORMATS = {
     "sticks": ("polylines", "read_sticks", (".pol", ".csv", ".dat", ".txt")),
     "charisma": ("polylines", "read_charisma_sticks", (".charisma",)),
     "cps3_lines": ("polylines", "read_cps3_sticks", (".cps3lines",)),
-    "attributes": ("attributes", "read_attribute_sticks", (".rmsattr",)),
+    "attributes": ("polylines", "read_attribute_sticks", (".rmsattr",)),
     "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
     "pline": ("gocad", "read_pline_sticks", (".pl",)),
     "sgrid": ("gocad", "read_sgrid_fault", (".sg",)),
@@ -70,12 +70,12 @@ FAULT_FORMATS = {
     **MESH_FORMATS,
 }
 POINT_FORMATS = {
-    "xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat")),
+    "xyz": ("polylines", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat")),
     "vset": ("gocad", "read_vset", (".vs",)),
     "las": ("las", "read_las_points", (".las",)),
     "geojson": ("features", "read_feature_points", (".geojson", ".json")),
     "shapefile": ("features", "read_feature_points", (".shp",)),
-    "attributes": ("attributes", "read_attribute_points", (".rmsattr",)),
+    "attributes": ("polylines", "read_attribute_points", (".rmsattr",)),
     "resqml": ("resqml.surfaces", "read_resqml_points", (".epc",)),
 }
 POLYGON_FORMATS = {
@@ -84,7 +84,7 @@ POLYGON_FORMATS = {
     "geojson": ("features", "read_feature_polygons", (".geojson", ".json")),
     "shapefile": ("features", "read_feature_polygons", (".shp",)),
     "cps3_lines": ("polylines", "read_cps3_polygons", (".cps3lines",)),
-    "attributes": ("attributes", "read_attribute_polygons", (".rmsattr",)),
+    "attributes": ("polylines", "read_attribute_polygons", (".rmsattr",)),
     "resqml": ("resqml.surfaces", "read_resqml_polygons", (".epc",)),
 }
 # what people call the formats; the table of docs/formats.md is tested against it

@@ -10,8 +10,6 @@ grid_section.py   `render_grid_section`: cells of a simulation grid
 profile.py        `render_throw`: throw along a fault
 column.py         the stratigraphic column
 wells.py          well tops on maps and sections
-search.py         `render_search`: how the voxel search finds an intersection line
-place.py          `render_place`: a close-up of the location of an error
 backend.py        the choice of a graphics driver
 probe.py          the test of one graphics driver, in a separate process
 compose.py        content, frame and file of a picture
@@ -49,12 +47,12 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.render.grid_section import render_grid_section as render_grid_section
     from geosurf.render.isochores import render_thickness as render_thickness
     from geosurf.render.map import render_map as render_map
+    from geosurf.render.models import render_place as render_place
     from geosurf.render.models import render_scene as render_scene
+    from geosurf.render.models import render_search as render_search
     from geosurf.render.models import render_surfaces as render_surfaces
     from geosurf.render.models import render_units as render_units
-    from geosurf.render.place import render_place as render_place
     from geosurf.render.profile import render_throw as render_throw
-    from geosurf.render.search import render_search as render_search
     from geosurf.render.section import render_section as render_section
     from geosurf.render.views import VIEWS as VIEWS
 else:

@@ -6,7 +6,6 @@ output_keys.py    of these: [search], [output] and [pictures]
 ensemble_keys.py  of these: [ensemble] and [[uncertain]]
 declare.py        how a key is declared
 values.py         how values are checked, and what a check accepts
-truncations.py    truncations as a scene takes them; halves of older faults
 validate.py       file -> `Scenario`: names and rules checked, no surface read
 build.py          `Scenario` -> `Scene`
 torn.py           of these: horizons torn at their faults

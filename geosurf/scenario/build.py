@@ -15,9 +15,13 @@ from geosurf.read import otherwise, read_fault, read_horizon, read_nodes, read_p
 from geosurf.scenario.fault_keys import FaultInput, PolygonInput
 from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.step_log import OnStep
-from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
+from geosurf.scenario.tear_checks import (
+    faults_reaching,
+    filling_of,
+    is_torn_as_picked,
+    truncations_of,
+)
 from geosurf.scenario.torn import torn_horizons
-from geosurf.scenario.truncations import faults_reaching, truncations_of
 from geosurf.scene import Scene
 from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
 from geosurf.scene.result_cache import ResultCache

@@ -24,10 +24,9 @@ from geosurf.scenario.output import (
     write_files,
 )
 from geosurf.scenario.pictures import choice_of_pictures, will_draw
-from geosurf.scenario.plan import input_files
+from geosurf.scenario.plan import input_files, wells_of_scenario, write_wells
 from geosurf.scenario.step_log import Progress, StepLog, pictured
 from geosurf.scenario.validate import read_scenario
-from geosurf.scenario.wells import wells_of_scenario, write_wells
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, check_with_cache
 from geosurf.warning import warn

@@ -20,8 +20,15 @@ from pathlib import Path
 from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
 from geosurf.errors import DependencyError, GeosurfWarning, OutputError, ScenarioError
 from geosurf.files.atomic import PREFIX, random_digits, remove_abandoned
-from geosurf.files.folders import MARK, Names, discard_twins, finish, replace_files, replace_folder
-from geosurf.files.locks import Lock
+from geosurf.files.folders import (
+    MARK,
+    Lock,
+    Names,
+    discard_twins,
+    finish,
+    replace_files,
+    replace_folder,
+)
 from geosurf.model.expected import path_of
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output_keys import OutputSettings

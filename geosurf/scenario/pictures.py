@@ -10,7 +10,7 @@ from geosurf.model.expected import flag_of
 from geosurf.read import read_points, read_polygons
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output_keys import OutputSettings
-from geosurf.scenario.wells import drawn_wells
+from geosurf.scenario.plan import drawn_wells
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.render.overlay import PictureOverlay

@@ -15,8 +15,12 @@ from geosurf.model import Sheet, TriSurface
 from geosurf.model.sheets import TearPlan
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.step_log import OnStep, pictured
-from geosurf.scenario.tear_checks import filling_of, is_torn_as_picked
-from geosurf.scenario.truncations import faults_reaching, horizon_rules_of
+from geosurf.scenario.tear_checks import (
+    faults_reaching,
+    filling_of,
+    horizon_rules_of,
+    is_torn_as_picked,
+)
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import torn_scene

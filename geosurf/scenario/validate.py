@@ -24,9 +24,8 @@ from geosurf.scenario.ensemble_keys import check_uncertain
 from geosurf.scenario.fault_keys import check_faults
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.tables import read_table
-from geosurf.scenario.tear_checks import check_tears
+from geosurf.scenario.tear_checks import check_tears, rules_of, with_halves
 from geosurf.scenario.toml_text import lines_of_keys, mistakes_of_toml, with_settings
-from geosurf.scenario.truncations import rules_of, with_halves
 from geosurf.scenario.values import KeyPath, Keys, Mistake
 
 OF_SEVERAL = (".epc", ".ts")  # files that hold several surfaces

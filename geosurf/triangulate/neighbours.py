@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, elevation_sign
-from geosurf.conventions.column_names import LABELS, USUAL
+from geosurf.conventions.axes import LABELS, USUAL
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import Noun

@@ -19,6 +19,7 @@ from pathlib import Path, PurePath, PurePosixPath
 from geosurf.errors import OutputError
 from geosurf.files.atomic import N_RANDOM, PREFIX, sync_folder, write_whole
 from geosurf.files.folders import (
+    Lock,
     Names,
     exchange,
     finish,
@@ -26,7 +27,6 @@ from geosurf.files.folders import (
     replace_files,
     sync_tree,
 )
-from geosurf.files.locks import Lock
 from geosurf.write.written import Loss
 
 # files by path relative to the folder of their index, what is lost, and a pattern of their names

@@ -15,8 +15,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.cli.arguments import commands_of, options_of
-from geosurf.cli.completion import SHELLS, completion_script
+from geosurf.cli.arguments import SHELLS, commands_of, completion_script, options_of
 from geosurf.cli.scenario_commands import FILES
 from geosurf.scenario.keys import FORMATS
 

@@ -16,8 +16,7 @@ import geosurf as gs
 from geosurf.errors import OutputError
 from geosurf.files import atomic, folders
 from geosurf.files.atomic import write_whole
-from geosurf.files.folders import Names, finish, replace_files
-from geosurf.files.locks import Lock
+from geosurf.files.folders import Lock, Names, finish, replace_files
 from geosurf.scenario import output
 from geosurf.scenario.output import new_results
 from tests.write.crash_points import attack
@@ -209,7 +208,7 @@ def test_a_claim_ends_with_its_process(tmp_path):
     code = f"""
 import os, signal
 from pathlib import Path
-from geosurf.files.locks import Lock
+from geosurf.files.folders import Lock
 assert Lock(Path({str(tmp_path / "lock")!r})).take()
 os.kill(os.getpid(), signal.SIGKILL)
 """

@@ -10,7 +10,7 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.render import layers, palette, surface_layers, thin_units, unit_layers
 from geosurf.render.clip import Prism
 from geosurf.render.furniture import shortened
-from geosurf.render.search import show_search, voxel_edges
+from geosurf.render.models import show_search, voxel_edges
 from geosurf.render.thin_units import Shell
 
 

@@ -20,7 +20,7 @@ from geosurf.read._common import (
     numbers,
 )
 from geosurf.read._noted import noted
-from geosurf.read._prj import crs_of_prj
+from geosurf.read._placed import crs_of_prj
 from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import (
     GridHeader,

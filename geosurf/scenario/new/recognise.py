@@ -33,8 +33,8 @@ from geosurf.read import (
 )
 from geosurf.read._common import is_number, read_text
 from geosurf.read._detect import detect
-from geosurf.read.line_names import NAMED_LINES, fault_names
 from geosurf.read.netcdf import holds_fault
+from geosurf.read.polylines import NAMED_LINES, fault_names
 from geosurf.read.resqml.representations import LINES, MESH, POINTS
 from geosurf.read.resqml.surfaces import surfaces_of
 from geosurf.scenario.new.found import OUT, Found, mean_dip, name_from, plane_dip, thinned
