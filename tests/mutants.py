@@ -1,0 +1,180 @@
+"""Planted mistakes, and which test kills each: ``python -m tests.mutants [-k WORD] [--whole]``.
+
+Every row plants one mistake into a copy of the project, in code that decides answers on real
+fields, and runs the tests named there until one fails. A mistake that survives is a gap in the
+tests: write a law that kills it, do not drop the row. A text must occur once in its room, wherever
+files move to; ``--list`` says which rows no longer fit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+SAME = "tests/same_model"
+
+
+class Mutant(NamedTuple):
+    """One mistake: a room of geosurf, a text that occurs once in it, what it becomes, tests."""
+
+    room: str
+    text: str
+    wrong: str
+    tests: str
+
+
+MUTANTS = (
+    # ---- measures
+    Mutant("measure", "np.divide(far[0], wide, out=", "np.divide(far[1], wide, out=", "tests/measure"),
+    Mutant("measure", "throw, heave = zf - zh,", "throw, heave = zh - zf,", "tests/measure"),
+    Mutant("measure", "np.copysign(np.hypot(dh - df, sh - sf), dh - df)", "np.hypot(dh - df, sh - sf)", "tests/measure"),
+    Mutant("measure", '"gap" if area > 0 else "overlap"', '"gap" if area < 0 else "overlap"', "tests/measure"),
+    Mutant("measure", '"misfit": model - picked', '"misfit": picked - model', "tests/measure"),
+    Mutant("measure", "keep[1:] = np.diff(length) > 0", "keep[1:] = np.cumprod(np.diff(length) > 0) > 0", f"{SAME} tests/measure"),
+    Mutant("measure", '"strike": (azimuth - 90.0) % 360.0', '"strike": (azimuth + 90.0) % 360.0', "tests/measure"),
+    Mutant("measure", "up = vectors[:, 2] < 0", "up = vectors[:, 2] > 0", "tests/measure"),
+    Mutant("measure", "for k, unit in enumerate(chosen) if unit.block == block]", "for k, unit in enumerate(chosen) if block in unit.block]", f"{SAME} tests/measure"),
+    Mutant("measure", "for u, p in zip(chosen, found, strict=True) if u.block == block]", "for u, p in zip(chosen, found, strict=True)]", f"{SAME} tests/measure"),
+    Mutant("kernels/location", "while high - low > 1:", "while high - low > 2:", SAME),
+    # ---- carving
+    Mutant("carve", "return sides <= set(on) and (not contact.zones or zone in contact.zones)", "return sides <= set(on)", f"tests/carve {SAME}"),
+    Mutant("carve", "min(shared, key=lambda v: (-shared[v], rank[v]))", "min(shared, key=lambda v: (shared[v], rank[v]))", "geosurf/carve tests/carve"),
+    Mutant("carve", "first = sum(level > highest for level in levels)", "first = sum(level < lowest for level in levels)", "tests/carve tests/scene"),
+    Mutant("carve", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, -1.0)", "way = np.where(shells.sides[rows, 1] == split.row, 1.0, 1.0)", "tests/carve tests/scene"),
+    Mutant("carve", "extent[rows[~outward], LOOKS_DOWN]", "extent[rows[~outward], LOOKS_UP]", "tests/carve tests/scene"),
+    Mutant("carve", "<= VOLUME_TOLERANCE and not off and not moved", "<= VOLUME_TOLERANCE and not moved", "tests/carve"),
+    Mutant("carve", "for name in found if sizes[name].volume <= 0.0]", "for name in found if sizes[name].volume < -1e99]", "tests/carve"),
+    Mutant("carve", "if stated[k] != recomputed[k]:", "if False:", "tests/carve"),
+    Mutant("carve", "if abs(math.fsum(parts) - unit.volume) > slack:", "if False:", "tests/carve"),
+    Mutant("measure", "(upper.zone, upper.block) == (lower.zone, lower.block)", "upper.zone == lower.zone", "tests/measure"),
+    # ---- arrangement, curves, rebuilt surfaces
+    Mutant("rebuild", "if len(thin) == 0 and len(near) == 0:", "if len(thin) == 0:", "tests/rebuild"),
+    Mutant("arrangement", "if one is not None and one.slip == slip:", "if one is not None:", "tests/arrangement tests/scene"),
+    Mutant("intersect", "(n_corners(contacts.rows) >= 3)", "(n_corners(contacts.rows) > 3)", "tests/intersect"),
+    # ---- faults
+    Mutant("faults", 'return 1 if keep == "+" else -1', 'return -1 if keep == "+" else 1', "tests/faults"),
+    Mutant("faults", "front = c_before_b == (way_m[a] > 0)", "front = c_before_b != (way_m[a] > 0)", "tests/faults"),
+    Mutant("faults", "ready = [f for f in left if not any(r.main in left for r in rules[f])]", "ready = list(left)", "tests/faults tests/scene"),
+    # ---- ensembles
+    Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_failed_realisations.py"),
+    Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),
+    Mutant("ensemble", "rows = np.flatnonzero(result.status.values == 1)", "rows = np.flatnonzero(result.status.values >= 0)", "tests/ensemble"),
+    Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble"),
+    Mutant("ensemble", "made[..., 2] = middle[2] - sine * flat + cosine * high", "made[..., 2] = middle[2] + sine * flat + cosine * high", "tests/ensemble"),
+    Mutant("ensemble", "return float(old) + level", "return float(old) - level", "tests/ensemble"),
+    Mutant("ensemble", "return throw * factor", "return throw", "tests/ensemble"),
+    Mutant("ensemble", "return 0.25 * total", "return 0.5 * total", "tests/ensemble"),
+    # ---- torn horizons
+    Mutant("sheets", "signal = max((double - single) / 63.0, 0.0)", "signal = max((double - single) / 1.1, 0.0)", f"tests/sheets {SAME}"),
+    Mutant("sheets", "return z_minus - z_plus, t_plus - t_minus", "return z_plus - z_minus, t_plus - t_minus", "tests/sheets"),
+    Mutant("sheets", "smeared = [trim for trim in proposed if trim > USUAL]", "smeared = [trim for trim in proposed if trim < USUAL]", "tests/sheets"),
+    Mutant("sheets", "lost = abs(whole - along) * frame.cell", "lost = abs(whole - along)", "tests/sheets"),
+    Mutant("sheets", "where=off < half) ** 2", "where=off < half)", "tests/sheets"),
+    Mutant("sheets", "number = (far / BIN).astype(np.int64)", "number = (0.0 * far).astype(np.int64)", "tests/sheets"),
+    # ---- inputs as surfaces
+    Mutant("triangulate", "return elevation_sign(positive, what) * metres_per_unit(length_unit, what)", "return elevation_sign(positive, what)", "tests/read tests/triangulate"),
+    Mutant("triangulate", "bottom - margin, top + margin)", "bottom + margin, top + margin)", "tests/triangulate tests/scene"),
+    Mutant("triangulate", "_UNITS = (1.0, 0.3048, 1200.0 / 3937.0, 1000.0)", "_UNITS = (1.0,)", "tests/scene tests/triangulate"),
+    Mutant("triangulate", "line = line[np.r_[True, (np.diff(line, axis=0) != 0).any(axis=1)]]", "line = line[np.r_[True, (np.diff(line, axis=0) != 0).all(axis=1)]]", "tests/triangulate tests/read"),
+    Mutant("conventions", "are_same(crs, known) is False:", "are_same(crs, known) is None:", "tests/conventions tests/scene"),
+    # ---- readers and writers
+    Mutant("read", 'others["md"] = ("point", unit * depths', 'others["md"] = ("point", depths', "tests/read"),
+    Mutant("read", "sign * scale * _finite_or_nan(path, data)", "sign * _finite_or_nan(path, data)", "tests/read"),
+    Mutant("read", 'half_x = 0.5 * dx if "xllcorner" in found else 0.0', "half_x = 0.0", "tests/read"),
+    Mutant("read", 'values["md"] *= agreed_scale(_unit(trace, places["md"]), length_unit, "m", what)', "pass", "tests/read/test_lengths.py"),
+    Mutant("read", "depths = md[piece] + share * length[piece]", "depths = md[piece] + share", "tests/read"),
+    Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
+    Mutant("write", "first=n_written + 1)", "first=1)", "tests/write"),
+    # ---- grids for simulators, tetrahedra
+    Mutant("grid", 'return from_top if self.parallel == "top" else thickness - from_top[::-1]', "return from_top", "tests/grid"),
+    Mutant("grid", "found: np.ndarray = (odd % 2 == 1).reshape(z.shape)", "found: np.ndarray = (odd > 0).reshape(z.shape)", "tests/grid"),
+    Mutant("tetrahedra", "> 1.0 - BEND", "> -2.0 - BEND", "tests/tetrahedra"),
+    # ---- scenes and scenarios
+    Mutant("scene", "rules, fluids, self.inputs.slivers)", "rules, fluids)", SAME),
+    Mutant("scene", "ring = None if self.aoi is None else self.aoi.tobytes()", "ring = None", f"{SAME} tests/scene"),
+    Mutant("scene", "options = self.inputs.voxel_size, self.inputs.self_intersections", "options = (self.inputs.voxel_size,)", f"{SAME} tests/scene"),
+    Mutant("scene", "or inputs.compartments or inputs.slivers.merge:", "or inputs.compartments:", f"{SAME} tests/scene"),
+    Mutant("scene", 'n_axis = 2 if surface.role == "horizon" else 3', "n_axis = 2", "tests/scene"),
+    Mutant("scenario", "return rings[entry.polygon - 1]", "return rings[0]", "tests/scenario"),
+    Mutant("scenario", "return parts[number - 1].renamed(", "return parts[0].renamed(", "tests/scenario"),
+)  # fmt: skip
+
+
+def found(mutant: Mutant) -> Path | None:
+    """The file of geosurf, relative to the project, that holds the text once; None if none does."""
+    held = [
+        path.relative_to(ROOT)
+        for path in sorted((ROOT / "geosurf" / mutant.room).rglob("*.py"))
+        for _ in range(path.read_text(encoding="utf-8").count(mutant.text))
+    ]
+    return held[0] if len(held) == 1 else None
+
+
+def copied(folder: Path) -> None:
+    """What tests need, as git has it."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for name in listed.stdout.splitlines():
+        if name.startswith(("geosurf/", "tests/", "data/", "docs/", "benchmarks/", "pyproject")):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+    shared = Path(os.environ.get("GEOSURF_SHARED", ROOT.parent / "shared"))
+    os.environ["GEOSURF_SHARED"] = str(shared)
+
+
+def killers(mutants: list[Mutant], whole: bool) -> Iterator[tuple[Mutant, str]]:
+    """For each mistake the test that fails first; nothing if it survives."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        copied(folder)
+        environment = {**os.environ, "PYTHONPATH": str(folder)}
+        words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header"]
+        for mutant in mutants:
+            file = found(mutant)
+            if file is None:
+                yield mutant, "NO LONGER THERE"
+                continue
+            right = (ROOT / file).read_text(encoding="utf-8")
+            (folder / file).write_text(right.replace(mutant.text, mutant.wrong), encoding="utf-8")
+            tests = ["tests", "geosurf"] if whole else mutant.tests.split()
+            tests = [one for one in tests if (folder / one).exists()]
+            run = subprocess.run(
+                [*words, *tests], cwd=folder, env=environment, capture_output=True, text=True, check=False
+            )
+            (folder / file).write_text(right, encoding="utf-8")
+            failed = re.search(r"^(?:FAILED|ERROR) (\S+)", run.stdout, re.MULTILINE)
+            yield mutant, failed[1] if failed else ("" if run.returncode == 0 else "no test ran")
+
+
+def main() -> int:
+    """Plant all, or some; print what kills each."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-k", default="", help="only those whose room or text has this word")
+    parser.add_argument("--whole", action="store_true", help="run all tests, not those named")
+    parser.add_argument("--list", action="store_true", help="only say whether each still fits")
+    asked = parser.parse_args()
+    chosen = [one for one in MUTANTS if asked.k in one.room or asked.k in one.text]
+    if asked.list:
+        lost = [one for one in chosen if found(one) is None]
+        for one in lost:
+            print(f"does not fit: geosurf/{one.room}: {one.text}")  # noqa: T201
+        print(f"{len(chosen) - len(lost)} of {len(chosen)} fit")  # noqa: T201
+        return 1 if lost else 0
+    survived = 0
+    for one, killer in killers(chosen, asked.whole):
+        survived += killer in ("", "NO LONGER THERE", "no test ran")
+        print(f"{one.room:18} {one.wrong[:60]:60} {killer or 'SURVIVED'}", flush=True)  # noqa: T201
+    print(f"{len(chosen) - survived} of {len(chosen)} killed")  # noqa: T201
+    return 1 if survived else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
