@@ -211,6 +211,24 @@ def test_each_wall_of_the_allan_diagram_has_its_own_contacts():
     assert "contact" not in faulted().allan("F1").kind.values
 
 
+def test_a_contact_of_one_block_ends_where_another_fault_meets_the_wall():
+    """The line of the other fault on this wall parts blocks with other contacts: it is none."""
+    corners = [(0.0, 15.0, -60.0), (70.0, 15.0, -60.0), (70.0, 15.0, 20.0), (0.0, 15.0, 20.0)]
+    across = TriSurface("F2", "fault", corners, [(0, 1, 2), (0, 2, 3)])
+    horizons = {name: level(name, z) for name, z in (("Top", -10.0), ("Base", -20.0))}
+    faults = {"F1": slope(), "F2": across}
+    scene = Scene(horizons, faults, BOX, contacts={"OWC": {"F1+ F2+": -15.0}})
+    found = scene.allan("F1")
+    levels = [
+        found.elevation.values[row]
+        for row, kind in zip(lines_of(found), found.kind.values, strict=True)
+        if kind == "contact"
+    ]
+    assert len(levels) == 1
+    assert len(levels[0]) >= 2
+    np.testing.assert_allclose(levels[0], -15.0)
+
+
 def test_contacts_that_meet_at_a_fault_are_both_there():
     """Two contacts at one level: above the one goes straight to below the other."""
     plain = faulted().replace(contacts={"GOC": -16.0, "OWC": -16.0}).allan("F1")
