@@ -121,7 +121,9 @@ def found(mutant: Mutant) -> Path | None:
 
 def copied(folder: Path) -> None:
     """What tests need, as git has it."""
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     for name in listed.stdout.splitlines():
         if name.startswith(("geosurf/", "tests/", "data/", "docs/", "benchmarks/", "pyproject")):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -136,7 +138,16 @@ def killers(mutants: list[Mutant], whole: bool) -> Iterator[tuple[Mutant, str]]:
         folder = Path(made)
         copied(folder)
         environment = {**os.environ, "PYTHONPATH": str(folder)}
-        words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header"]
+        words = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-x",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "--no-header",
+        ]
         for mutant in mutants:
             file = found(mutant)
             if file is None:
@@ -147,7 +158,12 @@ def killers(mutants: list[Mutant], whole: bool) -> Iterator[tuple[Mutant, str]]:
             tests = ["tests", "geosurf"] if whole else mutant.tests.split()
             tests = [one for one in tests if (folder / one).exists()]
             run = subprocess.run(
-                [*words, *tests], cwd=folder, env=environment, capture_output=True, text=True, check=False
+                [*words, *tests],
+                cwd=folder,
+                env=environment,
+                capture_output=True,
+                text=True,
+                check=False,
             )
             (folder / file).write_text(right, encoding="utf-8")
             failed = re.search(r"^(?:FAILED|ERROR) (\S+)", run.stdout, re.MULTILINE)
@@ -165,14 +181,14 @@ def main() -> int:
     if asked.list:
         lost = [one for one in chosen if found(one) is None]
         for one in lost:
-            print(f"does not fit: geosurf/{one.room}: {one.text}")  # noqa: T201
-        print(f"{len(chosen) - len(lost)} of {len(chosen)} fit")  # noqa: T201
+            print(f"does not fit: geosurf/{one.room}: {one.text}")
+        print(f"{len(chosen) - len(lost)} of {len(chosen)} fit")
         return 1 if lost else 0
     survived = 0
     for one, killer in killers(chosen, asked.whole):
         survived += killer in ("", "NO LONGER THERE", "no test ran")
-        print(f"{one.room:18} {one.wrong[:60]:60} {killer or 'SURVIVED'}", flush=True)  # noqa: T201
-    print(f"{len(chosen) - survived} of {len(chosen)} killed")  # noqa: T201
+        print(f"{one.room:18} {one.wrong[:60]:60} {killer or 'SURVIVED'}", flush=True)
+    print(f"{len(chosen) - survived} of {len(chosen)} killed")
     return 1 if survived else 0
 
 
