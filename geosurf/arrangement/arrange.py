@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.arrangement.room import copy_rows, shortened
+from geosurf.arrangement.room import shortened
 from geosurf.arrangement.search import Contacts, table_size
 from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import place
@@ -145,8 +145,7 @@ def _rooms(
     # little.
     x = np.empty((n + len(sizes) * extra, 3))
     d = np.empty((n_old + len(sizes) * extra, 4), dtype=np.int64)
-    copy_rows(contacts.x, x[:n])
-    copy_rows(contacts.d, d[:n_old])
+    x[:n], d[:n_old] = contacts.x, contacts.d
     for k, (some, (begin, end)) in enumerate(zip(sizes, pairwise(ends), strict=True)):
         m = contacts.m.copy()
         m[N_POINT] = first = n_old + k * extra
@@ -174,7 +173,7 @@ def _closed_up(parts: list[_Part]) -> list[np.ndarray]:
         assert whole is not None
         for some in rows:
             if end:
-                copy_rows(some, whole[end : end + len(some)])
+                whole[end : end + len(some)] = some
             end += len(some)
         found.append((whole, end))
     for part in parts:  # they look into what is shortened

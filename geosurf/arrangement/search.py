@@ -8,7 +8,7 @@ are kept; all that comes later costs what they cost.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,7 +50,6 @@ from geosurf.model.expected import flag_of
 METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
 _MANY = 1 << 20  # pairs; many more than the usual scene has
-_FEW = 1 << 19  # candidates that are remembered, 12 MB
 _AT_ONCE = 1 << 15  # pairs: room for their contacts, 3 MB, is used again and again
 _PAIRS_OF_A_THREAD = 7_000  # 0.7 ms of work; a thread costs a tenth of one
 _CONTACTS_OF_A_THREAD = 25_000  # 2 ms of work
@@ -90,9 +89,6 @@ class Contacts:
         By how much rounding may move a coordinate [m], of all faces that were candidates.
     filed : ndarray of int64, shape (n_record, 4), or None
         `records`, once they are made.
-    searched : dict of (int, int) to Known
-        What this search found of pairs of surfaces, for one in which only some surfaces have moved;
-        empty if that is much.
     """
 
     surfaces: tuple[TriSurface, ...]
@@ -114,7 +110,6 @@ class Contacts:
     filed: np.ndarray | None = None
     cost: dict[str, int] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
-    searched: dict[tuple[int, int], Known] = field(default_factory=dict)
 
     @property
     def records(self) -> np.ndarray:
@@ -195,20 +190,18 @@ def find_contacts(
     cost["candidate_faces"] = len(faces.t)
 
     codes, slip = _settle(faces, candidates, found, held)
-    searched, start = {}, 0
+    start = 0
     for i, j, rows in found:
         part = codes[start : start + len(rows)]
-        one = searched[i, j] = Known(rows, costs[i, j], slip, part)
         was = held.get((i, j))
         if known is not None and (was is None or was.slip != slip):
-            known.add(i, j, replace(one, codes=part.copy()), *how)
+            known.add(i, j, Known(rows, costs[i, j], slip, part.copy()), *how)
         start += len(rows)
     contacts = _name(surfaces, origin, faces, candidates, codes, slip)
     contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
     }  # fmt: skip
-    contacts.searched = searched if start <= _FEW else {}
     return contacts
 
 

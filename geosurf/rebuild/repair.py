@@ -13,7 +13,7 @@ after the other. The largest move is reported, and if that does not help, the ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
 from typing import TypeVar
@@ -22,7 +22,6 @@ import numpy as np
 
 from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.crossing import crossing_pairs, near_triangles
-from geosurf.arrangement.known_pairs import Known, KnownPairs
 from geosurf.arrangement.search import ULP, Contacts, find_contacts
 from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.conventions import place
@@ -96,7 +95,7 @@ def cut_soundly(
 
     # The steps get coarser; each one begins with the given surfaces, not with those that were
     # moved.
-    given, searched = contacts.surfaces, contacts.searched
+    given = contacts.surfaces
     moved = [np.empty(0, dtype=np.int64) for _ in given]
     first, held = (contacts, bad), _held(given)
 
@@ -108,9 +107,8 @@ def cut_soundly(
             _mark(contacts, bad, moved)
             both = zip(given, moved, strict=True)
             surfaces = [moved_surface(s, m, move, step, held) for s, m in both]
-            unmoved = _of_unmoved(searched, moved)
             try:
-                found = find_contacts(surfaces, **contacts.options, known=unmoved)
+                found = find_contacts(surfaces, **contacts.options)
                 contacts = with_own_contacts(found)
             except SurfaceError:
                 break  # a face lost its area at this step
@@ -121,20 +119,6 @@ def cut_soundly(
                 report = _moves(given, surfaces, moved)
                 return contacts, children, report, then(contacts, children)
     raise _refusal(*first)
-
-
-def _of_unmoved(
-    searched: Mapping[tuple[int, int], Known], moved: Sequence[np.ndarray]
-) -> KnownPairs:
-    """What a search found of pairs of surfaces that stay: it is not searched again."""
-
-    def get(key: Hashable) -> Known | None:
-        """The pair of two surfaces, by their numbers."""
-        assert isinstance(key, tuple)
-        _, i, j, *_ = key
-        return None if len(moved[i]) or len(moved[j]) else searched.get((i, j))
-
-    return KnownPairs(get, lambda key, one: None, list(range(len(moved))))
 
 
 def _checked(

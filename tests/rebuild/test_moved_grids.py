@@ -14,9 +14,8 @@ from geosurf import (
     triangulate_fault,
     trim_sheets,
 )
-from geosurf.arrangement import search
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.repair import _of_unmoved, moved_surface, rounded, shifted
+from geosurf.rebuild.repair import moved_surface, rounded, shifted
 from geosurf.synthetic import graben
 from tests.rebuild.worlds import as_list
 
@@ -91,36 +90,6 @@ def test_a_model_with_a_repair_keeps_its_grids_and_their_reference_system():
         assert source.lattice is not None
         assert source.crs == "EPSG:23031"
     assert scene.check().ok
-
-
-def test_a_repair_searches_pairs_of_surfaces_that_move_only(monkeypatch):
-    """What it takes from the first search is what another search would find."""
-
-    world = graben(n=12)
-    scene = Scene(world.horizons, world.faults, world.box)
-    surfaces = [scene.surface(name) for name in (*scene.horizon_names, *scene.fault_names)]
-    first = search.find_contacts(surfaces)
-    moved = [np.empty(0, dtype=np.int64) for _ in surfaces]
-    moved[1] = np.array([5, 40])
-    there = [moved_surface(s, rows, rounded, 0.25, [np.empty(0)] * 3)
-             for s, rows in zip(surfaces, moved, strict=True)]  # fmt: skip
-
-    wanted = search.find_contacts(there, **first.options)
-    asked = []
-    candidates = search.find_candidates
-
-    def watched(surfaces, pairs, voxels, size, origin, known):
-        asked.extend(pair for pair in pairs if pair not in known)
-        return candidates(surfaces, pairs, voxels, size, origin, known)
-
-    monkeypatch.setattr(search, "find_candidates", watched)
-    known = _of_unmoved(first.searched, moved)
-    found = search.find_contacts(there, **first.options, known=known)
-    assert asked
-    assert {*found.options["pairs"]} > {*asked}
-    assert all(1 in pair for pair in asked if pair in first.searched)
-    for part in ("x", "t", "rows", "ids", "near", "d"):
-        assert np.array_equal(getattr(found, part), getattr(wanted, part))
 
 
 def torn_sheet(holes):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import arrange, gather, named, room, search
+from geosurf.arrangement import arrange, gather, named, search
 from geosurf.arrangement.threads import map_threads
 from geosurf.carve import half_faces, measures, seams
 from geosurf.errors import GeosurfError
@@ -26,7 +26,6 @@ LEAST = [
     (named, "_POINTS"),
     (named, "_SUSPECTS"),
     (named, "_CONTACTS"),
-    (room, "_ROWS"),
     (search, "_PAIRS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
