@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _LOCK = Lock()
 _waiting: tuple[int, Executor] | None = None  # how many threads wait for work, and they
-_CORES: ContextVar[Callable[[], int] | None] = ContextVar("cores", default=None)
+_CORES: ContextVar[int | None] = ContextVar("cores", default=None)
 
 
 @contextmanager
@@ -30,14 +30,7 @@ def on_one_core() -> Iterator[None]:
     ...     n_threads()
     1
     """
-    with _cores(lambda: 1):
-        yield
-
-
-@contextmanager
-def _cores(count: Callable[[], int]) -> Iterator[None]:
-    """Use as many threads as a function gives when it is asked."""
-    token = _CORES.set(count)
+    token = _CORES.set(1)
     try:
         yield
     finally:
@@ -47,7 +40,6 @@ def _cores(count: Callable[[], int]) -> Iterator[None]:
 def n_threads() -> int:
     """Number of threads: GEOSURF_THREADS, or the cores that this process may use.
 
-    A task of `run_in_threads` has those that other tasks do not use.
 
     Raises
     ------
@@ -56,7 +48,7 @@ def n_threads() -> int:
     """
     count = _CORES.get()
     if count is not None:
-        return count()
+        return count
     said = os.environ.get("GEOSURF_THREADS")
     if said is None:
         cores = getattr(os, "sched_getaffinity", None)
@@ -187,70 +179,6 @@ def _have_no_threads() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_have_no_threads)
-
-
-def run_in_threads(
-    tasks: Sequence[Callable[[], bool]], on_start: Callable[[int], object] = lambda _: None
-) -> None:
-    """Run long tasks in threads, in order; after one that returns False no further one begins.
-
-    The thread that asks calls `on_start` with the number of each task that begins, in order, and
-    waits. So all before a task that returns False are done.
-
-    Examples
-    --------
-    >>> found = {}
-    >>> run_in_threads([lambda: found.update(a=1) is None, lambda: False], print)
-    0
-    1
-    """
-    n = min(n_threads(), len(tasks))
-    if n <= 1:
-        for number, task in enumerate(tasks):
-            on_start(number)
-            if not task():
-                return
-        return
-    from concurrent.futures import ThreadPoolExecutor
-    from queue import SimpleQueue
-
-    n_core, running, end = n_threads(), [0], len(tasks)
-    lock, events = Lock(), SimpleQueue[int | None]()
-
-    def run(number: int) -> None:
-        """One task, with the cores that others leave; none behind one that has failed."""
-        nonlocal end
-        with lock:
-            if number > end:
-                return
-            running[0] += 1
-        events.put(number)
-        try:
-            with _cores(lambda: max(1, n_core - running[0] + 1)):
-                if not tasks[number]():
-                    with lock:
-                        end = min(end, number)
-        finally:
-            with lock:
-                running[0] -= 1
-
-    with ThreadPoolExecutor(n) as pool:
-        futures = [pool.submit(run, number) for number in range(len(tasks))]
-        for future in futures:
-            future.add_done_callback(lambda _: events.put(None))
-        try:
-            n_begun, n_done = 0, 0
-            while n_done < len(tasks):
-                event = events.get()
-                n_done += event is None
-                while event is not None and n_begun <= event:
-                    on_start(n_begun)
-                    n_begun += 1
-        finally:  # also after a keyboard interrupt: what has not begun is left
-            with lock:
-                end = -1 if n_done < len(tasks) else end
-    for future in futures:
-        future.result()
 
 
 def in_ranges(n: int, least: int) -> list[tuple[int, int]]:

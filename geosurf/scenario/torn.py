@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from geosurf.arrangement.threads import run_in_threads
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.model import Sheet, TriSurface
@@ -24,7 +24,6 @@ from geosurf.scenario.tear_checks import (
 from geosurf.scene import Scene
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.given import torn_scene
-from geosurf.scene.memory import Ahead
 from geosurf.scene.result_cache import ResultCache
 from geosurf.scene.tear_rounds import Made, Tear, needs_as_key, outcome_of, sheets_on
 from geosurf.scene.tearing import as_long_as, as_truncations, warnings_of
@@ -72,7 +71,7 @@ def torn_horizons(
         How horizons of another scene were torn: tears begin with these.
     remember : callable, optional
         Takes a horizon, its faults, what fills its empty blocks and a function that makes its
-        sheet of these; it may return what they gave before. Threads call it.
+        sheet of these; it may return what they gave before.
     remember_thrown : callable, optional
         Does the same for a horizon, its throws and a function that makes its sheet of these.
 
@@ -99,15 +98,12 @@ def torn_horizons(
         made = partial(_as_picked, scenario, scene, tear, horizons[name], some, plan, cache)
         return remember(name, some, tear.fill, made)
 
-    def make(tears: Sequence[Tear], begins: Callable[[int], object]) -> list[Made]:
-        """Several horizons in threads; a picture where one cannot be torn."""
-        steps = [Ahead(partial(one, tear)) for tear in tears]
-        run_in_threads([step.work for step in steps], begins)
-        found = []
-        for tear, step in zip(tears, steps, strict=True):
-            with pictured(scene, out, (tear.name, *scene.fault_names)):
-                found.append(step())
-            done(tear.name, found[-1], step.seconds)
+    def make(tear: Tear) -> Made:
+        """One horizon; a picture where it cannot be torn."""
+        start = time.perf_counter()
+        with pictured(scene, out, (tear.name, *scene.fault_names)):
+            found = one(tear)
+        done(tear.name, found, time.perf_counter() - start)
         return found
 
     def done(name: str, found: Made, seconds: float | None = None) -> None:

@@ -11,7 +11,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,11 +19,11 @@ from geosurf.arrangement.known_pairs import KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.memory import most_memory_so_far
 from geosurf.conventions.running import count_of, running
-from geosurf.errors import GeosurfError, GeosurfWarning, InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.scene.fingerprint import fingerprint
-from geosurf.warning import collected, issue, pass_on, warn
+from geosurf.warning import collected, issue, pass_on
 
 MANY = 10_000  # steps; from then on answers from memory are not recorded
 
@@ -291,7 +291,7 @@ class Memory:
                 result = run()
             warnings = tuple(dict.fromkeys(found))
             self._put(key, (result, warnings))
-            seconds = run.seconds if isinstance(run, Ahead) else time.perf_counter() - start
+            seconds = time.perf_counter() - start
             self.note(stage, subject, "ran", describe(result), seconds)
 
         # a step that fails has warnings, too; they may explain why
@@ -569,53 +569,3 @@ class Store:
             if not self._times[one]:
                 del self._times[one]
                 self._bytes -= size
-
-
-class Ahead(Generic[Result]):
-    """
-    A step that is run once, in any thread; calling it gives what it gave.
-
-    Parameters
-    ----------
-    run : callable
-        () -> the result.
-
-    Attributes
-    ----------
-    seconds : float
-        What it took.
-
-    Examples
-    --------
-    >>> step = Ahead(lambda: 3)
-    >>> step.work(), step()
-    (True, 3)
-    """
-
-    def __init__(self, run: Callable[[], Result]) -> None:
-        self.seconds = 0.0
-        self._run = run
-        self._found: list[Result] = []
-        self._error: GeosurfError | None = None
-        self._warnings: list[GeosurfWarning] = []
-
-    def work(self) -> bool:
-        """Run the step; return whether it gave a result."""
-        start = time.perf_counter()
-        with collected() as self._warnings:
-            try:
-                self._found.append(self._run())
-            except GeosurfError as error:  # for whoever calls the step; a defect ends all at once
-                self._error = error
-        self.seconds = time.perf_counter() - start
-        return self._error is None
-
-    def __call__(self) -> Result:
-        """Warn as the step did, and return its result or raise its error."""
-        if self._error is None and not self._found:
-            self.work()
-        for warning in self._warnings:
-            warn(warning)
-        if self._error is not None:
-            raise self._error
-        return self._found[0]

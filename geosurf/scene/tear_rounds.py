@@ -1,7 +1,7 @@
 """Horizons that are torn until all of them end on the same faults, in as few tears as possible.
 
 A tear may need a longer fault. First the outermost horizons, one after the other, give up where a
-fault is too short for them, and the fault is made longer. Then all horizons are torn, side by side.
+fault is too short for them, and the fault is made longer. Then all horizons are torn.
 Those that need still longer faults make them so, and others are torn again where these come near.
 Each horizon takes its faults without what others have added far away from it.
 """
@@ -55,8 +55,7 @@ class Tear:
 
 
 Made = Sheet | NeededFaults
-# tears, and what is called with the number of each that begins -> sheets, or what they need
-Make = Callable[[Sequence[Tear], Callable[[int], object]], Sequence[Made]]
+Make = Callable[[Tear], Made]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +82,8 @@ def sheets_on(
     filling : mapping of str to bool or str
         Horizons, and what becomes of blocks without data: see `filling_by_horizon`.
     make : callable
-        Makes several tears, and calls a function with the number of each that begins. Of those that
-        ask it returns the sheet, or the faults that it needs. Warnings of a sheet are its own.
+        Makes a tear: the sheet, or the faults that one needs that asks. Warnings of a sheet are its
+        own.
     untorn : callable
         Gives a horizon as it is before it is torn.
     on_start : callable, optional
@@ -96,18 +95,16 @@ def sheets_on(
     lengths = _Lengths(faults)
     n_torn = 0
 
-    def made(tears: Sequence[Tear], count: int) -> Sequence[Made]:
+    def made(tears: Sequence[Tear], count: int) -> list[Made]:
         """Make some tears, of so many that are known to be left."""
         nonlocal n_torn
-        before = n_torn
-        n_torn += len(tears)
-
-        def begins(number: int) -> None:
-            """Report one."""
-            on_start("tear", tears[number].name, before + number + 1, before + count)
-
-        with collected():
-            return make(tears, begins)
+        before, found = n_torn, []
+        for tear in tears:
+            n_torn += 1
+            on_start("tear", tear.name, n_torn, before + count)
+            with collected():
+                found.append(make(tear))
+        return found
 
     # faults as long as the outermost horizons need them, before any horizon is torn in vain
     for name in order[:OUTERMOST] if len(order) > 1 else ():

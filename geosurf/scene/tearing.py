@@ -7,13 +7,13 @@ horizons end on the longer one (`geosurf.scene.tear_rounds`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.threads import run_in_threads
 from geosurf.conventions import area_text
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
@@ -24,7 +24,6 @@ from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
 from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
-from geosurf.scene.memory import Ahead
 from geosurf.scene.surfaces import undeclared
 from geosurf.scene.tear_rounds import (
     Faults,
@@ -73,15 +72,11 @@ def torn_graph(plain: Graph) -> Graph:
     # faults as extended and truncated: a sheet ends on the surface that the model has
     given = {name: plain.faults.surface(name) for name in inputs.faults}
 
-    def make(tears: Sequence[Tear], on_start: Callable[[int], object]) -> list[Made]:
-        """Several horizons, each torn at the faults that reach it, in threads."""
-        steps = [_step(plain, tear) for tear in tears]
-        run_in_threads([step.ahead for step in steps], on_start)
-        return [step.result() for step in steps]
-
     filling = inputs.filling
     start = as_long_as(plain.longer, given)
-    sheets, faults = sheets_on(start, filling, make, plain.untied, plain.memory.on_start)
+    sheets, faults = sheets_on(
+        start, filling, partial(_torn, plain), plain.untied, plain.memory.on_start
+    )
     plain.memory.warn(*warnings_of(given, faults, sheets))
     plain.memory.warn(*warnings_of_passed(plain, given, faults))
 
@@ -173,20 +168,12 @@ def warnings_of_passed(plain: Graph, given: Faults, faults: Faults) -> list[Geos
     return warnings_of_passed_faults(rules, given, faults)
 
 
-@dataclass(frozen=True, eq=False)
-class _Step:
-    """One tear as a step of a scene: what a thread does of it before its turn, then its result."""
-
-    ahead: Callable[[], bool]
-    result: Callable[[], Made]
-
-
-def _step(plain: Graph, tear: Tear) -> _Step:
-    """What makes one sheet, if it is not in memory; one that was given stays as it is."""
+def _torn(plain: Graph, tear: Tear) -> Made:
+    """One sheet, from memory if it is there; one that was given stays as it is."""
     inputs, memory, name = plain.inputs, plain.memory, tear.name
     value = inputs.horizons[name]
     if isinstance(value, Sheet):
-        return _Step(lambda: True, lambda: value)
+        return value
     tops = plain.tops if inputs.tie is not None else None
     tied = () if tops is None else (tops.wells, tops.points.tobytes(), inputs.tie)
     faults = [tear.faults[fault] for fault in inputs.faults_at(name)]
@@ -208,7 +195,6 @@ def _step(plain: Graph, tear: Tear) -> _Step:
         data = opened_horizon(value, inputs.options)
         words = {"name": name, "trim": inputs.tear, **undeclared(data, inputs.options)}
         words |= {"fill_empty_blocks": tear.fill, "asking": tear.asking, "needed": tear.needed}
-        # a tie makes another mesh of the sheet, of which its model shows nothing
 
         def torn(some: Any) -> Sheet:
             """A sheet of these data."""
@@ -220,14 +206,7 @@ def _step(plain: Graph, tear: Tear) -> _Step:
             except TooShort as short:
                 return short.longer
 
-    run = Ahead(make)
-    ahead = (lambda: True) if memory.knows(key) else run.work
-    return _Step(
-        ahead,
-        lambda: memory.get_or_compute(
-            "tear", name, key, run, outcome_of, again=False, reports=False
-        ),
-    )
+    return memory.get_or_compute("tear", name, key, make, outcome_of, again=False, reports=False)
 
 
 def _as_key(tear: Any) -> Hashable:

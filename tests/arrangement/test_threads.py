@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import time
 import weakref
-from functools import partial
 from threading import Barrier, Event
 
 import numpy as np
@@ -18,8 +16,6 @@ from geosurf.arrangement import arrange, find_contacts, search, threads
 from geosurf.arrangement.threads import (
     in_turn,
     map_threads,
-    n_threads,
-    run_in_threads,
     spare_threads,
 )
 from geosurf.errors import InputError
@@ -84,53 +80,6 @@ def test_a_number_of_threads_that_is_none(monkeypatch, said):
     flat = grid("Top", np.zeros((2, 2)))
     with pytest.raises(InputError, match=r"GEOSURF_THREADS is '.*'; give a whole number above 0"):
         gs.intersect_surfaces([flat, grid("Base", np.ones((2, 2)))])
-
-
-def test_long_tasks_begin_in_order_and_none_after_a_failure(monkeypatch):
-    """With any number of threads: the same are done, and all before the one that fails."""
-    for n in (1, 2, 4):
-        monkeypatch.setenv("GEOSURF_THREADS", str(n))
-        begun, done = [], set()
-
-        def task(k, done=done):
-            time.sleep(0.001)
-            done.add(k)
-            return k != 3
-
-        run_in_threads([partial(task, k) for k in range(400)], begun.append)
-        assert begun == list(range(len(begun)))
-        assert {0, 1, 2, 3} <= done == set(begun)
-        assert len(done) < 400
-
-
-def test_a_long_task_has_the_cores_that_others_leave(monkeypatch):
-    monkeypatch.setenv("GEOSURF_THREADS", "2")
-    both, alone, found = Barrier(2), Event(), {}
-
-    def first():
-        found["together"] = n_threads()
-        both.wait()
-        alone.wait()
-        time.sleep(0.01)
-        found["alone"] = n_threads()
-        return True
-
-    def second():
-        both.wait()
-        alone.set()
-        return True
-
-    run_in_threads([first, second])
-    assert found["together"] in (1, 2)  # the second one may begin later
-    assert found["alone"] == 2
-    assert n_threads() == 2
-
-
-def test_an_error_in_a_long_task_is_raised(monkeypatch):
-    for n in ("1", "2"):
-        monkeypatch.setenv("GEOSURF_THREADS", n)
-        with pytest.raises(ZeroDivisionError):
-            run_in_threads([lambda: True, lambda: 1 / 0])
 
 
 @pytest.mark.parametrize("n", ["1", "2", "4"])

@@ -67,11 +67,7 @@ def lowered(horizon, by):
 def make_sheets(horizons, log):
     """A function that tears horizons, and lists them; those that ask in brackets."""
 
-    def make(tears, begins):
-        return [one(k, tear, begins) for k, tear in enumerate(tears)]
-
-    def one(k, tear, begins):
-        begins(k)
+    def make(tear):
         log.append(f"({tear.name})" if tear.asking else tear.name)
         words = {"name": tear.name, "trim": 2, "fill_empty_blocks": tear.fill}
         words |= {"asking": tear.asking, "needed": tear.needed}
@@ -205,11 +201,9 @@ def test_a_horizon_is_torn_again_where_the_longer_fault_comes_near(world, whole,
     horizons, log = dict.fromkeys(("Top", "Middle", "Base"), top), []
     tear = make_sheets(horizons, log)
 
-    def make(tears, begins):
+    def make(one):
         """Middle makes the fault longer near all horizons, once."""
-        return [longer(one, sheet) for one, sheet in zip(tears, tear(tears, begins), strict=True)]
-
-    def longer(one, sheet):
+        sheet = tear(one)
         if one.name != "Middle" or one.faults["F1"].n_vertex > short.n_vertex:
             return sheet
         return replace(sheet, faults=(lengthen_fault(one.faults["F1"], {"down": 30.0}).surface,))
