@@ -218,10 +218,6 @@ class Memory:
         self.store.held.update((id(one), one) for one in strangers)
         return found
 
-    def knows(self, key: Hashable) -> bool:
-        """Whether the result of a step is in memory."""
-        return (self._own.get(key) or self._shared(key)) is not None
-
     def get_or_compute(
         self,
         stage: str,

@@ -71,27 +71,6 @@ def _filter(x, first, n):
     return once, twice, place
 
 
-@scalar
-def bits_of_rows(x, some, n):
-    """A filter with the bits of some rows, `n` of them, and its size in bits."""
-    size, bits = 1024, x.view(np.int64)
-    while size < _BITS_OF_A_POINT * n:
-        size *= 2
-    filled = np.zeros(size // _WORD, dtype=np.uint32)
-    for k in range(x.shape[0]):
-        if some[k]:
-            place = _bit_of(x, bits, k, size)
-            filled[place // _WORD] |= np.uint32(1 << (place % _WORD))
-    return filled, size
-
-
-@scalar
-def is_in_filter(x, bits, filled, i, size):
-    """Whether the bit of a row is set, with `bits` as in `short_hash`."""
-    place = _bit_of(x, bits, i, size)
-    return filled[place // _WORD] & np.uint32(1 << (place % _WORD)) != 0
-
-
 @entry("d2 -> l1")
 def may_coincide(x):
     """Rows that may have the coordinates of another row; nearly all others are left out."""
