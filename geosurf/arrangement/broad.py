@@ -45,13 +45,13 @@ def shared_box(
     """
     rows_a, rows_b = np.arange(len(boxes_a)), np.arange(len(boxes_b))
     if boxes_a is boxes_b and len(boxes_a):  # they meet everywhere
-        return voxels.bounds_of(boxes_a), rows_a, rows_a
+        return _bounds_of(boxes_a), rows_a, rows_a
     bounds: np.ndarray | None = None
     for _ in range(3):
         if len(rows_a) == 0 or len(rows_b) == 0:
             return None
-        one = voxels.bounds_of(boxes_a.take(rows_a, axis=0))
-        two = voxels.bounds_of(boxes_b.take(rows_b, axis=0))
+        one = _bounds_of(boxes_a.take(rows_a, axis=0))
+        two = _bounds_of(boxes_b.take(rows_b, axis=0))
         # Lower corners of the meet in the first three columns, upper ones in the last three [m].
         cut = np.concatenate([np.maximum(one[:3], two[:3]), np.minimum(one[3:], two[3:])])
         if (cut[:3] > cut[3:]).any():
@@ -127,7 +127,7 @@ def equal_voxels(boxes: np.ndarray, n_voxel: int) -> tuple[np.ndarray, float, np
     >>> equal_voxels(np.array([[0, 0, 0, 4.0, 4, 4]]), 8)[1:]
     (2.0, array([2, 2, 2]))
     """
-    bounds = voxels.bounds_of(boxes)
+    bounds = _bounds_of(boxes)
     extent = bounds[3:] - bounds[:3]
     size = _size_for(extent, n_voxel) or max(float(extent.max()), 1.0)
     return bounds, size, np.maximum(np.ceil(extent / size), 1.0).astype(np.int64)
@@ -181,3 +181,9 @@ def candidate_pairs(
         "pairs": n,
     }
     return pairs[:n].copy(), cost
+
+
+def _bounds_of(boxes: np.ndarray) -> np.ndarray:
+    """Common box of some boxes."""
+    low = boxes[:, :3].min(axis=0, initial=np.inf)
+    return np.concatenate([low, boxes[:, 3:].max(axis=0, initial=-np.inf)])

@@ -38,12 +38,6 @@ def faces_in_box(boxes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     return np.flatnonzero(~apart)
 
 
-def bounds_of(boxes: np.ndarray) -> np.ndarray:
-    """Common box of some boxes."""
-    low = boxes[:, :3].min(axis=0, initial=np.inf)
-    return np.concatenate([low, boxes[:, 3:].max(axis=0, initial=-np.inf)])
-
-
 @scalar
 def _cell(value, low, size, n):
     c = (value - low) / size
