@@ -333,7 +333,7 @@ def _features(source: Source) -> None:
     }
     axes = {axis: ("m", axis) for axis in ("easting", "northing", "elevation")}
     attrs = {} if found.crs is None else {"crs": found.crs}
-    source.obj = ragged(source.obj, axes, words, attrs).to_xarray()
+    source.obj = ragged(source.obj, axes, words, attrs)
 
 
 def _fit(source: Source, suffix: str, name: str | None) -> None:

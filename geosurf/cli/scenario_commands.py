@@ -49,9 +49,9 @@ def exit_code_of(certificate: Certificate) -> int:
 
 def units_data(units: Units) -> list[dict[str, Any]]:
     """Return one dict per unit, with the columns of the table of volumes."""
-    table = units._plain_table
-    columns = {"unit": table.coords["unit"], **table.data_vars, **table.coords}
-    values = (column.values.tolist() for column in columns.values())
+    table = units.table
+    columns = ["unit", *map(str, table.data_vars), *(str(k) for k in table.coords if k != "unit")]
+    values = (table[key].values.tolist() for key in columns)
     return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
 
 

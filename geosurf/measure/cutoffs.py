@@ -28,7 +28,6 @@ from geosurf.measure.faces import (
 )
 from geosurf.measure.lines import chains_of, ragged, rings_of
 from geosurf.model import Patches, Units
-from geosurf.model.plain_dataset import PlainDataset
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -200,11 +199,6 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     >>> rings.fault.values.tolist(), rings.kind.values.tolist()
     (['F1'], ['line'])
     """
-    return rings_of_faults(patches, units, horizon).to_xarray()
-
-
-def rings_of_faults(patches: Patches, units: Units, horizon: str) -> PlainDataset:
-    """Return what `fault_polygons` makes a Dataset of."""
     row = row_inside(patches, units, horizon, "horizon")
     rings, faults, areas, kinds, parts = [], [], [], [], []
 

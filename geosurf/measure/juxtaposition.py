@@ -18,7 +18,6 @@ from geosurf.measure.cutoffs import contact_chains, cutoff_chains
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
 from geosurf.measure.lines import ragged, rings_of
 from geosurf.model import Patches, Unit, Units
-from geosurf.model.plain_dataset import PlainDataset
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -66,11 +65,8 @@ def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Da
     >>> found.zone_plus.values.tolist(), set(found.kind.values.tolist())
     (['above Top', 'Top/Base', 'below Base'], {'self-juxtaposed'})
     """
-    return juxtaposed_pairs(patches, units, fault).to_xarray()
+    import xarray as xr
 
-
-def juxtaposed_pairs(patches: Patches, units: Units, fault: str) -> PlainDataset:
-    """Return what `juxtaposition_table` makes a Dataset of."""
     faces = faces_of(patches, units, fault, "fault")
     pairs, group, between = _pairs(faces)
 
@@ -99,7 +95,7 @@ def juxtaposed_pairs(patches: Patches, units: Units, fault: str) -> PlainDataset
         "area_units": "m2",
         "sides": "+ is the side into which the normal of the fault points, the hanging wall",
     }
-    return PlainDataset.of({"area": ("pair", areas, area)}, coords, attrs)
+    return xr.Dataset({"area": ("pair", areas, area)}, coords, attrs)
 
 
 def _pairs(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -212,4 +208,4 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
     down = faces.strike[1]
     azimuth = math.degrees(math.atan2(down[0], down[1])) % 360.0
     attrs = {"fault": fault, "strike": (azimuth - 90.0) % 360.0, "strike_units": "degree"}
-    return ragged(lines, _POINT, labels, attrs).to_xarray()
+    return ragged(lines, _POINT, labels, attrs)

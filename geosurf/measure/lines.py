@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.chains import link_segments
-from geosurf.model.plain_dataset import PlainDataset
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 
 def chains_of(edges: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
@@ -113,7 +115,7 @@ def ragged(
     columns: Mapping[str, tuple[str, str]],
     labels: Mapping[str, tuple[Sequence[Any], dict[str, str]]],
     attrs: Mapping[str, Any],
-) -> PlainDataset:
+) -> xarray.Dataset:
     """
     Lines of any length as one dataset: points one after the other (CF: contiguous ragged array).
 
@@ -127,9 +129,11 @@ def ragged(
 
     Returns
     -------
-    PlainDataset
+    xarray.Dataset
         Columns over ``point``; labels and ``count`` over ``line``; ``line_of_point``.
     """
+    import xarray as xr
+
     count = np.array([len(line) for line in lines], dtype=np.int64)
 
     # the empty block gives a table with all columns even when there is no line
@@ -148,4 +152,4 @@ def ragged(
     )
     for name, (values, more) in labels.items():
         data[name] = ("line", np.array(values, dtype=None if len(values) else object), more)
-    return PlainDataset.of(data, attrs=attrs)
+    return xr.Dataset(data, attrs=dict(attrs))

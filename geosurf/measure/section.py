@@ -107,7 +107,7 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
         "zones": list(dict.fromkeys(unit.zone for unit in units.values())),
         "faults": [source.name for source in patches.sources if source.role == "fault"],
     }
-    found = ragged([points for points, _, _ in rows], _POINT, labels, whole).to_xarray()
+    found = ragged([points for points, _, _ in rows], _POINT, labels, whole)
     return found.assign(area=("line", np.array([area for *_, area in rows]), attrs))
 
 

@@ -1,18 +1,21 @@
-"""The table of units: volumes, areas and names, without xarray."""
+"""The table of units: volumes, areas and names."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.model.plain_dataset import Column, PlainDataset
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 Units = Any  # `Units` of geosurf.model.units, which makes its tables here
 
 
-def table_of(units: Units) -> PlainDataset:
+def table_of(units: Units) -> xarray.Dataset:
     """Return volumes and areas of all units; ``sliver`` marks the slivers."""
+    import xarray as xr
+
     each = list(units.values())
     columns = {
         "area": ([u.area for u in each], "m2", "area of the closed shell"),
@@ -29,14 +32,14 @@ def table_of(units: Units) -> PlainDataset:
         for key, (values, unit, name) in columns.items()
     }
     attrs = {"box": list(units.box), "box_units": "m", **_crs(units)}
-    return PlainDataset.of({"volume": volumes_of(units), **data}, labels_of(units), attrs)
+    return xr.Dataset({"volume": volumes_of(units), **data}, labels_of(units), attrs)
 
 
-def volumes_of(units: Units) -> Column:
+def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
     """Return the column of volumes; no area is computed for it."""
     attrs = {"units": "m3", "long_name": "bulk volume", **_crs(units)}
     # Float64 even without units, so that an empty model has the same types.
-    return Column(("unit",), np.array([u.volume for u in units.values()], dtype=np.float64), attrs)
+    return ("unit",), np.array([u.volume for u in units.values()], dtype=np.float64), attrs
 
 
 def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:

@@ -17,7 +17,6 @@ from geosurf.model.base import Shown, frozen, multiblock
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.pieces import by_unit, sides_seen
-from geosurf.model.plain_dataset import PlainDataset
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
 from geosurf.model.unit import Unit
 from geosurf.model.unit_table import labels_of, table_of, volumes_of
@@ -436,9 +435,4 @@ class Units(Shown, Mapping[str, Unit]):
     @cached_property
     def table(self) -> xarray.Dataset:
         """Volumes and areas of all units, with units in ``attrs``; ``sliver`` marks the slivers."""
-        return self._plain_table.to_xarray()
-
-    @cached_property
-    def _plain_table(self) -> PlainDataset:
-        """What `table` is made of; writers and reports do without xarray."""
         return table_of(self)

@@ -47,7 +47,7 @@ def volume_table(units: Units) -> Table:
 
     All slivers share a column of their own.
     """
-    table = units._plain_table
+    table = units.table
     names: Iterable[str] = table["zone"].values
     if "contact" in table.coords:
         pairs = zip(names, table["contact"].values, strict=True)

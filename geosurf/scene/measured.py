@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from geosurf.model.plain_dataset import PlainDataset
 from geosurf.scene import measures
 from geosurf.scene.graph import Graph
 
@@ -181,10 +180,6 @@ class SceneMeasures:
         InputError
             For an unknown fault.
         """
-        return measures.juxtaposition(self._graph, fault).to_xarray()
-
-    def _plain_juxtaposition(self: HasGraph, fault: str) -> PlainDataset:
-        """Return the same without xarray, for reports."""
         return measures.juxtaposition(self._graph, fault)
 
     def allan(self: HasGraph, fault: str) -> xarray.Dataset:
@@ -271,10 +266,6 @@ class SceneMeasures:
         InputError
             For an unknown horizon.
         """
-        return measures.fault_polygons(self._graph, horizon).to_xarray()
-
-    def _plain_fault_polygons(self: HasGraph, horizon: str) -> PlainDataset:
-        """Return the same without xarray, for reports."""
         return measures.fault_polygons(self._graph, horizon)
 
     def throw(

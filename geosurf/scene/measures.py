@@ -16,7 +16,6 @@ from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
 from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.expected import flag_of, name_of
-from geosurf.model.plain_dataset import PlainDataset
 from geosurf.model.sheets import Sheet
 from geosurf.scene.graph import Graph
 from geosurf.scene.reference_systems import check_system_of_places, refuse_other_systems
@@ -30,7 +29,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.measure.locate import Locator
 
 Lines = list[np.ndarray]
-Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset", PlainDataset)
+Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
 
 
 def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
@@ -103,7 +102,7 @@ def crs(graph: Graph) -> str | None:
     return next((one for one in found if one is not None), None)
 
 
-def _sizes(found: xarray.DataArray | xarray.Dataset | PlainDataset) -> str:
+def _sizes(found: xarray.DataArray | xarray.Dataset) -> str:
     return ", ".join(counted(n, str(dim)) for dim, n in found.sizes.items())
 
 
@@ -192,11 +191,11 @@ def _boundaries(graph: Graph) -> Boundaries:
     )  # fmt: skip
 
 
-def juxtaposition(graph: Graph, fault: str) -> PlainDataset:
+def juxtaposition(graph: Graph, fault: str) -> xarray.Dataset:
     """Return the areas of all pairs of units that face each other across a fault [m2]."""
-    from geosurf.measure.juxtaposition import juxtaposed_pairs
+    from geosurf.measure import juxtaposition_table
 
-    run = lambda: juxtaposed_pairs(graph.patches, graph.units, fault)  # noqa: E731
+    run = lambda: juxtaposition_table(graph.patches, graph.units, fault)  # noqa: E731
     return _remembered(graph, f"juxtaposition {fault}", run)
 
 
@@ -219,11 +218,11 @@ def section(graph: Graph, line: Any) -> xarray.Dataset:
     return _remembered(graph, "section", run, corners.tobytes())
 
 
-def fault_polygons(graph: Graph, horizon: str) -> PlainDataset:
+def fault_polygons(graph: Graph, horizon: str) -> xarray.Dataset:
     """Return the fault polygons of a horizon."""
-    from geosurf.measure.cutoffs import rings_of_faults
+    from geosurf import measure
 
-    run = lambda: rings_of_faults(graph.patches, graph.units, horizon)  # noqa: E731
+    run = lambda: measure.fault_polygons(graph.patches, graph.units, horizon)  # noqa: E731
     return _remembered(graph, f"fault polygons {horizon}", run)
 
 

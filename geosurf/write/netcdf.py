@@ -26,7 +26,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
     from geosurf.model import Units
-    from geosurf.model.plain_dataset import PlainDataset
     from geosurf.write.written import Loss
 
 
@@ -120,7 +119,8 @@ def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[Los
 def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[Loss]]:
     """Return the table of units; names are stored as strings."""
     _need_h5netcdf("table of units")
-    return _bytes_of_table(units._plain_table), [TABLE_ONLY]
+    data, losses = _bytes(units.table, "table of units", units.crs)
+    return data, [TABLE_ONLY, *losses]
 
 
 def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[Loss]]:
@@ -180,33 +180,6 @@ def _need_h5netcdf(what: str) -> None:
             f"{what}: writing NetCDF needs h5netcdf, which is not installed. "
             'Install it with: pip install "geosurf[io]"'
         )
-
-
-def _bytes_of_table(table: PlainDataset) -> bytes:
-    """Return NetCDF-4 bytes of a table with one dimension, as xarray would write it."""
-    import h5netcdf
-    from h5py import string_dtype
-
-    variables = {**table.data_vars, **table.coords}
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        file = Path(folder) / "out.nc"
-        with h5netcdf.File(file, "w") as made:
-            made.attrs.update({**_plain(table.attrs), "Conventions": "CF-1.11"})
-            made.dimensions = table.sizes
-            for key, (dims, values, attrs) in variables.items():
-                words = _plain(attrs)
-                if values.dtype == bool:  # NetCDF has no logical values: as xarray marks them
-                    values, words = values.astype(np.int8), {**words, "dtype": "bool"}
-                kind = string_dtype() if values.dtype == object else None
-                fill = np.nan if key in table.data_vars and values.dtype.kind == "f" else None
-                variable = made.create_variable(
-                    key, dims, kind or values.dtype, data=values, fillvalue=fill
-                )
-                if key in table.data_vars:
-                    others = (name for name in table.coords if name not in table.sizes)
-                    words["coordinates"] = " ".join(sorted(others))
-                variable.attrs.update(words)
-        return file.read_bytes()
 
 
 def _with_mapping(dataset: xr.Dataset, crs: str) -> xr.Dataset:

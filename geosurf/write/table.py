@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import DependencyError, OutputError
 from geosurf.model import Units
-from geosurf.model.plain_dataset import PlainDataset
 from geosurf.write.written import Loss
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -68,9 +67,9 @@ def parquet_of_frame(frame: pandas.DataFrame, name: str | None) -> tuple[bytes, 
 
 def columns_of_units(units: Units) -> Columns:
     """Columns of the table of units, by their names with the unit of measure."""
-    table = units._plain_table
+    table = units.table
     labels = [key for key in LABELS if key in table.coords]
-    numbers = [key for key in table.data_vars if table[key].dims == ("unit",)]
+    numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
     columns = {"unit": table["unit"].values.tolist()}
     columns |= {key: table[key].values.tolist() for key in labels}
 
@@ -112,7 +111,7 @@ def csv_of_columns(columns: Columns) -> tuple[bytes, list[Loss]]:
     return csv_of_rows(list(columns), zip(*columns.values(), strict=True))
 
 
-def _head(table: xr.Dataset | PlainDataset, key: str) -> str:
+def _head(table: xr.Dataset, key: str) -> str:
     """Name of a column with its unit of measure."""
     unit = table[key].attrs.get("units", "")
     return f"{key}_{unit}".rstrip("_")

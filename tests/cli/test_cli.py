@@ -371,7 +371,7 @@ NOT_FOR_ALL = (
 
 
 def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
-    """Grids and meshes in text, tables, files and report: no xarray, and no room that tears."""
+    """Grids and meshes in text, tables, files and report: no pictures, and no room that tears."""
     world, tables = gs.synthetic.graben(n=9), []
     for kind, surfaces in (("horizons", world.horizons), ("faults", world.faults)):
         for name, one in surfaces.items():
@@ -386,7 +386,7 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     loaded = set(done.stdout.splitlines()[-1].split())
-    heavy = {"xarray", "pandas", "matplotlib", "pyvista", "vtkmodules", "meshio"}
+    heavy = {"matplotlib", "pyvista", "vtkmodules", "meshio"}
     assert not heavy & loaded
     found = {name for name in loaded if f"{name}.".startswith(NOT_FOR_ALL)}
     assert found <= {"geosurf.sheets.faults"}  # its own file has only the words that users may give

@@ -7,7 +7,6 @@ import math
 import os
 from importlib import import_module
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -231,21 +230,6 @@ def test_units_as_multiblock(tmp_path):
     assert blocks[0].volume == pytest.approx(1 / 6)
     assert blocks[0].field_data["block"][0] == "F1+"
     np.testing.assert_array_equal(blocks[1].points, units()["Top/Base F1-"].vertices)
-
-
-def test_tables_are_written_as_xarray_writes_them(tmp_path):
-    """Without loading xarray: the same variables, types, attributes and coordinates."""
-    found = units()
-    (path,) = gs.write(found, tmp_path / "units.nc")
-    table = found.table.assign_attrs(Conventions="CF-1.11")
-    table.to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    ours, other = (xr.load_dataset(one) for one in (path, tmp_path / "other.nc"))
-    xr.testing.assert_identical(ours, other)
-    with h5py.File(path) as mine, h5py.File(tmp_path / "other.nc") as theirs:
-        assert set(mine) == set(theirs)
-        for key in mine:
-            assert mine[key].dtype == theirs[key].dtype
-            assert set(mine[key].attrs) == set(theirs[key].attrs)
 
 
 def test_units_as_tables(tmp_path):
