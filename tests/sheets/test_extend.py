@@ -148,6 +148,8 @@ def test_a_mesh_cannot_be_continued():
         gs.extend_horizon(mesh, distance=9.0)
 
 
+# the last digits of a solve decide whether rounding moves a vertex, and processors differ there
+@pytest.mark.filterwarnings("ignore:.*vertices of 'Top' moved by:geosurf.errors.GeosurfWarning")
 def test_a_torn_horizon_keeps_its_marks(tmp_path):
     world = gs.synthetic.torn("normal", 41)
     wide = gs.extend_horizon(world.horizons["Top"], distance=100.0, faults=world.faults)
