@@ -16,7 +16,7 @@ from geosurf.conventions import is_word
 from geosurf.errors import FormatError, InputError
 from geosurf.lazy import lazily
 from geosurf.model.expected import name_of
-from geosurf.read._common import otherwise
+from geosurf.read._common import Request, otherwise
 from geosurf.read.registry import (
     FAULT_FORMATS,
     GRID_FORMATS,
@@ -161,21 +161,15 @@ def read_nodes(
 
     # only NetCDF and Zarr hold several variables; elsewhere the argument would have no effect
     several = ("netcdf", "zarr")
-    extra: dict[str, Any] = {"variable": variable} if key in several else {}
     if variable is not None and key not in several:
         raise FormatError(
             f"{path}: variable={variable!r} selects a variable of a NetCDF file or Zarr store, "
             f"but this file is {key}. Leave variable= out."
         )
     name = None if name is None else name_of(name, "horizon") or None
-    if key == "resqml":  # its surfaces have names, and it knows which ones are horizons
-        return read(path, name=name, positive=positive, length_unit=length_unit)
-    if key in MESH_FORMATS:
-        # mesh readers call all surfaces faults: here it is a horizon
-        mesh: TriSurface = read(path, name=name, positive=positive, length_unit=length_unit)
-        return mesh.renamed(mesh.name, "horizon")
-    name = name or path.stem
-    return read(path, name=name, positive=positive, length_unit=length_unit, **extra)
+    found = read(path, Request(name, positive, length_unit, variable=variable))
+    # mesh readers call all surfaces faults: here it is a horizon
+    return found.renamed(found.name, "horizon") if key in MESH_FORMATS else found
 
 
 def read_fault(
@@ -240,17 +234,14 @@ def read_fault(
     path, key, read = reader_of(path, FAULT_FORMATS, format, "read_fault")
     if name is not None:
         name = name_of(name, "fault")
-    if key == "netcdf":
-        name = name or path.stem
     tables = ("sticks", "geojson", "shapefile", "attributes")
-    extra: dict[str, Any] = {"columns": columns, "decimal": decimal} if key in tables else {}
-    if not extra and (columns is not None or not is_word(decimal, (".",))):
+    if key not in tables and (columns is not None or not is_word(decimal, (".",))):
         raise InputError(
             f"{path}: columns= and decimal= apply to fault sticks, but this file is {key}. "
             "Leave them out."
         )
     fault: TriSurface | FaultSticks | xr.Dataset = read(
-        path, name=name, positive=positive, length_unit=length_unit, **extra
+        path, Request(name, positive, length_unit, columns, decimal)
     )
     return fault
 
@@ -293,7 +284,7 @@ def read_tsurf(
     """
     from geosurf.read import gocad
 
-    return gocad.read_tsurf(Path(path), positive=positive, length_unit=length_unit)
+    return gocad.read_tsurf(Path(path), Request(None, positive, length_unit))
 
 
 def read_points(
@@ -353,7 +344,7 @@ def read_points(
     array([777574.2])
     """
     path, _, read = reader_of(path, POINT_FORMATS, format, "read_points")
-    return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
+    return read(path, Request(None, positive, length_unit, columns, decimal))
 
 
 def read_polygons(
@@ -410,5 +401,4 @@ def read_polygons(
     path, _, read = reader_of(path, POLYGON_FORMATS, format, "read_polygons")
     if name is not None:
         name = name_of(name, "line")
-    words: dict[str, Any] = {"columns": columns, "decimal": decimal, "name": name}
-    return read(path, positive=positive, length_unit=length_unit, **words)
+    return read(path, Request(name, positive, length_unit, columns, decimal))

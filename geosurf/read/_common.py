@@ -10,6 +10,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,48 @@ def block_numbers(
         values[n : n + len(found)] = found[: max(0, len(values) - n)]
         n += len(found)
     return values, n
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a caller says of a file; None where it says nothing.
+
+    Attributes
+    ----------
+    name : str or None
+        Which object is meant, or what to call the only one.
+    positive, length_unit : str or None
+        Direction and unit of z, for files that do not state them.
+    columns : sequence of str or of int, or None
+        Which columns of a table are x, y and z.
+    decimal : str
+        Decimal sign of a table.
+    variable : str or None
+        Which variable of a NetCDF file or Zarr store.
+    """
+
+    name: str | None = None
+    positive: str | None = None
+    length_unit: str | None = None
+    columns: Any = None
+    decimal: str = "."
+    variable: str | None = None
+
+    def named(self, path: Path) -> str:
+        """Return the name, else that of the file without suffix."""
+        return self.name or path.stem
+
+    def scale(
+        self,
+        what: str,
+        *,
+        positive: str | None = None,
+        unit: str | None = None,
+        default: str | None = "m",
+    ) -> float:
+        """Metres of elevation per unit of z, below 0 for depths; a file may state both words."""
+        sign = agreed_sign(positive, self.positive, what)
+        return sign * agreed_scale(unit, self.length_unit, default, what)
 
 
 class Otherwise(str):

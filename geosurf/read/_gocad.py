@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import (
+    Request,
     agreed_scale,
     agreed_sign,
     integer,
@@ -118,25 +119,25 @@ class Header:
             )
         return [0, 1, 2]
 
-    def to_metres(
-        self, points: np.ndarray, positive: str | None, length_unit: str | None, what: str
-    ) -> np.ndarray:
+    def to_metres(self, points: np.ndarray, request: Request, what: str) -> np.ndarray:
         """Points (n, 3) in the order x, y, z: metres, elevation up."""
         order = self.order(what)
 
         # an axis called depth, without a word on its direction, could be meant either way
         deep = self.axis_names[order[2]].lower() in DEPTHS if self.axis_names else False
-        if self.positive is None and positive is None and deep:
+        if self.positive is None and request.positive is None and deep:
             raise InputError(
                 f"{what}: the third axis is called {self.axis_names[order[2]]!r}, and "
                 "ZPOSITIVE is missing. Pass positive='down' for depths or positive='up' for "
                 "elevations."
             )
-        direction = positive if positive is not None or self.positive is not None else "up"
+        direction = (
+            request.positive if request.positive is not None or self.positive is not None else "up"
+        )
         sign = agreed_sign(self.positive, direction, what)
         # Units in the order x, y, z; the argument of the caller counts for z alone.
         stated = [self.axis_units[k] for k in order] if self.axis_units else [None] * 3
-        requested = (None, None, length_unit)  # a caller's word is that of elevations
+        requested = (None, None, request.length_unit)  # a caller's word is that of elevations
         pairs = zip(stated, requested, strict=True)
         scale = np.array([agreed_scale(*pair, "m", what) for pair in pairs])
         world: np.ndarray = points[:, order] * scale * [1.0, 1.0, sign]

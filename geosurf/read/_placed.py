@@ -10,6 +10,7 @@ import numpy as np
 from geosurf.conventions import FAULT_DIMS
 from geosurf.conventions.crs import EPSG, crs_of, label
 from geosurf.errors import InputError
+from geosurf.read._common import Request
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import noted
 
@@ -147,9 +148,9 @@ def fault_dataset(nodes: np.ndarray, name: str, source: str, crs: str | None) ->
     return xr.Dataset(data, attrs={"name": name, "source": source, **stated})
 
 
-def refuse_columns(path: Path, format_: str, columns: object, decimal: str) -> None:
+def refuse_columns(path: Path, format_: str, request: Request) -> None:
     """Refuse arguments that apply to tables of text only."""
-    if columns is not None or decimal != ".":
+    if request.columns is not None or request.decimal != ".":
         raise InputError(
             f"{path}: columns= and decimal= apply to tables of text, but this is {format_}. Leave "
             "them out."

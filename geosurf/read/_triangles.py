@@ -10,7 +10,7 @@ import numpy as np
 from geosurf.conventions import first_given
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
-from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._common import Request, agreed_scale, agreed_sign
 
 
 def surface_from_mesh(
@@ -19,15 +19,14 @@ def surface_from_mesh(
     points: np.ndarray,
     triangles: np.ndarray,
     vertex_data: dict[str, Any],
-    positive: str | None,
-    length_unit: str | None,
+    request: Request,
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
     what = f"{path}: surface {name!r}"
 
     # mesh formats state neither direction nor unit: elevation in metres, unless the caller does
-    sign = agreed_sign(None, first_given(positive, "up"), what)
-    scale = agreed_scale(None, length_unit, "m", what)
+    sign = agreed_sign(None, first_given(request.positive, "up"), what)
+    scale = agreed_scale(None, request.length_unit, "m", what)
     if len(triangles) == 0:
         raise FormatError(
             f"{path}: the file has no triangles. Export the surface as a triangle mesh."

@@ -35,7 +35,7 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import agreed_scale, agreed_sign, read_text
+from geosurf.read._common import Request, read_text
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import chosen, is_looking, noted
 from geosurf.read._placed import AXES, crs_from, crs_of_prj, points_dataset
@@ -225,28 +225,18 @@ class Features:
         return one.points * [1.0, 1.0, scale] + 0.0
 
 
-def read_feature_points(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> xr.Dataset:
+def read_feature_points(path: Path, request: Request) -> xr.Dataset:
     r"""
     Read points with their attributes.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive : {"up", "down"}, optional
-        Whether z is elevation or depth, if the file does not state it.
-    length_unit : str, optional
-        Unit of z, if the file does not state it. Default ``"m"``.
-    columns : sequence of str, optional
-        The third name is the attribute that holds z.
-    decimal : str
-        Has no effect.
+    request : Request
+        `positive`: Whether z is elevation or depth, if the file does not state it.
+        `length_unit`: Unit of z, if the file does not state it. Default ``"m"``.
+        `columns`: The third name is the attribute that holds z.
+        `decimal`: Has no effect.
 
     Returns
     -------
@@ -267,12 +257,12 @@ def read_feature_points(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "a.geojson"
     >>> _ = file.write_text('{"type": "Point", "coordinates": [461000, 5932000, 1500]}\n')
-    >>> read_feature_points(file, positive="down").elevation.values
+    >>> read_feature_points(file, Request(positive="down")).elevation.values
     array([-1500.])
     """
-    found = features(path).checked().raised(columns)
+    found = features(path).checked().raised(request.columns)
     items = found.only(("point",), "read_points")
-    scale = _scale(found, positive, length_unit, "points")
+    scale = _scale(found, request, "points")
     xyz = np.concatenate([found.to_metres(one, scale) for one in items])
     keys = dict.fromkeys(key for one in items for key in one.words)
     sizes = [len(one.points) for one in items]
@@ -294,24 +284,16 @@ def _column(values: list[Any], sizes: list[int]) -> np.ndarray:
     return np.repeat(column, sizes)
 
 
-def read_feature_polygons(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-    name: str | None = None,
-) -> list[np.ndarray]:
+def read_feature_polygons(path: Path, request: Request) -> list[np.ndarray]:
     """
     Read lines and the borders of areas, in file order; holes are lines of their own.
 
     Parameters
     ----------
-    path, positive, length_unit, columns, decimal
-        As for `read_feature_points`.
-    name : str, optional
-        Only lines of this name.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`, `columns`, `decimal`: As for `read_feature_points`.
+        `name`: Only lines of this name.
 
     Returns
     -------
@@ -322,35 +304,28 @@ def read_feature_polygons(
     FormatError, InputError, DependencyError
         As `read_feature_points`; `positive` may be missing where all z are 0.
     """
-    found = features(path).checked().raised(columns)
-    items = named_only(found.path, found.only(("line", "ring"), "read_polygons"), name)
+    found = features(path).checked().raised(request.columns)
+    items = named_only(found.path, found.only(("line", "ring"), "read_polygons"), request.name)
     z = np.concatenate([one.points[:, 2] for one in items])
     # lines drawn on a map have no z, or 0 throughout
-    if np.isnan(z).all() or (positive is None and found.positive is None and not z.any()):
+    if np.isnan(z).all() or (request.positive is None and found.positive is None and not z.any()):
         noted("elevations", "none: lines lie in the map, z = 0")
         return [np.nan_to_num(one.points) for one in items]
-    scale = _scale(found, positive, length_unit, "polygons")
+    scale = _scale(found, request, "polygons")
     return [found.to_metres(one, scale) for one in items]
 
 
-def read_feature_sticks(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> FaultSticks:
+def read_feature_sticks(path: Path, request: Request) -> FaultSticks:
     """
     Read lines as the sticks of a fault.
 
     Parameters
     ----------
-    path, positive, length_unit, columns, decimal
-        As for `read_feature_points`.
-    name : str, optional
-        Which fault, if the attribute ``name`` has several values; else the name of the fault.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`, `columns`, `decimal`: As for `read_feature_points`.
+        `name`: Which fault, if the attribute ``name`` has several values; else the name of the
+        fault.
 
     Returns
     -------
@@ -361,14 +336,14 @@ def read_feature_sticks(
     FormatError, InputError, DependencyError
         As `read_feature_points`.
     """
-    found = features(path).checked().raised(columns)
+    found = features(path).checked().raised(request.columns)
     groups: dict[str, list[Feature]] = {}
     for one in found.only(("line",), "read_fault"):
         groups.setdefault(one.name, []).append(one)
-    title, items = chosen(found.path, groups, name, "faults")
-    scale = _scale(found, positive, length_unit, "fault sticks")
+    title, items = chosen(found.path, groups, request.name, "faults")
+    scale = _scale(found, request, "fault sticks")
     sticks = tuple(found.to_metres(one, scale) for one in items)
-    return in_crs_of(FaultSticks(name or title or found.path.stem, sticks), [found])
+    return in_crs_of(FaultSticks(request.name or title or found.path.stem, sticks), [found])
 
 
 def named_only(path: Path, items: list[Feature], name: str | None) -> list[Feature]:
@@ -387,11 +362,10 @@ def named_only(path: Path, items: list[Feature], name: str | None) -> list[Featu
     return found
 
 
-def _scale(found: Features, positive: str | None, length_unit: str | None, what: str) -> float:
+def _scale(found: Features, request: Request, what: str) -> float:
     """Metres of elevation per unit of z."""
     what = f"{found.path.name}: {what}"
-    sign = agreed_sign(found.positive, positive, what)
-    return sign * agreed_scale(found.length_unit, length_unit, "m", what)
+    return request.scale(what, positive=found.positive, unit=found.length_unit)
 
 
 def features(path: Path) -> Features:

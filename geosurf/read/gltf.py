@@ -20,6 +20,7 @@ import numpy as np
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfError
 from geosurf.model import TriSurface
+from geosurf.read._common import Request
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import chosen, noted
 from geosurf.read._triangles import surface_from_mesh
@@ -35,26 +36,18 @@ DAMAGE = (
 )  # fmt: skip
 
 
-def read_gltf(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface:
+def read_gltf(path: Path, request: Request) -> TriSurface:
     """
     Read a triangulated surface from glTF.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Which mesh, if there are several. Default: the name of the node or mesh, else the file name
-        without suffix.
-    positive : {"up", "down"}, optional
-        Default ``"up"``.
-    length_unit : str, optional
-        Unit of elevations. Default ``"m"``, which the format states for all axes.
+    request : Request
+        `name`: Which mesh, if there are several. Default: the name of the node or mesh, else the
+        file name without suffix.
+        `positive`: Default ``"up"``.
+        `length_unit`: Unit of elevations. Default ``"m"``, which the format states for all axes.
 
     Returns
     -------
@@ -81,7 +74,7 @@ def read_gltf(
     order = [one.get("name") for one in _listed(document, "nodes")]
     meshes = dict(sorted(meshes.items(), key=lambda one: one[0] in order and order.index(one[0])))
     noted("names", ", ".join(meshes))
-    title, parts = chosen(path, meshes, name, "meshes")
+    title, parts = chosen(path, meshes, request.name, "meshes")
     points, triangles, n_point = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
     for part_points, part_triangles in parts:
         points.append(part_points)
@@ -91,9 +84,8 @@ def read_gltf(
     if not np.isfinite(world).all():
         raise _damaged(path, "a position is not a finite number")
     surface = surface_from_mesh(
-        path, name or title or path.stem, world, np.concatenate(triangles), {}, positive,
-        length_unit,
-    )  # fmt: skip
+        path, request.name or title or path.stem, world, np.concatenate(triangles), {}, request
+    )
     surface.crs = _crs(document)
     return surface
 

@@ -16,7 +16,7 @@ What files in the wild do, and what is done with it:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import integer, number, read_text
+from geosurf.read._common import Request, integer, number, read_text
 from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import is_looking, noted
@@ -51,26 +51,17 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 BREAK = (-1, -1)  # between two parts: their lines do not join, even at a shared vertex
 
 
-def read_vset(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> xr.Dataset:
+def read_vset(path: Path, request: Request) -> xr.Dataset:
     r"""
     Read the points of all VSet of a GOCAD file.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive : {"up", "down"}, optional
-        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    length_unit : str, optional
-        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
-    columns, decimal
-        Of tables of text only.
+    request : Request
+        `positive`: For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+        `length_unit`: Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
+        `columns`, `decimal`: Of tables of text only.
 
     Returns
     -------
@@ -89,33 +80,25 @@ def read_vset(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "a.vs"
     >>> _ = file.write_text("GOCAD VSet 1\nVRTX 1 5 6 7\nVRTX 2 8 9 1\nEND\n")
-    >>> read_vset(file).elevation.values
+    >>> read_vset(file, Request()).elevation.values
     array([7., 1.])
     """
-    refuse_columns(path, "a GOCAD file", columns, decimal)
+    refuse_columns(path, "a GOCAD file", request)
     drafts = [draft for draft, _ in _objects(path, "vset")]
-    parts = [_places(draft, positive, length_unit) for draft in drafts]
+    parts = [_places(draft, request) for draft in drafts]
     return points_dataset(np.concatenate(parts), path.name, _crs(path, drafts))
 
 
-def read_pline(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-    name: str | None = None,
-) -> list[np.ndarray]:
+def read_pline(path: Path, request: Request) -> list[np.ndarray]:
     r"""
     Read the lines of all PLine of a GOCAD file.
 
     Parameters
     ----------
-    path, positive, length_unit, columns, decimal
-        As for `read_vset`.
-    name : str, optional
-        Only the lines of the object of this name.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`, `columns`, `decimal`: As for `read_vset`.
+        `name`: Only the lines of the object of this name.
 
     Returns
     -------
@@ -134,41 +117,37 @@ def read_pline(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "a.pl"
     >>> _ = file.write_text("GOCAD PLine 1\nILINE\nVRTX 1 0 0 5\nVRTX 2 9 0 5\nSEG 1 2\nEND\n")
-    >>> read_pline(file)[0].tolist()
+    >>> read_pline(file, Request())[0].tolist()
     [[0.0, 0.0, 5.0], [9.0, 0.0, 5.0]]
     """
-    refuse_columns(path, "a GOCAD file", columns, decimal)
+    refuse_columns(path, "a GOCAD file", request)
     lines = []
     names: dict[str, None] = {}
     for draft, segments in _objects(path, "pline"):
         names[draft.header.name or path.stem] = None
-        points = _places(draft, positive, length_unit)
-        if name in (None, draft.header.name or path.stem):
+        points = _places(draft, request)
+        if request.name in (None, draft.header.name or path.stem):
             lines += [points[rows] for rows in _chains(segments)]
-    if name is not None and name not in names:
+    if request.name is not None and request.name not in names:
         raise InputError(
-            f"{path}: no line is called {name!r}. Names are {', '.join(list(names)[:12])}; leave "
-            "name= out to read all lines."
+            f"{path}: no line is called {request.name!r}. Names are {', '.join(list(names)[:12])}; "
+            "leave name= out to read all lines."
         )
     if not lines:
         raise FormatError(f"{path}: the file has no segments (SEG). Export the lines again.")
     return lines
 
 
-def read_pline_sticks(
-    path: Path, *, name: str | None = None, positive: str | None = None,
-    length_unit: str | None = None,
-) -> FaultSticks:  # fmt: skip
+def read_pline_sticks(path: Path, request: Request) -> FaultSticks:
     """
     Read the lines of a GOCAD file as the sticks of one fault.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Name of the fault; default: the file name without suffix.
-    positive, length_unit
-        As for `read_vset`.
+    request : Request
+        `name`: Name of the fault; default: the file name without suffix.
+        `positive`, `length_unit`: As for `read_vset`.
 
     Returns
     -------
@@ -179,8 +158,8 @@ def read_pline_sticks(
     FormatError, InputError
         As `read_pline`.
     """
-    lines = read_pline(path, positive=positive, length_unit=length_unit)
-    made = FaultSticks(name or path.stem, tuple(lines))
+    lines = read_pline(path, request)
+    made = FaultSticks(request.named(path), tuple(lines))
     return in_crs_of(made, [_Declared(crs_of_gocad_lines(path))])
 
 
@@ -255,7 +234,7 @@ def _without_segments(
             segments.append((row_of(draft, i, words[1]), row_of(draft, i, words[2])))
 
 
-def _places(draft: Draft, positive: str | None, length_unit: str | None) -> np.ndarray:
+def _places(draft: Draft, request: Request) -> np.ndarray:
     """Vertices (n, 3) of an object in metres, elevation up."""
     name = draft.header.name or draft.path.stem
     if not draft.points:
@@ -264,7 +243,7 @@ def _places(draft: Draft, positive: str | None, length_unit: str | None) -> np.n
             "Export it again."
         )
     what = f"{draft.path.name}: {name!r}"
-    return draft.header.to_metres(np.concatenate(draft.points), positive, length_unit, what) + 0.0
+    return draft.header.to_metres(np.concatenate(draft.points), request, what) + 0.0
 
 
 def _chains(segments: list[tuple[int, int]]) -> list[list[int]]:
@@ -335,9 +314,7 @@ class SGrid:
         return self.path.parent / name
 
 
-def read_sgrid(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_sgrid(path: Path, request: Request) -> GridNodes:
     r"""
     Read a horizon from an SGrid of one layer.
 
@@ -345,12 +322,10 @@ def read_sgrid(
     ----------
     path : pathlib.Path
         The header; the file of points lies next to it.
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}, optional
-        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    length_unit : str, optional
-        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+        `length_unit`: Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------
@@ -370,30 +345,24 @@ def read_sgrid(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.sg"
     >>> _ = file.write_text("GOCAD SGrid 1\nAXIS_N 2 2 1\nASCII_DATA_FILE top.dat\nEND\n")
     >>> _ = file.with_suffix(".dat").write_text("0 0 5\n9 0 6\n0 9 7\n9 9 8\n")
-    >>> read_sgrid(file, name="Top").values.tolist()
+    >>> read_sgrid(file, Request(name="Top")).values.tolist()
     [[5.0, 6.0], [7.0, 8.0]]
     """
-    grid, nodes = _nodes(path, positive, length_unit)
+    grid, nodes = _nodes(path, request)
 
-    return nodes_from_places(nodes, name=name, source=path.name, crs=grid.header.crs)
+    return nodes_from_places(nodes, name=request.named(path), source=path.name, crs=grid.header.crs)
 
 
-def read_sgrid_fault(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> xr.Dataset:
+def read_sgrid_fault(path: Path, request: Request) -> xr.Dataset:
     """
     Read a fault from an SGrid of one layer, as a parametric grid.
 
     Parameters
     ----------
-    path, positive, length_unit
-        As for `read_sgrid`.
-    name : str, optional
-        Name of the fault. Default: the name in the file, else the file name without suffix.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`: As for `read_sgrid`.
+        `name`: Name of the fault. Default: the name in the file, else the file name without suffix.
 
     Returns
     -------
@@ -405,12 +374,12 @@ def read_sgrid_fault(
     FormatError, InputError
         As `read_sgrid`.
     """
-    grid, nodes = _nodes(path, positive, length_unit)
-    title = name or grid.header.name or path.stem
+    grid, nodes = _nodes(path, request)
+    title = request.name or grid.header.name or path.stem
     return fault_dataset(nodes, title, path.name, grid.header.crs)
 
 
-def _nodes(path: Path, positive: str | None, length_unit: str | None) -> tuple[SGrid, np.ndarray]:
+def _nodes(path: Path, request: Request) -> tuple[SGrid, np.ndarray]:
     """Header, and the nodes (row, column, 3) in metres, elevation up; NaN where undefined."""
     grid = _header(path)
     # a layer may be any of the three axes
@@ -427,7 +396,7 @@ def _nodes(path: Path, positive: str | None, length_unit: str | None) -> tuple[S
     if not np.isfinite(points).any():
         raise FormatError(f"{path}: all nodes of the SGrid are undefined. Export it again.")
     title = grid.header.name or path.stem
-    world = grid.header.to_metres(points, positive, length_unit, f"{path.name}: {title!r}")
+    world = grid.header.to_metres(points, request, f"{path.name}: {title!r}")
     _warn_of_flags(grid, expected)
     noted("names", title)
     noted("nodes", f"{shape[0]} columns x {shape[1]} rows")
@@ -529,25 +498,17 @@ def _warn_of_flags(grid: SGrid, expected: int) -> None:
         warn(GeosurfWarning("flags", grid.header.name or grid.path.stem, effect, remedy))
 
 
-def read_gocad(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface:
+def read_gocad(path: Path, request: Request) -> TriSurface:
     r"""
     Read the one TSurf of a file, or the one called `name`.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Which surface, where the file has several; otherwise the name to give.
-    positive : {"up", "down"}, optional
-        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    length_unit : str, optional
-        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
+    request : Request
+        `name`: Which surface, where the file has several; otherwise the name to give.
+        `positive`: For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+        `length_unit`: Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------
@@ -568,19 +529,23 @@ def read_gocad(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "F1.ts"
     >>> _ = file.write_text("GOCAD TSurf 1\nHEADER {\nname: F1\n}\nTFACE\n"
     ...     "VRTX 5 0 0 0\nVRTX 6 9 0 0\nVRTX 9 0 9 9\nTRGL 5 6 9\nEND\n")
-    >>> read_gocad(file)
+    >>> read_gocad(file, Request())
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
-    surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
+    surfaces = read_tsurf(path, request)
     if len(surfaces) == 1:
-        return surfaces[0] if name is None else surfaces[0].renamed(name)
+        return surfaces[0] if request.name is None else surfaces[0].renamed(request.name)
 
     # several surfaces: exactly one of them has to have the name
     names = [surface.name for surface in surfaces]
-    found = [surface for surface in surfaces if surface.name == name]
+    found = [surface for surface in surfaces if surface.name == request.name]
     if len(found) != 1:
-        guess = "" if name is None else did_you_mean(name, names)
-        asked = "name= is not given" if name is None else f"{len(found)} are called {name!r}"
+        guess = "" if request.name is None else did_you_mean(request.name, names)
+        asked = (
+            "name= is not given"
+            if request.name is None
+            else f"{len(found)} are called {request.name!r}"
+        )
         raise InputError(
             f"{path}: the file has {len(surfaces)} surfaces, {names}, but {asked}.{guess} "
             "Select one with name=, or read all with geosurf.read.read_tsurf."
@@ -588,19 +553,16 @@ def read_gocad(
     return found[0]
 
 
-def read_tsurf(
-    path: str | Path, *, positive: str | None = None, length_unit: str | None = None
-) -> list[TriSurface]:
+def read_tsurf(path: str | Path, request: Request) -> list[TriSurface]:
     r"""
     Read all TSurf of a GOCAD file.
 
     Parameters
     ----------
     path : str or pathlib.Path
-    positive : {"up", "down"}, optional
-        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    length_unit : str, optional
-        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
+    request : Request
+        `positive`: For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+        `length_unit`: Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------
@@ -622,7 +584,7 @@ def read_tsurf(
     >>> _ = file.write_text("GOCAD TSurf 1\nGOCAD_ORIGINAL_COORDINATE_SYSTEM\n"
     ...     "ZPOSITIVE Depth\nEND_ORIGINAL_COORDINATE_SYSTEM\nTFACE\n"
     ...     "VRTX 1 0 0 0\nVRTX 2 9 0 0\nVRTX 3 0 9 9\nTRGL 1 2 3\nEND\n")
-    >>> read_tsurf(file)[0].vertices[2].tolist()
+    >>> read_tsurf(file, Request())[0].vertices[2].tolist()
     [0.0, 9.0, -9.0]
     """
     path = Path(path)
@@ -632,7 +594,7 @@ def read_tsurf(
         draft = Draft(path, len(text), i)
         if kind == "tsurf":
             fill(draft, body)
-            surfaces.append(_finish(draft, positive, length_unit))
+            surfaces.append(_finish(draft, request))
         else:
             for _ in body:  # another kind of object: pass over it
                 pass
@@ -644,7 +606,7 @@ def read_tsurf(
     return surfaces
 
 
-def _finish(draft: Draft, positive: str | None, length_unit: str | None) -> TriSurface:
+def _finish(draft: Draft, request: Request) -> TriSurface:
     """Turn a draft into a surface in metres, elevation up."""
     path, header = draft.path, draft.header
     name = header.name or path.stem
@@ -659,7 +621,7 @@ def _finish(draft: Draft, positive: str | None, length_unit: str | None) -> TriS
         )
 
     # order, units and direction of the axes are settled here, once for all vertices
-    points = header.to_metres(np.concatenate(draft.points), positive, length_unit, what)
+    points = header.to_metres(np.concatenate(draft.points), request, what)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
     surface.crs = header.crs
     return surface

@@ -9,7 +9,6 @@ in the same file. Logs are not read.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ import numpy as np
 
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError
-from geosurf.read._common import agreed_scale, agreed_sign, is_number, number, read_text
+from geosurf.read._common import Request, is_number, number, read_text
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset
 
@@ -57,28 +56,18 @@ class WellPath:
     left_out: int
 
 
-def read_las_points(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> xr.Dataset:
+def read_las_points(path: Path, request: Request) -> xr.Dataset:
     r"""
     Read the path of a well from the curves of a LAS file.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive : {"up", "down"}
-        Whether z is elevation or depth; the format does not state it.
-    length_unit : str, optional
-        Unit of z, if its curve states none. Default ``"m"``.
-    columns : sequence of str, optional
-        Names of the curves of easting, northing and z.
-    decimal : str
-        Has no effect: numbers in LAS have a point.
+    request : Request
+        `positive`: Whether z is elevation or depth; the format does not state it.
+        `length_unit`: Unit of z, if its curve states none. Default ``"m"``.
+        `columns`: Names of the curves of easting, northing and z.
+        `decimal`: Has no effect: numbers in LAS have a point.
 
     Returns
     -------
@@ -100,23 +89,21 @@ def read_las_points(
     >>> head = "~V\nVERS. 2.0 :\nWRAP. NO :\n~W\nWELL. W-1 :\nNULL. -999.25 :\n"
     >>> curves = "~C\nDEPT.M :\nX.M :\nY.M :\nTVDSS.M :\n~A\n"
     >>> _ = file.write_text(head + curves + "0 5 6 -20\n100 5 6 80\n")
-    >>> read_las_points(file, positive="down").elevation.values
+    >>> read_las_points(file, Request(positive="down")).elevation.values
     array([ 20., -80.])
     """
-    found = path_of_las(path, positive, length_unit, columns)
+    found = path_of_las(path, request)
     md = {"md": ("point", found.md, {"units": "m"})}
     return points_dataset(found.points, path.name, others=md, well=found.well)
 
 
-def path_of_las(
-    path: Path, positive: str | None, length_unit: str | None, columns: Any
-) -> WellPath:
+def path_of_las(path: Path, request: Request) -> WellPath:
     """Return the path of the well; the arguments are those of `read_las_points`."""
-    return _well_path(path, _sections(path), positive, length_unit, columns)
+    return _well_path(path, _sections(path), request)
 
 
 def tops_of_las(
-    path: Path, positive: str | None, length_unit: str | None, columns: Any
+    path: Path, request: Request
 ) -> tuple[list[tuple[str, str]], np.ndarray, list[str]]:
     """
     Return (well, horizon), places (n, 3) in metres, and reasons of tops that are left out.
@@ -124,8 +111,8 @@ def tops_of_las(
     Parameters
     ----------
     path : pathlib.Path
-    positive, length_unit, columns
-        As for `read_las_points`.
+    request : Request
+        `positive`, `length_unit`, `columns`: As for `read_las_points`.
 
     Raises
     ------
@@ -139,7 +126,7 @@ def tops_of_las(
             f"{path}: the LAS file has no section ~Tops with data, as LAS 3 has. Read the path of "
             "the well with read_points, and tops from a table."
         )
-    well = _well_path(path, sections, positive, length_unit, columns)
+    well = _well_path(path, sections, request)
     header = [word.lower() for word in section.words]
     places = {
         key: next((header.index(word) for word in usual if word in header), None)
@@ -226,20 +213,14 @@ def _key(title: str) -> str:
     return letters.get(title[:1], title)
 
 
-def _well_path(
-    path: Path,
-    sections: dict[str, Section],
-    positive: str | None,
-    length_unit: str | None,
-    columns: Any,
-) -> WellPath:
+def _well_path(path: Path, sections: dict[str, Section], request: Request) -> WellPath:
     """The path that the curves of a file hold."""
     version, well = (sections.get(key, Section()).words for key in ("version", "well"))
     curves, rows = sections.get("curve", Section()).words, sections.get("ascii", Section()).rows
     if _value(version, "WRAP").upper().startswith("Y"):
         raise FormatError(f"{path}: the LAS file is wrapped. Export it with WRAP. NO.")
     names = list(curves)
-    at = _curves(path, names, columns)
+    at = _curves(path, names, request.columns)
     null = number(_value(well, "NULL") or NULL, path, 0, "NULL")
     values = _values(path, rows, len(names), list(at.values()))
     left_out = (values == null).any(axis=1)
@@ -249,7 +230,7 @@ def _well_path(
 
     units = {key: curves[names[k]][0].lower() or None for key, k in at.items()}
     what = f"{path.name}: well path"
-    scale = agreed_sign(None, positive, what) * agreed_scale(units["z"], length_unit, "m", what)
+    scale = request.scale(what, unit=units["z"])
     factors = [metres_per_unit(units[key] or "m", what) for key in ("x", "y")]
     points = values[:, :3] * [*factors, scale] + 0.0
     md = values[:, 3] * metres_per_unit(units["md"] or "m", what)

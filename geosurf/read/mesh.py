@@ -23,6 +23,7 @@ import numpy as np
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
+from geosurf.read._common import Request
 from geosurf.read._guard import opened, read_bytes, same_file
 from geosurf.read._hdf5 import refuse_bombs
 from geosurf.read._triangles import split_quads, surface_from_mesh
@@ -258,13 +259,7 @@ COUNTS = {
 PASSED_OVER = ("vertex", "line", "line3")
 
 
-def read_mesh(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface:
+def read_mesh(path: Path, request: Request) -> TriSurface:
     r"""
     Read a triangulated surface with meshio.
 
@@ -272,12 +267,10 @@ def read_mesh(
     ----------
     path : pathlib.Path
         ``.vtu``, ``.vtk`` (unstructured grid), ``.obj``, ``.stl``, ``.ply``, ``.off``, ``.msh`` ...
-    name : str, optional
-        Default: the file name without suffix.
-    positive : {"up", "down"}, optional
-        Default ``"up"``.
-    length_unit : str, optional
-        Unit of elevations. Default ``"m"``. Easting and northing are metres.
+    request : Request
+        `name`: Default: the file name without suffix.
+        `positive`: Default ``"up"``.
+        `length_unit`: Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
     -------
@@ -297,12 +290,12 @@ def read_mesh(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "F1.obj"
     >>> _ = file.write_text("v 0 0 0\nv 9 0 0\nv 0 9 9\nf 1 2 3\n")
-    >>> read_mesh(file)
+    >>> read_mesh(file, Request())
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
     if path.suffix.lower() == ".vtu":
-        return read_vtu(path, name=name, positive=positive, length_unit=length_unit)
-    name = name or path.stem
+        return read_vtu(path, request)
+    name = request.named(path)
 
     # Cheap checks first: meshio waits for ever or exhausts memory on some damaged files.
     _refuse_cut_short(path, read_bytes(path))
@@ -322,7 +315,7 @@ def read_mesh(
         for key, value in mesh.point_data.items()
         if np.asarray(value).dtype.kind in "biuf"
     }
-    return surface_from_mesh(path, name, points, triangles, numeric, positive, length_unit)
+    return surface_from_mesh(path, name, points, triangles, numeric, request)
 
 
 def _meshio_read(path: Path) -> Any:

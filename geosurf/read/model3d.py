@@ -28,7 +28,7 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
-from geosurf.read._common import WHOLE, read_text
+from geosurf.read._common import WHOLE, Request, read_text
 from geosurf.read._gocad import quoted_words
 from geosurf.read.gocad import read_tsurf
 
@@ -79,7 +79,7 @@ def read_model3d(
     path = Path(path)
     lines = read_text(path, final_line_end=False).split("\n")
     roles = roles_of(path, lines)
-    tsurfs = read_tsurf(path, positive=positive, length_unit=length_unit)
+    tsurfs = read_tsurf(path, Request(positive=positive, length_unit=length_unit))
     return surfaces_of(path, lines, roles, tsurfs)
 
 
@@ -238,7 +238,7 @@ def _corners_of_parts(
     path: Path, lines: list[str], positive: str | None, length_unit: str | None
 ) -> list[np.ndarray]:
     """Corners (n, 3, 3) of the triangles of each TFACE, in the order of the file."""
-    surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
+    surfaces = read_tsurf(path, Request(positive=positive, length_unit=length_unit))
 
     # TFACEs follow one another in the file as their triangles do in the surfaces.
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])

@@ -14,7 +14,7 @@ from typing import Any
 from geosurf.errors import FormatError
 from geosurf.model import Units
 from geosurf.model.expected import path_of
-from geosurf.read._common import read_text
+from geosurf.read._common import Request, read_text
 from geosurf.read._detect import detect
 from geosurf.read.gocad import read_tsurf
 from geosurf.read.model3d import own_lines, part_counts, region_lists, roles_of, surfaces_of
@@ -66,11 +66,11 @@ def read_units(
     """
     path = path_of(path, "read_units")
     if detect(path) == "resqml":
-        return units_of(resqml_model(path, positive, length_unit))
-    return units_of(_model(path, positive, length_unit))
+        return units_of(resqml_model(path, Request(positive=positive, length_unit=length_unit)))
+    return units_of(_model(path, Request(positive=positive, length_unit=length_unit)))
 
 
-def _model(path: Path, positive: str | None, length_unit: str | None) -> SealedModel:
+def _model(path: Path, request: Request) -> SealedModel:
     """What a Model3d states."""
     lines = read_text(path, final_line_end=False).split("\n")
     roles = roles_of(path, lines)
@@ -80,7 +80,7 @@ def _model(path: Path, positive: str | None, length_unit: str | None) -> SealedM
             f"{path}: the model has no regions. Read its surfaces with "
             "geosurf.read.model3d.read_model3d and build a Scene of them."
         )
-    tsurfs = read_tsurf(path, positive=positive, length_unit=length_unit)
+    tsurfs = read_tsurf(path, request)
     sources = list(surfaces_of(path, lines, roles, tsurfs).values())
     counts = part_counts(path, lines, sum(len(one.triangles) for one in tsurfs))
     inside = [(name, signed) for name, signed in regions if name != "Universe"]

@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import FormatError
-from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._common import Request, agreed_scale
 from geosurf.read._netcdf_file import in_parts, load
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -25,28 +25,18 @@ NORTHING = ("northing", "y", "n", "utm_northing", "projection_y_coordinate")
 ELEVATION = ("elevation", "depth", "z")
 
 
-def read_netcdf_horizon(
-    path: Path,
-    *,
-    name: str,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    variable: str | None = None,
-) -> xr.DataArray:
+def read_netcdf_horizon(path: Path, request: Request) -> xr.DataArray:
     """
     Read a horizon from a NetCDF file.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}, optional
-        If the variable has no attribute ``positive``.
-    length_unit : str, optional
-        If the variable has no attribute ``units``.
-    variable : str, optional
-        Which variable, where several are gridded.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: If the variable has no attribute ``positive``.
+        `length_unit`: If the variable has no attribute ``units``.
+        `variable`: Which variable, where several are gridded.
 
     Returns
     -------
@@ -64,28 +54,17 @@ def read_netcdf_horizon(
         If no NetCDF engine is installed.
     """
     dataset = in_parts(path)
-    return horizon_of(
-        path, load(path) if dataset is None else dataset, name=name, positive=positive,
-        length_unit=length_unit, variable=variable,
-    )  # fmt: skip
+    return horizon_of(path, load(path) if dataset is None else dataset, request)
 
 
-def horizon_of(
-    path: Path,
-    dataset: xr.Dataset,
-    *,
-    name: str,
-    positive: str | None,
-    length_unit: str | None,
-    variable: str | None,
-) -> xr.DataArray:
+def horizon_of(path: Path, dataset: xr.Dataset, request: Request) -> xr.DataArray:
     """Return the horizon in a dataset; see `read_netcdf_horizon`. Dask arrays stay lazy."""
-    data = _pick(path, dataset, variable, name)
+    data = _pick(path, dataset, request.variable, request.named(path))
     what = f"{path}: variable {data.name!r}"
 
     # direction and unit as the file states them, or the caller; both have to agree
-    sign = agreed_sign(_attribute(data, "positive"), positive, what)
-    scale = agreed_scale(_attribute(data, "units"), length_unit, None, what)
+    stated = {"positive": _attribute(data, "positive"), "unit": _attribute(data, "units")}
+    scale = request.scale(what, **stated, default=None)
 
     # The dimension that runs north comes first; other dimensions of length 1 are dropped.
     easting = _coordinate(path, data, EASTING)
@@ -95,19 +74,17 @@ def horizon_of(
     kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow")
     attrs = {key: _plain(data.attrs[key]) for key in kept if key in data.attrs}
     attrs |= _crs(data, dataset)
-    attrs |= {"units": "m", "positive": "up", "long_name": name, "source": path.name}
+    attrs |= {"units": "m", "positive": "up", "long_name": request.named(path), "source": path.name}
     values: Any = data.data
     if hasattr(values, "dask"):  # in a store: what is infinite is found when it is read
         values = values.astype(np.float64)
-        values = values if sign * scale == 1.0 else sign * scale * values
+        values = values if scale == 1.0 else scale * values
     else:
-        values = sign * scale * _finite_or_nan(path, data) + 0.0
+        values = scale * _finite_or_nan(path, data) + 0.0
     return _horizon(path, values, _metres(path, easting), _metres(path, northing), attrs)
 
 
-def read_netcdf_fault(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> xr.Dataset:
+def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
     """
     Read a fault given as a parametric grid.
 
@@ -116,12 +93,10 @@ def read_netcdf_fault(
     path : pathlib.Path
         With ``easting``, ``northing`` and ``elevation`` (or ``depth``) over ``(down_dip,
         along_strike)``.
-    name : str
-        Name of the fault.
-    positive : {"up", "down"}, optional
-        If the elevation has no attribute ``positive``.
-    length_unit : str, optional
-        If the elevation has no attribute ``units``.
+    request : Request
+        `name`: Name of the fault.
+        `positive`: If the elevation has no attribute ``positive``.
+        `length_unit`: If the elevation has no attribute ``units``.
 
     Returns
     -------
@@ -161,18 +136,18 @@ def read_netcdf_fault(
         found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
 
     z = found["elevation"]
-    what = f"{path}: fault {name!r}"
-    sign = agreed_sign(_attribute(z, "positive"), positive, what)
-    scale = agreed_scale(_attribute(z, "units"), length_unit, None, what)
+    what = f"{path}: fault {request.named(path)!r}"
+    stated = {"positive": _attribute(z, "positive"), "unit": _attribute(z, "units")}
+    scale = request.scale(what, **stated, default=None)
     arrays = {
         "easting": _metres(path, found["easting"]),
         "northing": _metres(path, found["northing"]),
-        "elevation": sign * scale * _finite_or_nan(path, z) + 0.0,
+        "elevation": scale * _finite_or_nan(path, z) + 0.0,
     }
     out = xr.Dataset(
         {key: (FAULT_DIMS, value, {"units": "m"}) for key, value in arrays.items()},
         attrs={
-            "long_name": name,
+            "long_name": request.named(path),
             "source": path.name,
             **_crs(z, dataset),
             **_crs(dataset, dataset),

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ import numpy as np
 from geosurf.conventions.axes import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._common import agreed_scale, agreed_sign, is_number, number, read_text
+from geosurf.read._common import Request, is_number, number, read_text
 from geosurf.read._noted import chosen, noted
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import END_MARK, Table, checked_decimal, named_column, read_table
@@ -43,27 +42,17 @@ COORDINATES = ("easting", "northing", "elevation")
 UNDEFINED = ("undef", "undefined", "nan", "null")
 
 
-def read_attribute_points(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> xr.Dataset:
+def read_attribute_points(path: Path, request: Request) -> xr.Dataset:
     r"""
     Read points with their attributes.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive : {"up", "down"}
-        The formats do not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of z, if a comment of Petrel does not state it. Default ``"m"``.
-    columns : sequence of str, optional
-        Names of easting, northing and z, if they are not X, Y and Z.
-    decimal : {".", ","}
+    request : Request
+        `positive`: The formats do not state it, so this argument is required.
+        `length_unit`: Unit of z, if a comment of Petrel does not state it. Default ``"m"``.
+        `columns`: Names of easting, northing and z, if they are not X, Y and Z.
 
     Returns
     -------
@@ -83,45 +72,37 @@ def read_attribute_points(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "picks.dat"
     >>> _ = file.write_text("Float dip\nString well\n1 2 30 5.5 \"W 1\"\n3 4 50 UNDEF W2\n")
-    >>> picks = read_attribute_points(file, positive="down")
+    >>> picks = read_attribute_points(file, Request(positive="down"))
     >>> picks.elevation.values, picks.dip.values, picks.well.values.tolist()
     (array([-30., -50.]), array([5.5, nan]), ['W 1', 'W2'])
     """
-    layout, table = _table(path, columns, decimal)
+    layout, table = _table(path, request.columns, request.decimal)
     inside = ~(table.points == END_MARK).all(axis=1)
     what = f"{path.name}: points"
-    scale = agreed_sign(None, positive, what)
-    scale *= agreed_scale(layout.length_unit, length_unit, "m", what)
+    scale = request.scale(what, unit=layout.length_unit)
     points = table.points[inside] * [1.0, 1.0, scale] + 0.0
     others: dict[str, Any] = {}
     rows = [words for (_, words), take in zip(layout.rows, inside.tolist(), strict=True) if take]
     for k, name in enumerate(layout.header or ()):
         # coordinates are there already, also under other names
         taken = name.lower() in (*COORDINATES, *others)
-        if k not in _places(path, layout, columns) and not taken:
+        if k not in _places(path, layout, request.columns) and not taken:
             others[name] = ("point", _column([words[k] for words in rows]))
     noted("attributes", ", ".join(str(key) for key in others) or "none")
     return points_dataset(points, path.name, others=others)
 
 
-def read_attribute_polygons(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-    name: str | None = None,
-) -> list[np.ndarray]:
+def read_attribute_polygons(path: Path, request: Request) -> list[np.ndarray]:
     """
     Read polygons or lines with attributes.
 
     Parameters
     ----------
-    path, positive, length_unit, columns, decimal
-        As for `read_attribute_points`; `positive` may be left out where all z are 0.
-    name : str, optional
-        Only lines whose attribute ``name`` or ``fault`` is this one.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`, `columns`, `decimal`: As for `read_attribute_points`; `positive`
+        may be left out where all z are 0.
+        `name`: Only lines whose attribute ``name`` or ``fault`` is this one.
 
     Returns
     -------
@@ -132,29 +113,21 @@ def read_attribute_polygons(
     FormatError, InputError
         As `read_attribute_points`.
     """
-    layout, table = _table(path, columns, decimal)
-    unit = length_unit if layout.length_unit is None else layout.length_unit
-    return polylines_from(path, parts_of(path, table), positive, unit, name)
+    layout, table = _table(path, request.columns, request.decimal)
+    unit = request.length_unit if layout.length_unit is None else layout.length_unit
+    return polylines_from(path, parts_of(path, table), replace(request, length_unit=unit))
 
 
-def read_attribute_sticks(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> FaultSticks:
+def read_attribute_sticks(path: Path, request: Request) -> FaultSticks:
     """
     Read the sticks of a fault from lines with attributes.
 
     Parameters
     ----------
-    path, positive, length_unit, columns, decimal
-        As for `read_attribute_points`.
-    name : str, optional
-        Which fault, if there are several; else the name of the fault.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`, `columns`, `decimal`: As for `read_attribute_points`.
+        `name`: Which fault, if there are several; else the name of the fault.
 
     Returns
     -------
@@ -165,9 +138,9 @@ def read_attribute_sticks(
     FormatError, InputError
         As `read_attribute_points`.
     """
-    layout, table = _table(path, columns, decimal)
-    unit = length_unit if layout.length_unit is None else layout.length_unit
-    return sticks_from(path, parts_of(path, table), name, positive, unit)
+    layout, table = _table(path, request.columns, request.decimal)
+    unit = request.length_unit if layout.length_unit is None else layout.length_unit
+    return sticks_from(path, parts_of(path, table), replace(request, length_unit=unit))
 
 
 def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
@@ -230,14 +203,7 @@ WELL = ("well", "wellname", "well_name", "wellbore", "uwi", "borehole")
 MEASURED = ("md", "mdepth")
 
 
-def read_xyz(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> xr.Dataset:
+def read_xyz(path: Path, request: Request) -> xr.Dataset:
     r"""
     Read points from text or csv.
 
@@ -247,15 +213,13 @@ def read_xyz(
         ``.csv`` has a header with the columns ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z``,
         among others in any order. Other text may have one, too; without it, x, y, z are
         the only numbers on each line. RMS ends points with ``999 999 999``.
-    positive : {"up", "down"}
-        The formats do not state it, so this argument is required. (The column name Z_TVDSS is
-        no promise: it is written for elevations and for times, too.)
-    length_unit : str, optional
-        Unit of z (x and y are metres). Default ``"m"``.
-    columns : sequence of str or of int, optional
-        Names of easting, northing and z in the header, or numbers of their columns from 1.
-    decimal : {".", ","}, optional
-        Decimal sign of the file.
+    request : Request
+        `positive`: The formats do not state it, so this argument is required. (The column name
+        Z_TVDSS is no promise: it is written for elevations and for times, too.)
+        `length_unit`: Unit of z (x and y are metres). Default ``"m"``.
+        `columns`: Names of easting, northing and z in the header, or numbers of their columns from
+        1.
+        `decimal`: Decimal sign of the file.
 
     Returns
     -------
@@ -277,21 +241,20 @@ def read_xyz(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.poi"
     >>> _ = file.write_text("0 0 1500\n0 50 1600\n")
-    >>> read_xyz(file, positive="down").elevation.values
+    >>> read_xyz(file, Request(positive="down")).elevation.values
     array([-1500., -1600.])
     """
     what = f"{path.name}: points"
-    unit = agreed_scale(None, length_unit, "m", what)
-    scale = agreed_sign(None, positive, what) * unit
-    table = read_table(path, columns, decimal, (WELL, MEASURED), ("well", "md"))
+    scale = request.scale(what)
+    table = read_table(path, request.columns, request.decimal, (WELL, MEASURED), ("well", "md"))
     points = _without_end(path, table)
     x, y, z = points.T
     others: dict[str, Any] = {}
     if table.labels is not None:
         others["well"] = ("point", np.array(table.labels[: len(points)], dtype=object))
     if table.names is not None:
-        depths = _measured(path, table, len(points), decimal)
-        others["md"] = ("point", unit * depths, {"units": "m"})
+        depths = _measured(path, table, len(points), request.decimal)
+        others["md"] = ("point", abs(scale) * depths, {"units": "m"})
     return points_dataset(np.column_stack([x, y, scale * z + 0.0]), path.name, others=others)
 
 
@@ -441,27 +404,17 @@ def read_charisma(path: Path) -> Table:
 HEADER, BEGIN = "FF", "->"
 
 
-def read_cps3_polygons(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> list[np.ndarray]:
+def read_cps3_polygons(path: Path, request: Request) -> list[np.ndarray]:
     r"""
     Read the lines of a CPS-3 file.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Only the lines of this name.
-    positive, length_unit
-        As for `read_polylines`.
-    columns, decimal
-        Not for this format, whose columns are fixed.
+    request : Request
+        `name`: Only the lines of this name.
+        `positive`, `length_unit`: As for `read_polylines`.
+        `columns`, `decimal`: Not for this format, whose columns are fixed.
 
     Returns
     -------
@@ -478,30 +431,24 @@ def read_cps3_polygons(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "outline.cps3"
     >>> _ = file.write_text("FFASCI 0 0 COMPUTED 0 1E30\nFFATTR 0 0\n-> 1\n0 0 0\n9 0 0\n9 9 0\n")
-    >>> [len(line) for line in read_cps3_polygons(file)]
+    >>> [len(line) for line in read_cps3_polygons(file, Request())]
     [3]
     """
-    refuse_columns(path, "a file of CPS-3 lines", columns, decimal)
-    return polylines_from(path, _lines(path), positive, length_unit, name)
+    refuse_columns(path, "a file of CPS-3 lines", request)
+    return polylines_from(path, _lines(path), request)
 
 
-def read_cps3_sticks(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> FaultSticks:
+def read_cps3_sticks(path: Path, request: Request) -> FaultSticks:
     """
     Read the lines of a CPS-3 file as the sticks of one fault.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Name of the fault; names of lines are those of sticks here. Default: that of the file.
-    positive, length_unit
-        As for `read_sticks`.
+    request : Request
+        `name`: Name of the fault; names of lines are those of sticks here. Default: that of the
+        file.
+        `positive`, `length_unit`: As for `read_sticks`.
 
     Returns
     -------
@@ -513,7 +460,7 @@ def read_cps3_sticks(
         As `read_cps3_polygons` and `read_sticks`.
     """
     parts = [Part(part.points, part.line) for part in _lines(path)]
-    return sticks_from(path, parts, name, positive, length_unit)
+    return sticks_from(path, parts, request)
 
 
 def _lines(path: Path) -> list[Part]:
@@ -554,31 +501,20 @@ class Part:
     name: str = ""
 
 
-def read_sticks(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> FaultSticks:
+def read_sticks(path: Path, request: Request) -> FaultSticks:
     r"""
     Read fault sticks: each ended by ``999 999 999``, or a table with ``POLY_ID`` or ``STICK_ID``.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Which fault, if the file names several; else the name of the fault. Default: the name in the
-        file, else the file name without suffix.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of z (x and y are metres). Default ``"m"``.
-    columns, decimal
-        Which columns x, y and z are, and the decimal sign, as for points. A fourth column has the
-        number of the stick, a fifth the name of the fault.
+    request : Request
+        `name`: Which fault, if the file names several; else the name of the fault. Default: the
+        name in the file, else the file name without suffix.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of z (x and y are metres). Default ``"m"``.
+        `columns`, `decimal`: Which columns x, y and z are, and the decimal sign, as for points. A
+        fourth column has the number of the stick, a fifth the name of the fault.
 
     Returns
     -------
@@ -597,26 +533,22 @@ def read_sticks(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "F1.pol"
     >>> _ = file.write_text("0 0 1500\n0 50 1600\n999 999 999\n")
-    >>> read_sticks(file, name="F1", positive="down").sticks[0][:, 2]
+    >>> read_sticks(file, Request(name="F1", positive="down")).sticks[0][:, 2]
     array([-1500., -1600.])
     """
-    return sticks_from(path, _parts(path, columns, decimal), name, positive, length_unit)
+    return sticks_from(path, _parts(path, request), request)
 
 
-def read_charisma_sticks(
-    path: Path, *, name: str | None = None, positive: str | None = None,
-    length_unit: str | None = None,
-) -> FaultSticks:  # fmt: skip
+def read_charisma_sticks(path: Path, request: Request) -> FaultSticks:
     """
     Read the sticks of a fault from a Charisma file.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Which fault, if there are several; else the name of the fault.
-    positive, length_unit
-        As for `read_sticks`.
+    request : Request
+        `name`: Which fault, if there are several; else the name of the fault.
+        `positive`, `length_unit`: As for `read_sticks`.
 
     Returns
     -------
@@ -628,20 +560,18 @@ def read_charisma_sticks(
         As `read_sticks`.
     """
     parts = _by_label(path, read_charisma(path))
-    return sticks_from(path, parts, name, positive, length_unit)
+    return sticks_from(path, parts, request)
 
 
-def sticks_from(
-    path: Path, parts: list[Part], name: str | None, positive: str | None, length_unit: str | None
-) -> FaultSticks:
+def sticks_from(path: Path, parts: list[Part], request: Request) -> FaultSticks:
     """Sticks of the one fault that is meant."""
     groups: dict[str, list[Part]] = {}
     for part in parts:
         groups.setdefault(part.name, []).append(part)
-    title, sticks = chosen(path, groups, name, "faults")
-    title = name or title or path.stem
+    title, sticks = chosen(path, groups, request.name, "faults")
+    title = request.name or title or path.stem
     what = f"{path.name}: fault {title!r}"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
+    scale = request.scale(what)
     for i, stick in enumerate(sticks):
         if len(stick.points) < 2:
             raise FormatError(
@@ -652,30 +582,19 @@ def sticks_from(
     return FaultSticks(title, tuple(_elevated(stick.points, scale) for stick in sticks))
 
 
-def read_polylines(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-    name: str | None = None,
-) -> list[np.ndarray]:
+def read_polylines(path: Path, request: Request) -> list[np.ndarray]:
     r"""
     Read polygons or lines: 999-terminated text, or csv with a ``POLY_ID`` column.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive : {"up", "down"}, optional
-        May be left out only where all z are 0 (outlines drawn on a map).
-    length_unit : str, optional
-        Unit of z (x and y are metres). Default ``"m"``.
-    columns, decimal
-        Which columns x, y and z are, and the decimal sign, as for points. A fourth column has the
-        number of the polyline, a fifth its name.
-    name : str, optional
-        Only the lines of this name.
+    request : Request
+        `positive`: May be left out only where all z are 0 (outlines drawn on a map).
+        `length_unit`: Unit of z (x and y are metres). Default ``"m"``.
+        `columns`, `decimal`: Which columns x, y and z are, and the decimal sign, as for points. A
+        fourth column has the number of the polyline, a fifth its name.
+        `name`: Only the lines of this name.
 
     Returns
     -------
@@ -694,39 +613,37 @@ def read_polylines(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "outline.pol"
     >>> _ = file.write_text("0 0 0\n9 0 0\n9 9 0\n999 999 999\n")
-    >>> [len(line) for line in read_polylines(file)]
+    >>> [len(line) for line in read_polylines(file, Request())]
     [3]
     """
-    return polylines_from(path, _parts(path, columns, decimal), positive, length_unit, name)
+    return polylines_from(path, _parts(path, request), request)
 
 
-def polylines_from(
-    path: Path, parts: list[Part], positive: str | None, length_unit: str | None, name: str | None
-) -> list[np.ndarray]:
+def polylines_from(path: Path, parts: list[Part], request: Request) -> list[np.ndarray]:
     """Lines of one name, or all, as elevations."""
     names = list(dict.fromkeys(part.name for part in parts if part.name))
     if names:
         noted("names", ", ".join(names[:12]) + (" ..." if len(names) > 12 else ""))
-    lines = [part.points for part in parts if name in (None, part.name)]
+    lines = [part.points for part in parts if request.name in (None, part.name)]
     if not lines:
         raise InputError(
-            f"{path}: no line is called {name!r}. Names are {', '.join(names[:12]) or 'absent'}; "
-            "leave name= out to read all lines."
+            f"{path}: no line is called {request.name!r}. Names are "
+            f"{', '.join(names[:12]) or 'absent'}; leave name= out to read all lines."
         )
     noted("lines", f"{len(lines)} with {sum(map(len, lines))} points")
 
     # polygons in a plane need no direction: their z is 0
-    if positive is None and not any(line[:, 2].any() for line in lines):
+    if request.positive is None and not any(line[:, 2].any() for line in lines):
         return lines
     what = f"{path.name}: polygons"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
+    scale = request.scale(what)
     return [_elevated(line, scale) for line in lines]
 
 
-def _parts(path: Path, columns: object, decimal: str) -> list[Part]:
+def _parts(path: Path, request: Request) -> list[Part]:
     """Polylines as they stand in the file."""
     # csv has a column of labels; other text has one, or end marks
-    return parts_of(path, read_table(path, columns, decimal, (LABELS, NAMES)))
+    return parts_of(path, read_table(path, request.columns, request.decimal, (LABELS, NAMES)))
 
 
 def parts_of(path: Path, table: Table) -> list[Part]:

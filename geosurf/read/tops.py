@@ -15,6 +15,7 @@ from geosurf.model.expected import listed, path_of
 from geosurf.read._common import (
     COMMA,
     Otherwise,
+    Request,
     agreed_scale,
     agreed_sign,
     is_number,
@@ -193,7 +194,7 @@ def read_tops(
         elevation_sign(positive, f"{path.name}: well tops")
     sign = checked_decimal(decimal)
     if detect(path) == "las":
-        return _of_las(path, positive, length_unit, columns)
+        return _of_las(path, Request(positive=positive, length_unit=length_unit, columns=columns))
     refuse_foreign(path)
     layout = layout_of(path, sign)
     if wells is not None:
@@ -364,9 +365,9 @@ def _dataset(
     return _as_dataset(path, names, np.array(points) * [1.0, 1.0, factor] + 0.0, unused)
 
 
-def _of_las(path: Path, positive: str | None, length_unit: str | None, columns: Any) -> xr.Dataset:
+def _of_las(path: Path, request: Request) -> xr.Dataset:
     """Tops of LAS 3, along the path of the well in the same file."""
-    names, points, unused = tops_of_las(path, positive, length_unit, columns)
+    names, points, unused = tops_of_las(path, request)
     if not names:
         first = f": {unused[0]}" if unused else ""
         raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")

@@ -16,7 +16,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._common import number_text
+from geosurf.read._common import Request, number_text
 from geosurf.read._guard import read_bytes
 from geosurf.read._noted import noted
 from geosurf.read._triangles import surface_from_mesh, triangles_of_cells
@@ -143,25 +143,17 @@ class Cursor:
         return found
 
 
-def read_vtk(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface:
+def read_vtk(path: Path, request: Request) -> TriSurface:
     r"""
     Read a triangulated surface from PolyData in VTK's legacy format.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Default: the file name without suffix.
-    positive : {"up", "down"}, optional
-        Default ``"up"``.
-    length_unit : str, optional
-        Unit of elevations. Default ``"m"``. Easting and northing are metres.
+    request : Request
+        `name`: Default: the file name without suffix.
+        `positive`: Default ``"up"``.
+        `length_unit`: Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
     -------
@@ -182,7 +174,7 @@ def read_vtk(
     >>> head = "# vtk DataFile Version 3.0\nF1\nASCII\nDATASET POLYDATA\n"
     >>> body = "POINTS 3 double\n0 0 0 9 0 0 0 9 9\nPOLYGONS 1 4\n3 0 1 2\n"
     >>> _ = file.write_text(head + body)
-    >>> read_vtk(file)
+    >>> read_vtk(file, Request())
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
     at = Cursor(path, read_bytes(path))
@@ -199,7 +191,7 @@ def read_vtk(
             "Export the surface without undefined points."
         )
     made = surface_from_mesh(
-        path, name or path.stem, found.points, found.triangles, found.data, positive, length_unit
+        path, request.named(path), found.points, found.triangles, found.data, request
     )
     made.crs = found.crs
     return made

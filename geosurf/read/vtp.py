@@ -21,6 +21,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
+from geosurf.read._common import Request
 from geosurf.read._guard import ALLOWANCE, read_bytes, refuse_large
 from geosurf.read._triangles import surface_from_mesh, triangles_of_cells
 
@@ -279,26 +280,18 @@ CORNERS = {5: 3, 9: 4}
 PASSED_OVER = (1, 3, 21)  # vertex, line, line of three points
 
 
-def read_vtp(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface:
+def read_vtp(path: Path, request: Request) -> TriSurface:
     """
     Read a triangulated surface from VTK XML PolyData.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str, optional
-        Default: the field data ``name`` (as `geosurf.write` puts it there), else the
-        file name without suffix.
-    positive : {"up", "down"}, optional
-        Default ``"up"``.
-    length_unit : str, optional
-        Unit of elevations. Default ``"m"``. Easting and northing are metres.
+    request : Request
+        `name`: Default: the field data ``name`` (as `geosurf.write` puts it there), else the file
+        name without suffix.
+        `positive`: Default ``"up"``.
+        `length_unit`: Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
     -------
@@ -314,23 +307,18 @@ def read_vtp(
         If `positive` or `length_unit` is unknown.
     """
     file = open_xml(path, "PolyData")
-    return _surface(file, file.tree.findall("PolyData/Piece"), _polys, name, positive, length_unit)
+    return _surface(file, file.tree.findall("PolyData/Piece"), _polys, request)
 
 
-def read_vtu(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface:
+def read_vtu(path: Path, request: Request) -> TriSurface:
     """
     Read a triangulated surface from a VTK XML UnstructuredGrid.
 
     Parameters
     ----------
-    path, name, positive, length_unit
-        As for `read_vtp`.
+    path : pathlib.Path
+    request : Request
+        `name`, `positive`, `length_unit`: As for `read_vtp`.
 
     Returns
     -------
@@ -346,16 +334,14 @@ def read_vtu(
     """
     file = open_xml(path, "UnstructuredGrid")
     pieces = file.tree.findall("UnstructuredGrid/Piece")
-    return _surface(file, pieces, _cells, name, positive, length_unit)
+    return _surface(file, pieces, _cells, request)
 
 
 def _surface(
     file: XmlFile,
     pieces: list[Element],
     cells_of: Callable[[XmlFile, Element, int], np.ndarray],
-    name: str | None,
-    positive: str | None,
-    length_unit: str | None,
+    request: Request,
 ) -> TriSurface:
     """Join the pieces of a file: points, triangles, point data that all of them have."""
     points, triangles, columns = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], []
@@ -381,12 +367,11 @@ def _surface(
         ) from error
     found = surface_from_mesh(
         file.path,
-        name or file.word("name") or file.path.stem,
+        request.name or file.word("name") or file.path.stem,
         _joined(points),
         _joined(triangles),
         data,
-        positive,
-        length_unit,
+        request,
     )
     found.crs = file.word("crs")
     return found

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.errors import DependencyError, FormatError
+from geosurf.read._common import Request
 from geosurf.read._guard import refuse_beyond_memory
 from geosurf.read._hdf5 import refuse_empty
 from geosurf.read._in_parts import LARGE, chunks_of
@@ -23,21 +24,16 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
 
-def read_zarr_horizon(
-    path: Path,
-    *,
-    name: str,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    variable: str | None = None,
-) -> xr.DataArray:
+def read_zarr_horizon(path: Path, request: Request) -> xr.DataArray:
     """
     Read a horizon from a Zarr store.
 
     Parameters
     ----------
-    path, name, positive, length_unit, variable
-        As for `geosurf.read.netcdf.read_netcdf_horizon`.
+    path : pathlib.Path
+    request : Request
+        `name`, `positive`, `length_unit`, `variable`: As for
+        `geosurf.read.netcdf.read_netcdf_horizon`.
 
     Returns
     -------
@@ -55,10 +51,7 @@ def read_zarr_horizon(
     """
     dataset = _opened(path)
     try:
-        return horizon_of(
-            path, dataset, name=name, positive=positive, length_unit=length_unit,
-            variable=variable,
-        )  # fmt: skip
+        return horizon_of(path, dataset, request)
     except DAMAGE as error:
         if isinstance(error, FormatError):
             raise

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._blocks import TextBlocks
-from geosurf.read._common import agreed_scale, agreed_sign, integer, number
+from geosurf.read._common import Request, integer, number
 from geosurf.read._guard import opened, read_bytes, read_some
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import (
@@ -22,9 +22,7 @@ from geosurf.read.grids.nodes import (
     check_step,
     finished,
     from_corners,
-    nodes_from_grid,
     scale_of,
-    scaled,
     text_values,
 )
 
@@ -46,22 +44,18 @@ N_HEADER = 19  # values of the header of a text file
 HEADER_RECORDS = (">ii6f", ">i3f", ">7i")
 
 
-def read_irap(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_irap(path: Path, request: Request) -> GridNodes:
     r"""
     Read an IRAP grid, classic or binary, whichever the content is.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``, which
-        is what RMS writes.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``, which is
+        what RMS writes.
 
     Returns
     -------
@@ -81,12 +75,11 @@ def read_irap(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.irap"
     >>> header = "-996 2 10 10\n0 10 0 10\n2 0 0 0\n0 0 0 0 0 0 0\n"
     >>> _ = file.write_text(header + "1 2\n3 9999900.0\n")
-    >>> read_irap(file, name="Top", positive="down").values
+    >>> read_irap(file, Request(name="Top", positive="down")).values
     array([[-1., -2.],
            [-3., nan]])
     """
-    what = f"{path.name}: horizon {name!r}"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
+    scale = scale_of(path, request)
 
     # Both kinds share suffixes, so the first bytes decide.
     with opened(path) as (file, _):
@@ -94,8 +87,8 @@ def read_irap(
     header, values = _read_classic(path) if classic else _read_binary(path)
     noted("kind", "IRAP classic (text)" if classic else "IRAP binary (float32)")
     noted("null", f"{UNDEFINED_CLASSIC:g}" if classic else "1e30")
-    noted("order of values", "rows from the origin, each along the rotation")
-    return nodes_from_grid(header, scaled(values, scale), name=name, source=path.name)
+    order = "rows from the origin, each along the rotation"
+    return finished(path, request, header, values, scale, order)
 
 
 def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
@@ -239,21 +232,17 @@ HEAD = re.compile(rb"\s*STORMGRID_(BINARY|ASCII)" + rb"\s+([^\s]+)" * 8 + rb"[ \
 UNDEFINED = -999.0
 
 
-def read_storm(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_storm(path: Path, request: Request) -> GridNodes:
     r"""
     Read a STORM grid, binary or text.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -272,11 +261,11 @@ def read_storm(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.storm"
     >>> _ = file.write_text("STORMGRID_ASCII\n\n2 2 10 20\n0 10 0 20\n1 2\n3 -999\n")
-    >>> read_storm(file, name="Top", positive="up").values
+    >>> read_storm(file, Request(name="Top", positive="up")).values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     data = read_bytes(path)
     match = HEAD.match(data)
     if match is None:
@@ -301,7 +290,7 @@ def read_storm(
     noted("null", f"{UNDEFINED:g}")
     values[values == UNDEFINED] = np.nan
     grid = values.reshape(nrow, ncol)
-    return finished(path, name, header, grid, scale, "rows from the south, each from the west")
+    return finished(path, request, header, grid, scale, "rows from the south, each from the west")
 
 
 # ---- surfer ----------------------------------------
@@ -316,21 +305,17 @@ HEAD_6 = "<4s2h6d"
 HEAD_7 = "<2i8d"
 
 
-def read_surfer(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_surfer(path: Path, request: Request) -> GridNodes:
     r"""
     Read a Surfer grid: version 6, text or binary, or version 7.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -350,11 +335,11 @@ def read_surfer(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.grd"
     >>> _ = file.write_text("DSAA\n2 2\n0 10\n0 20\n1 3\n1 2\n3 1.70141e38\n")
-    >>> read_surfer(file, name="Top", positive="up").values
+    >>> read_surfer(file, Request(name="Top", positive="up")).values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     data = read_bytes(path)
     kinds = {b"DSAA": _text, b"DSBB": _version_6, b"DSRB": _version_7}
     if data[:4] not in kinds:
@@ -367,7 +352,7 @@ def read_surfer(
     noted("null", f"{blank:g} and above")
     values[values >= blank] = np.nan
     grid = values.reshape(header.nrow, header.ncol)
-    return finished(path, name, header, grid, scale, "rows from the south, each from the west")
+    return finished(path, request, header, grid, scale, "rows from the south, each from the west")
 
 
 def _text(path: Path, _: bytes) -> tuple[GridHeader, np.ndarray, float]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.conventions.crs import label
 from geosurf.errors import DependencyError, FormatError, InputError
-from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._common import Request
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, GridNodes, finished
@@ -24,21 +24,17 @@ STRAIGHT = 1e-9  # cosine of the angle between rows and columns that is a right 
 UNITS = ("m", "metre", "meter", "metres", "meters", "ft", "foot", "feet", "km")
 
 
-def read_geotiff(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_geotiff(path: Path, request: Request) -> GridNodes:
     """
     Read a GeoTIFF of one band.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values, if the band does not state it. Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values, if the band does not state it. Default ``"m"``.
 
     Returns
     -------
@@ -85,11 +81,11 @@ def read_geotiff(
             f"{path}: rasterio cannot read it ({' '.join(str(error).split())[:160]}). The GeoTIFF "
             "is damaged or truncated; export it again."
         ) from error
-    what = f"{path.name}: horizon {name!r}"
+    what = f"{path.name}: horizon {request.named(path)!r}"
     stated = unit if unit in UNITS else None
-    scale = agreed_sign(None, positive, what) * agreed_scale(stated, length_unit, "m", what)
+    scale = request.scale(what, unit=stated)
     noted("kind", "nodes are the centres of cells")
-    nodes = finished(path, name, header, values, scale, "rows from the first corner of the file")
+    nodes = finished(path, request, header, values, scale, "rows from the first corner of the file")
     if crs is not None:
         nodes.attrs["crs"] = crs
         noted("crs", label(crs))

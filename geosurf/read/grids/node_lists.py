@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import integer, number, number_text, read_text
+from geosurf.read._common import Request, integer, number, number_text, read_text
 from geosurf.read._guard import refuse_large
 from geosurf.read._noted import noted
 from geosurf.read._table import words_per_line
@@ -43,21 +43,17 @@ def looks_like_ijxyz(head: bytes) -> bool:
     return len(lines) >= FEWEST and all(LINE.match(line) for line in lines)
 
 
-def read_ijxyz(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_ijxyz(path: Path, request: Request) -> GridNodes:
     r"""
     Read a grid of inlines and crosslines.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -78,11 +74,11 @@ def read_ijxyz(
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.dat"
     >>> _ = file.write_text("10 7 0 0 1\n12 7 5 0 2\n10 8 0 9 3\n")
-    >>> top = read_ijxyz(file, name="Top", positive="up")
+    >>> top = read_ijxyz(file, Request(name="Top", positive="up"))
     >>> top.values.tolist(), top.coords["easting"].values.tolist()
     ([[1.0, 2.0], [3.0, nan]], [0.0, 5.0])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     text = read_text(path)
     # most files hold numbers only: looking for words in them takes longer than reading them
     words = bool(text.encode().translate(None, b"0123456789+-.eE \t\n"))
@@ -119,7 +115,7 @@ def read_ijxyz(
     values = np.full(shape, np.nan)
     values[row, column] = np.where(table[:, 4] >= UNDEFINED, np.nan, table[:, 4])
     _note(along, first, shape, steps)
-    return _nodes(places, scale * values + 0.0, (row, column), name, path.name)
+    return _nodes(places, scale * values + 0.0, (row, column), request.named(path), path.name)
 
 
 def _indices(path: Path, numbers: np.ndarray) -> tuple[np.ndarray, list[int]]:
@@ -209,21 +205,17 @@ COMMENT = re.compile(r"^[ \t]*#[^\n]*\n", re.MULTILINE)
 NEEDED = ("x", "y", "z", "column", "row")
 
 
-def read_earthvision(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_earthvision(path: Path, request: Request) -> GridNodes:
     r"""
     Read an EarthVision grid.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -244,11 +236,11 @@ def read_earthvision(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.dat"
     >>> head = "# Type: scattered data\n# Grid_size: 2 x 2\n# Grid_space: 0,10,0,20\n# End:\n"
     >>> _ = file.write_text(head + "0 0 1 1 1\n10 0 2 2 1\n0 20 3 1 2\n")
-    >>> read_earthvision(file, name="Top", positive="up").values
+    >>> read_earthvision(file, Request(name="Top", positive="up")).values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     text = read_text(path)
     header = _geometry(path, text)
     refuse_large(path, 24 * header.ncol * header.nrow, len(text), f"{header.ncol} x {header.nrow}")
@@ -266,7 +258,7 @@ def read_earthvision(
     grid = _placed(path, header, (column, row), (x, y), z)
     noted("columns", f"x, y, z, column, row are columns {[k + 1 for k in places]}")
     noted("null", "absent lines, 1e20 and above")
-    return finished(path, name, header, grid, scale, "by the column and row of each line")
+    return finished(path, request, header, grid, scale, "by the column and row of each line")
 
 
 def _geometry(path: Path, text: str) -> GridHeader:

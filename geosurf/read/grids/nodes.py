@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._blocks import TextBlocks
-from geosurf.read._common import agreed_scale, agreed_sign, block_numbers, piece_numbers
+from geosurf.read._common import Request, block_numbers, piece_numbers
 from geosurf.read._noted import noted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -23,10 +23,10 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 # What readers of gridded formats share: values in bulk, counts, headers of keys, the result.
 
 
-def scale_of(path: Path, name: str, positive: str | None, length_unit: str | None) -> float:
+def scale_of(path: Path, request: Request) -> float:
     """Metres of elevation per unit of a file that states neither direction nor unit."""
-    what = f"{path.name}: horizon {name!r}"
-    return agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
+    what = f"{path.name}: horizon {request.named(path)!r}"
+    return request.scale(what)
 
 
 def text_values(
@@ -112,11 +112,13 @@ def from_corners(
 
 
 def finished(
-    path: Path, name: str, header: GridHeader, values: np.ndarray, scale: float, order: str
+    path: Path, request: Request, header: GridHeader, values: np.ndarray, scale: float, order: str
 ) -> GridNodes:
     """Nodes of values (nrow, ncol), rows from the origin on; their order and rotation are noted."""
     noted("order of values", order)
-    return nodes_from_grid(header, scaled(values, scale), name=name, source=path.name)
+    return nodes_from_grid(
+        header, scaled(values, scale), name=request.named(path), source=path.name
+    )
 
 
 def scaled(values: np.ndarray, scale: float) -> np.ndarray:

@@ -11,8 +11,7 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.read._blocks import TextBlocks
 from geosurf.read._common import (
-    agreed_scale,
-    agreed_sign,
+    Request,
     block_numbers,
     integer,
     is_number,
@@ -29,9 +28,7 @@ from geosurf.read.grids.nodes import (
     check_step,
     finished,
     from_corners,
-    nodes_from_grid,
     scale_of,
-    scaled,
     text_values,
 )
 
@@ -47,21 +44,17 @@ LINE = re.compile(r"[ \t]*([A-Za-z_]+)[ \t]+(\S+)[ \t]*\n")
 ESRI_NULL = "-9999"  # where the header states none
 
 
-def read_esri(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_esri(path: Path, request: Request) -> GridNodes:
     r"""
     Read an ESRI grid in text.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -81,11 +74,11 @@ def read_esri(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.asc"
     >>> head = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n"
     >>> _ = file.write_text(head + "1 2\n3 -9999\n")
-    >>> top = read_esri(file, name="Top", positive="up")
+    >>> top = read_esri(file, Request(name="Top", positive="up"))
     >>> top.values.tolist(), top.coords["easting"].values.tolist()
     ([[3.0, nan], [1.0, 2.0]], [5.0, 15.0])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     blocks = TextBlocks(path)
 
     # keys come in any case and order; values begin at the first line that is no key
@@ -126,7 +119,7 @@ def read_esri(
     values = text_values(blocks, header)
     values[values == number(null, path, i, "NODATA_value")] = np.nan
     grid = values.reshape(nrow, ncol)[::-1]
-    nodes = finished(path, name, header, grid, scale, "rows from the north, each from the west")
+    nodes = finished(path, request, header, grid, scale, "rows from the north, each from the west")
     if (crs := crs_of_prj(path)) is not None:
         nodes.attrs["crs"] = crs
     return nodes
@@ -147,21 +140,18 @@ SENSES = {1: 1, -2: -1}  # rows from the south, from the north
 Keys = dict[str, tuple[int, str]]
 
 
-def read_gxf(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_gxf(path: Path, request: Request) -> GridNodes:
     r"""
     Read a GXF grid.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only). Default ``"m"``. ``#UNIT_LENGTH`` is that of x and y.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only). Default ``"m"``. ``#UNIT_LENGTH`` is that of x
+        and y.
 
     Returns
     -------
@@ -182,11 +172,11 @@ def read_gxf(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.gxf"
     >>> head = "#POINTS\n2\n#ROWS\n2\n#PTSEPARATION\n10\n#RWSEPARATION\n20\n#DUMMY\n-99\n"
     >>> _ = file.write_text(head + "#GRID\n1 2\n3 -99\n")
-    >>> read_gxf(file, name="Top", positive="up").values
+    >>> read_gxf(file, Request(name="Top", positive="up")).values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     blocks = TextBlocks(path)
     start = GRID.search(blocks.head)
     if start is None:
@@ -221,7 +211,7 @@ def read_gxf(
     rows = SENSES[int(sense)]
     order = f"rows from the {'south' if rows > 0 else 'north'}, each from the west"
     grid = values.reshape(header.nrow, header.ncol)[::rows]
-    return finished(path, name, header, grid, scale, order)
+    return finished(path, request, header, grid, scale, order)
 
 
 def _keys(head: str) -> Keys:
@@ -293,21 +283,17 @@ HUGE = 1e20  # null values of a header are larger, other numbers of its line sma
 Lines = dict[str, tuple[int, list[str]]]
 
 
-def read_cps3(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_cps3(path: Path, request: Request) -> GridNodes:
     r"""
     Read a CPS-3 grid in text.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -328,11 +314,11 @@ def read_cps3(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.cps3"
     >>> head = "FSASCI 0 1 COMPUTED 0 1.0E30 0\nFSLIMI 0 10 0 20 1 6\nFSNROW 2 2\nFSXINC 10 20\n"
     >>> _ = file.write_text(head + "-> MODEL\n1 2\n3 1.0E30\n")
-    >>> read_cps3(file, name="Top", positive="up").values
+    >>> read_cps3(file, Request(name="Top", positive="up")).values
     array([[ 2., nan],
            [ 1.,  3.]])
     """
-    scale = scale_of(path, name, positive, length_unit)
+    scale = scale_of(path, request)
     blocks = TextBlocks(path)
     lines, start = _cps3_header(path, blocks.head)
 
@@ -359,7 +345,9 @@ def read_cps3(
     ends.refuse_rows(path)
     values[values == null] = np.nan
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
-    return finished(path, name, header, grid, scale, "columns from the west, each from the north")
+    return finished(
+        path, request, header, grid, scale, "columns from the west, each from the north"
+    )
 
 
 class _LineEnds:
@@ -445,21 +433,17 @@ SYSTEM = re.compile(r"^![ \t]*CRS:[ \t]*(\S[^\n]*\S)[ \t]*$", re.MULTILINE)  # a
 PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
 
 
-def read_zmap(
-    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
-) -> GridNodes:
+def read_zmap(path: Path, request: Request) -> GridNodes:
     r"""
     Read a ZMAP+ grid.
 
     Parameters
     ----------
     path : pathlib.Path
-    name : str
-        Name of the horizon.
-    positive : {"up", "down"}
-        The format does not state it, so this argument is required.
-    length_unit : str, optional
-        Unit of the values (z only; x and y are metres). Default ``"m"``.
+    request : Request
+        `name`: Name of the horizon.
+        `positive`: The format does not state it, so this argument is required.
+        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
     -------
@@ -479,12 +463,11 @@ def read_zmap(
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.zmap"
     >>> _ = file.write_text("@top, GRID, 2\n 8, -99, , 1, 1\n"
     ...     " 2, 2, 0, 10, 0, 10\n 0, 0, 0\n@\n 1.0 2.0\n 3.0 -99\n")
-    >>> read_zmap(file, name="Top", positive="up").values
+    >>> read_zmap(file, Request(name="Top", positive="up")).values
     array([[ 2., nan],
            [ 1.,  3.]])
     """
-    what = f"{path.name}: horizon {name!r}"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
+    scale = scale_of(path, request)
     blocks = TextBlocks(path)
 
     # The header lies between two lines that begin with @.
@@ -518,10 +501,10 @@ def read_zmap(
             "value has a decimal point. Export the file with decimal points."
         )
     noted("null", " or ".join(sorted(nulls)) or "none stated")
-    noted("order of values", "columns from the west, each from the north")
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
-    nodes = nodes_from_grid(header, scaled(grid, scale), name=name, source=path.name)
+    order = "columns from the west, each from the north"
+    nodes = finished(path, request, header, grid, scale, order)
     if system is not None:
         nodes.attrs["crs"] = system[1]
     return nodes

@@ -18,7 +18,7 @@ import numpy as np
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
-from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._common import Request
 from geosurf.read._noted import noted
 from geosurf.read.resqml.package import Package, every, find, kind, places_along, values_of
 
@@ -45,13 +45,7 @@ DEPTH = 8  # grids that take their nodes from another one
 COPIES = 4  # of the coordinates of a grid that are there at a time
 
 
-def world(
-    package: Package,
-    geometry: Element,
-    points: np.ndarray,
-    positive: str | None,
-    length_unit: str | None,
-) -> np.ndarray:
+def world(package: Package, geometry: Element, points: np.ndarray, request: Request) -> np.ndarray:
     """
     Return points (..., 3) as easting, northing, elevation [m].
 
@@ -61,8 +55,8 @@ def world(
     geometry : Element
         The ``PointGeometry`` that names the local system.
     points : ndarray of float64, shape (..., 3)
-    positive, length_unit : str or None
-        What a caller states: it has to agree with the file.
+    request : Request
+        `positive`, `length_unit`: What a caller states: it has to agree with the file.
 
     Raises
     ------
@@ -79,9 +73,9 @@ def world(
         )
     what = f"{package.path.name}: z"
     down = package.text(system, "ZIncreasingDownward").lower() in ("true", "1")
-    sign = agreed_sign("down" if down else "up", positive, what)
-    scale = agreed_scale(_unit(package, system, "VerticalUom"), length_unit, None, what)
-    level = sign * scale
+    unit = _unit(package, system, "VerticalUom")
+    positive = "down" if down else "up"
+    level = request.scale(what, positive=positive, unit=unit, default=None)
     z = level * (points[..., 2] + package.number(system, "ZOffset")) + 0.0
     x, y = _in_the_map(package, system, points)
     return np.stack([x, y, z], axis=-1)
@@ -251,14 +245,6 @@ class Representation:
     node: Element
 
 
-@dataclass(frozen=True)
-class Words:
-    """What a caller states about z."""
-
-    positive: str | None
-    length_unit: str | None
-
-
 def representations(package: Package) -> list[Representation]:
     """Return the objects of a package that geosurf reads, in the order of the file."""
     found = []
@@ -288,28 +274,30 @@ def _role(node: Element) -> str:
     return ROLES.get(word.strip(), "")
 
 
-def grid_of(package: Package, one: Representation, words: Words) -> tuple[np.ndarray, str | None]:
+def grid_of(
+    package: Package, one: Representation, request: Request
+) -> tuple[np.ndarray, str | None]:
     """Nodes (n_row, n_column, 3) in metres, and their reference system."""
     points, geometry = grid_points(package, one.node)
     if np.isinf(points).any() or not np.isfinite(points[..., :2]).all():
         raise package.damaged(f"{one.title!r} has nodes without a place")
-    return _placed(package, geometry, points, words)
+    return _placed(package, geometry, points, request)
 
 
 def _placed(
-    package: Package, geometry: Element, points: np.ndarray, words: Words
+    package: Package, geometry: Element, points: np.ndarray, request: Request
 ) -> tuple[np.ndarray, str | None]:
     crs = crs_of(package, geometry)
     if crs is not None:
         noted("crs", crs)
-    return world(package, geometry, points, words.positive, words.length_unit), crs
+    return world(package, geometry, points, request), crs
 
 
 def patches_of(
     package: Package,
     node: Element,
     name: str,
-    words: Words,
+    request: Request,
     counted: Callable[..., int] | None = None,
 ) -> tuple[np.ndarray, str | None]:
     """Points (n, 3) of all patches of an object, in metres."""
@@ -321,7 +309,7 @@ def patches_of(
         points = points_of(package, package.need(geometry, "Points"), (n,))
         if not np.isfinite(points).all():
             raise package.damaged(f"a point of a {kind(node)} is not finite")
-        placed, crs = _placed(package, geometry, points, words)
+        placed, crs = _placed(package, geometry, points, request)
         parts.append(placed)
         systems[crs] = None
     if len(systems) != 1:
@@ -329,14 +317,14 @@ def patches_of(
     return np.concatenate(parts), next(iter(systems))
 
 
-def mesh_of(package: Package, one: Representation, words: Words, role: Any) -> TriSurface:
+def mesh_of(package: Package, one: Representation, request: Request, role: Any) -> TriSurface:
     """Triangles of all patches."""
     patches = every(one.node, "TrianglePatch")
 
     def nodes_in(patch: Element) -> int:
         return package.count(patch, "NodeCount")
 
-    points, crs = patches_of(package, one.node, "TrianglePatch", words, nodes_in)
+    points, crs = patches_of(package, one.node, "TrianglePatch", request, nodes_in)
     triangles, start = [], 0
     for patch in patches:
         listed = values_of(package, package.need(patch, "Triangles"))
@@ -378,18 +366,18 @@ def _shift(
 
 
 def lines_of(
-    package: Package, one: Representation, words: Words
+    package: Package, one: Representation, request: Request
 ) -> tuple[list[np.ndarray], str | None]:
     """Lines (n, 3) of a polyline or a set of them; closed ones repeat their first point."""
     if one.kind == LINES[0]:
-        points, crs = patches_of(package, one.node, "NodePatch", words)
+        points, crs = patches_of(package, one.node, "NodePatch", request)
         closed = package.text(one.node, "IsClosed").lower() in ("true", "1")
         return [_ring(points, closed)], crs
     lines: list[np.ndarray] = []
     crs = None
     counts = [_counts(package, patch) for patch in every(one.node, "LinePatch")]
     sizes = iter([int(count.sum()) for count in counts])
-    points, crs = patches_of(package, one.node, "LinePatch", words, lambda _: next(sizes))
+    points, crs = patches_of(package, one.node, "LinePatch", request, lambda _: next(sizes))
     at = 0
     for patch, count in zip(every(one.node, "LinePatch"), counts, strict=True):
         rings = np.broadcast_to(
@@ -413,12 +401,12 @@ def _ring(points: np.ndarray, closed: bool) -> np.ndarray:
     return np.concatenate([points, points[:1]]) if closed else points
 
 
-def places_of(package: Package, one: Representation, words: Words) -> np.ndarray:
+def places_of(package: Package, one: Representation, request: Request) -> np.ndarray:
     """All points of any object."""
     if one.kind == GRID:
-        return grid_of(package, one, words)[0]
+        return grid_of(package, one, request)[0]
     if one.kind == MESH:
-        return mesh_of(package, one, words, "surface").vertices
+        return mesh_of(package, one, request, "surface").vertices
     if one.kind == POINTS:
-        return patches_of(package, one.node, "NodePatch", words)[0]
-    return np.concatenate(lines_of(package, one, words)[0])
+        return patches_of(package, one.node, "NodePatch", request)[0]
+    return np.concatenate(lines_of(package, one, request)[0])

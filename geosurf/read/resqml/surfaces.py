@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +12,7 @@ import numpy as np
 from geosurf.errors import FormatError, InputError, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
+from geosurf.read._common import Request
 from geosurf.read._noted import chosen, noted
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
 from geosurf.read.grids.nodes import GridNodes, nodes_from_places
@@ -24,7 +24,6 @@ from geosurf.read.resqml.representations import (
     MESH,
     POINTS,
     Representation,
-    Words,
     grid_of,
     holds_units,
     lines_of,
@@ -39,13 +38,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
 
-def read_resqml_horizon(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> GridNodes | TriSurface:
+def read_resqml_horizon(path: Path, request: Request) -> GridNodes | TriSurface:
     """
     Read a horizon: a grid, or triangles.
 
@@ -53,10 +46,9 @@ def read_resqml_horizon(
     ----------
     path : pathlib.Path
         The ``.epc``; the ``.h5`` lies next to it.
-    name : str, optional
-        Which object, if there are several; those of faults are not counted.
-    positive, length_unit : optional
-        Only to confirm what the file states.
+    request : Request
+        `name`: Which object, if there are several; those of faults are not counted.
+        `positive`, `length_unit`: Only to confirm what the file states.
 
     Returns
     -------
@@ -73,28 +65,23 @@ def read_resqml_horizon(
         If h5py is not installed.
     """
     with open_package(path) as package:
-        one = _one(package, name, (GRID, MESH), "horizon")
-        words = Words(positive, length_unit)
+        one = _one(package, request.name, (GRID, MESH), "horizon")
         if one.kind == MESH:
-            return mesh_of(package, one, words, "horizon")
-        nodes, crs = grid_of(package, one, words)
+            return mesh_of(package, one, request, "horizon")
+        nodes, crs = grid_of(package, one, request)
         return nodes_from_places(nodes, name=one.title, source=path.name, crs=crs)
 
 
-def read_resqml_fault(
-    path: Path,
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> TriSurface | FaultSticks | xr.Dataset:
+def read_resqml_fault(path: Path, request: Request) -> TriSurface | FaultSticks | xr.Dataset:
     """
     Read a fault: triangles, sticks, or a parametric grid.
 
     Parameters
     ----------
-    path, name, positive, length_unit
-        As for `read_resqml_horizon`; objects of horizons are not counted.
+    path : pathlib.Path
+    request : Request
+        `name`, `positive`, `length_unit`: As for `read_resqml_horizon`; objects of horizons are not
+        counted.
 
     Returns
     -------
@@ -106,14 +93,13 @@ def read_resqml_fault(
         As `read_resqml_horizon`.
     """
     with open_package(path) as package:
-        one = _one(package, name, (GRID, MESH, *LINES), "fault")
-        words = Words(positive, length_unit)
+        one = _one(package, request.name, (GRID, MESH, *LINES), "fault")
         if one.kind == MESH:
-            return mesh_of(package, one, words, "fault")
+            return mesh_of(package, one, request, "fault")
         if one.kind == GRID:
-            nodes, crs = grid_of(package, one, words)
+            nodes, crs = grid_of(package, one, request)
             return fault_dataset(nodes, one.title, path.name, crs)
-        lines, crs = lines_of(package, one, words)
+        lines, crs = lines_of(package, one, request)
         try:
             sticks = FaultSticks(one.title, tuple(lines))
         except SurfaceError as error:
@@ -121,23 +107,16 @@ def read_resqml_fault(
         return in_crs_of(sticks, [SimpleNamespace(crs=crs)])
 
 
-def read_resqml_points(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-) -> xr.Dataset:
+def read_resqml_points(path: Path, request: Request) -> xr.Dataset:
     """
     Read the points of the only point set.
 
     Parameters
     ----------
-    path, positive, length_unit
-        As for `read_resqml_horizon`.
-    columns, decimal
-        Of tables of text only.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`: As for `read_resqml_horizon`.
+        `columns`, `decimal`: Of tables of text only.
 
     Returns
     -------
@@ -149,7 +128,7 @@ def read_resqml_points(
     FormatError, InputError, DependencyError
         As `read_resqml_horizon`; if there are several sets, or `columns` is given.
     """
-    refuse_columns(path, "RESQML", columns, decimal)
+    refuse_columns(path, "RESQML", request)
     with open_package(path) as package:
         sets = _of_kinds(package, (POINTS,), "sets of points")
         noted("names", ", ".join(one.title for one in sets))
@@ -159,31 +138,21 @@ def read_resqml_points(
                 f"{', '.join(one.title for one in sets)}. Export them one by one: together they "
                 "would be one horizon."
             )
-        words = Words(positive, length_unit)
-        points, crs = patches_of(package, sets[0].node, "NodePatch", words)
+        points, crs = patches_of(package, sets[0].node, "NodePatch", request)
     return points_dataset(points, path.name, crs)
 
 
-def read_resqml_polygons(
-    path: Path,
-    *,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    columns: Sequence[str] | Sequence[int] | None = None,
-    decimal: str = ".",
-    name: str | None = None,
-) -> list[np.ndarray]:
+def read_resqml_polygons(path: Path, request: Request) -> list[np.ndarray]:
     """
     Read the lines of all polylines.
 
     Parameters
     ----------
-    path, positive, length_unit
-        As for `read_resqml_horizon`.
-    columns, decimal
-        Of tables of text only.
-    name : str, optional
-        Only the lines of the object of this name.
+    path : pathlib.Path
+    request : Request
+        `positive`, `length_unit`: As for `read_resqml_horizon`.
+        `columns`, `decimal`: Of tables of text only.
+        `name`: Only the lines of the object of this name.
 
     Returns
     -------
@@ -195,14 +164,13 @@ def read_resqml_polygons(
     FormatError, InputError, DependencyError
         As `read_resqml_horizon`, and if `columns` is given.
     """
-    refuse_columns(path, "RESQML", columns, decimal)
+    refuse_columns(path, "RESQML", request)
     with open_package(path) as package:
         sets = _of_kinds(package, LINES, "polylines")
-        if name is not None:
+        if request.name is not None:
             groups = {one.title: [one] for one in sets}
-            sets = chosen(path, groups, name, "polylines")[1]
-        words = Words(positive, length_unit)
-        return [line for one in sets for line in lines_of(package, one, words)[0]]
+            sets = chosen(path, groups, request.name, "polylines")[1]
+        return [line for one in sets for line in lines_of(package, one, request)[0]]
 
 
 def surfaces_of(path: Path) -> list[Representation]:
@@ -238,15 +206,15 @@ def function_of(path: Path, name: str | None, sealed: bool) -> str:
 
 def all_points(path: Path) -> list[np.ndarray]:
     """Return the points (n, 3) of all objects, for `geosurf.info`."""
-    words = Words(None, None)
+    request = Request()
     with open_package(path) as package:
         wells = trajectories(package)
         held = representations(package) if wells else _of_kinds(package, KINDS, "surfaces")
         if held:
             named = [f"{one.title} ({one.role})" if one.role else one.title for one in held]
             noted("names", ", ".join(named))
-        places = [places_of(package, one, words).reshape(-1, 3) for one in held]
-        paths = paths_of(package, words.positive, words.length_unit)[0] if wells else {}
+        places = [places_of(package, one, request).reshape(-1, 3) for one in held]
+        paths = paths_of(package, request)[0] if wells else {}
         return [*places, *(points for points, _ in paths.values())]
 
 

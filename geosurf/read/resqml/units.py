@@ -13,13 +13,13 @@ from xml.etree.ElementTree import Element
 
 from geosurf.errors import FormatError
 from geosurf.model import ROLES, TriSurface
+from geosurf.read._common import Request
 from geosurf.read.model3d import welded
 from geosurf.read.resqml.package import Package, every, find, kind, open_package, values_of
 from geosurf.read.resqml.representations import (
     FRAMEWORK,
     MESH,
     Representation,
-    Words,
     mesh_of,
     representations,
 )
@@ -29,15 +29,15 @@ from geosurf.read.sealed_model import SealedModel, labels_of
 Listed = tuple[TriSurface, str, str, dict[int, int]]
 
 
-def resqml_model(path: Path, positive: str | None, length_unit: str | None) -> SealedModel:
+def resqml_model(path: Path, request: Request) -> SealedModel:
     """
     Read the sealed volume framework of a package.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive, length_unit : str or None
-        What a caller states: it has to agree with the file.
+    request : Request
+        `positive`, `length_unit`: What a caller states: it has to agree with the file.
 
     Raises
     ------
@@ -50,9 +50,8 @@ def resqml_model(path: Path, positive: str | None, length_unit: str | None) -> S
     """
     with open_package(path) as package:
         framework = _framework(package)
-        words = Words(positive, length_unit)
         counts: list[int] = []
-        surfaces = [_surface(package, one, words, counts) for one in _meshes(package, framework)]
+        surfaces = [_surface(package, one, request, counts) for one in _meshes(package, framework)]
         regions = _regions(package, framework, [one[3] for one in surfaces])
         own = _metadata(package, framework, "unit")
         box = _metadata(package, framework, "model")
@@ -101,7 +100,7 @@ def _meshes(package: Package, framework: Element) -> list[Representation]:
     return found
 
 
-def _surface(package: Package, one: Representation, words: Words, counts: list[int]) -> Listed:
+def _surface(package: Package, one: Representation, request: Request, counts: list[int]) -> Listed:
     """A surface, its name and role, and the number of each of its patches; counts grow."""
     own = _metadata(package, one.node, "surface")
     name, role = own[0] if own and _are_words(own[0]) else (one.title, one.role or "surface")
@@ -109,7 +108,7 @@ def _surface(package: Package, one: Representation, words: Words, counts: list[i
     for patch in every(one.node, "TrianglePatch"):
         part_of_patch[package.count(patch, "PatchIndex")] = len(counts) + 1
         counts.append(values_of(package, package.need(patch, "Triangles")).size // 3)
-    return mesh_of(package, one, words, role), name, role, part_of_patch
+    return mesh_of(package, one, request, role), name, role, part_of_patch
 
 
 def _are_words(value: Any) -> bool:

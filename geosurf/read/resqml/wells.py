@@ -13,6 +13,7 @@ import numpy as np
 
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError
+from geosurf.read._common import Request
 from geosurf.read._noted import noted
 from geosurf.read.resqml.package import Package, find, kind, open_package, values_of
 from geosurf.read.resqml.representations import SPELLINGS, crs_of, points_of, world
@@ -23,17 +24,15 @@ EXPLICIT = "ParametricLineGeometry"
 Path3 = tuple[np.ndarray, np.ndarray | None]  # points (n, 3) and measured depths (n,)
 
 
-def wells_of_resqml(
-    path: Path, positive: str | None, length_unit: str | None
-) -> tuple[dict[str, Path3], str | None]:
+def wells_of_resqml(path: Path, request: Request) -> tuple[dict[str, Path3], str | None]:
     """
     Return the paths of all wells of a package, and their reference system.
 
     Parameters
     ----------
     path : pathlib.Path
-    positive, length_unit : optional
-        Only to confirm what the file states of z.
+    request : Request
+        `positive`, `length_unit`: Only to confirm what the file states of z.
 
     Returns
     -------
@@ -54,18 +53,16 @@ def wells_of_resqml(
                 f"{path}: the package has no trajectory of a well; its representations are "
                 f"{kinds_in(package)}. Export the trajectories of the wells, too."
             )
-        return paths_of(package, positive, length_unit)
+        return paths_of(package, request)
 
 
-def paths_of(
-    package: Package, positive: str | None, length_unit: str | None
-) -> tuple[dict[str, Path3], str | None]:
+def paths_of(package: Package, request: Request) -> tuple[dict[str, Path3], str | None]:
     """Return the paths of the wells of an open package; there is at least one."""
     wells: dict[str, Path3] = {}
     systems: dict[str | None, None] = {}
     for name, node in trajectories(package).items():
         geometry = _geometry(package, name, node)
-        wells[name] = _path(package, name, node, geometry, positive, length_unit)
+        wells[name] = _path(package, name, node, geometry, request)
         systems[crs_of(package, geometry)] = None
     if len(systems) > 1:
         raise package.damaged(
@@ -124,14 +121,7 @@ def _geometry(package: Package, name: str, node: Element) -> Element:
     return found
 
 
-def _path(
-    package: Package,
-    name: str,
-    node: Element,
-    geometry: Element,
-    positive: str | None,
-    length_unit: str | None,
-) -> Path3:
+def _path(package: Package, name: str, node: Element, geometry: Element, request: Request) -> Path3:
     """Control points and measured depths of one well, checked."""
     n = package.count(geometry, "KnotCount")
     points = points_of(package, package.need(geometry, "ControlPoints"), (n,))
@@ -142,7 +132,7 @@ def _path(
             f"{package.path}: well {name!r} has its {n} control points in one place; a path needs "
             "two different ones. Complete it, or leave the well out."
         )
-    places = world(package, geometry, points, positive, length_unit)
+    places = world(package, geometry, points, request)
     listed = find(geometry, "ControlPointParameters")
     if listed is None:
         return places, None

@@ -12,7 +12,7 @@ import numpy as np
 from geosurf.conventions import counted, elevation_sign, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
-from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._common import Request, agreed_scale, agreed_sign
 from geosurf.read._detect import detect, refuse_foreign
 from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset, refuse_columns
@@ -260,12 +260,16 @@ def read_wells(
     given = checked_columns(columns)
     known = heads_of(heads, sign)
     if detect(path) == "las":
-        found = path_of_las(path, positive, length_unit, three_names(given))
+        found = path_of_las(
+            path, Request(positive=positive, length_unit=length_unit, columns=three_names(given))
+        )
         return _dataset(path, {found.well: (found.points, found.md)}, None)
 
     if detect(path) == "resqml":
-        refuse_columns(path, "RESQML", columns, decimal)
-        return _dataset(path, *wells_of_resqml(path, positive, length_unit))
+        refuse_columns(path, "RESQML", Request(columns=columns, decimal=decimal))
+        return _dataset(
+            path, *wells_of_resqml(path, Request(positive=positive, length_unit=length_unit))
+        )
 
     refuse_foreign(path)
     trace = trace_of(path, sign, any(isinstance(word, int) for word in given.values()))
@@ -276,7 +280,7 @@ def read_wells(
     }
     rows = rows_of_wells(path, trace, places)
     if all(key in places for key in PLACES):
-        _to_metres(path, trace, places, values, positive, length_unit)
+        _to_metres(path, trace, places, values, Request(positive=positive, length_unit=length_unit))
         noted("wells", f"{len(rows)}, by positions ({trace.kind})")
         return _dataset(path, _by_positions(path, trace, rows, values), trace.crs)
     unit = _unit(trace, places["md"])
@@ -297,19 +301,18 @@ def _to_metres(
     trace: Trace,
     places: dict[str, int],
     values: dict[str, np.ndarray],
-    positive: str | None,
-    length_unit: str | None,
+    request: Request,
 ) -> None:
     """Turn positions and measured depths into metres, z into elevation."""
     what = f"{path.name}: wells"
     stated = trace.positive or _sign_of_petrel(path, trace, values["z"])
-    scale = agreed_scale(_unit(trace, places["z"]), length_unit, "m", what)
-    values["z"] = values["z"] * (scale * agreed_sign(stated, positive, what)) + 0.0
+    scale = agreed_scale(_unit(trace, places["z"]), request.length_unit, "m", what)
+    values["z"] = values["z"] * (scale * agreed_sign(stated, request.positive, what)) + 0.0
     for key in ("x", "y"):
         unit = unit_in_name(trace.header[places[key]]) if trace.header else None
         values[key] *= metres_per_unit(unit or (trace.units or {}).get("xy") or "m", what)
     if "md" in places:
-        values["md"] *= agreed_scale(_unit(trace, places["md"]), length_unit, "m", what)
+        values["md"] *= agreed_scale(_unit(trace, places["md"]), request.length_unit, "m", what)
 
 
 def _sign_of_petrel(path: Path, trace: Trace, z: np.ndarray) -> str | None:
