@@ -58,7 +58,7 @@ MUTANTS = (
     Mutant("measure", "(upper.zone, upper.block) == (lower.zone, lower.block)", "upper.zone == lower.zone", "tests/measure"),
     # ---- arrangement, curves, rebuilt surfaces
     Mutant("rebuild", "if len(thin) == 0 and len(near) == 0:", "if len(thin) == 0:", "tests/rebuild"),
-    Mutant("arrangement", "if one is not None and one.slip == slip:", "if one is not None:", "tests/arrangement tests/scene"),
+    Mutant("arrangement", "for j in range(i, n) if i < j or own[i]]", "for j in range(i, n) if i < j]", "tests/arrangement tests/intersect tests/scene"),
     Mutant("intersect", "(n_corners(contacts.rows) >= 3)", "(n_corners(contacts.rows) > 3)", "tests/intersect"),
     # ---- faults
     Mutant("faults", 'return 1 if keep == "+" else -1', 'return -1 if keep == "+" else 1', "tests/faults"),
@@ -68,7 +68,7 @@ MUTANTS = (
     Mutant("ensemble", 'n = int((self.group["status"][:] == 1).sum())', 'n = int((self.group["status"][:] != 0).sum())', "tests/ensemble/test_failed_realisations.py"),
     Mutant("ensemble", "variance = (total[1] - n * mean * mean) / max(n - 1, 1)", "variance = (total[1] - n * mean * mean) / max(n, 1)", "tests/ensemble"),
     Mutant("ensemble", "rows = np.flatnonzero(result.status.values == 1)", "rows = np.flatnonzero(result.status.values >= 0)", "tests/ensemble"),
-    Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble"),
+    Mutant("ensemble", "values = result[AREA].values[result.status.values == 1]", "values = result[AREA].values", "tests/ensemble/test_failed_realisations.py"),
     Mutant("ensemble", "made[..., 2] = middle[2] - sine * flat + cosine * high", "made[..., 2] = middle[2] + sine * flat + cosine * high", "tests/ensemble"),
     Mutant("ensemble", "return float(old) + level", "return float(old) - level", "tests/ensemble"),
     Mutant("ensemble", "return throw * factor", "return throw", "tests/ensemble"),

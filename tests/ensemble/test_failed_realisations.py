@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.ensemble import DepthShift
 from geosurf.errors import GeometryError
-from tests.ensemble.worlds import AREA, layer_cake
+from tests.ensemble.worlds import AREA, fault, layer_cake
 
 N = 23  # more than two regions
 
@@ -19,7 +19,7 @@ def sometimes(stream):
     if number < 0.35:
         raise GeometryError("it cannot be built.")
     shift = DepthShift("Top", 100.0 * number)
-    return gs.ensemble.realize(layer_cake(), 0, uncertain=[shift])
+    return gs.ensemble.realize(layer_cake(faults={"F1": fault()}), 0, uncertain=[shift])
 
 
 @pytest.fixture(scope="module")
@@ -49,3 +49,14 @@ def test_quantiles_and_convergence_leave_failures_out(result):
     found = gs.ensemble.quantiles(result, by="zone").sel(zone="Top/Base")
     for name, share in (("P90", 0.1), ("P50", 0.5), ("P10", 0.9)):
         assert float(found[name]) == pytest.approx(np.quantile(kept, share), rel=1e-12)
+
+
+def test_juxtaposition_leaves_failures_out(result):
+    """Both walls are alike: each zone faces itself in every model that was built."""
+    built = result.status.values == 1
+    found = gs.ensemble.juxtaposition(result)
+    same = found.hanging_zone.values == found.foot_zone.values
+    assert same.any()
+    np.testing.assert_array_equal(found.probability.values[same], 1.0)
+    areas = result.juxtaposed_area.values[built].mean(axis=0)
+    np.testing.assert_allclose(found["mean"].values, areas, rtol=1e-12)
