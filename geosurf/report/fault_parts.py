@@ -46,7 +46,7 @@ def fault_parts(
     for name in dict.fromkeys([*scene.fault_names, *scene.faults_inside, *sorted(changed)]):
         if name not in inside | changed and name not in pictures:
             continue
-        across = [fault_tables.measured(scene, "juxtaposition", name)] if name in inside else []
+        across = [scene.juxtaposition(name)] if name in inside else []
         parts = [
             page.html_pictures(pictures.get(name, {})),
             _part("Juxtaposition", _rows(fault_tables.juxtaposition_table(across), name, 0)),

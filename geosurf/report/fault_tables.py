@@ -36,12 +36,6 @@ def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Tabl
     return Table(head, tuple(extended), n_label=4), Table(cut, tuple(truncated), n_label=3)
 
 
-def measured(scene: Any, measure: str, name: str) -> Any:
-    """Return a measure as a scene has it, without xarray; other models have the public one only."""
-    method = getattr(scene, f"_plain_{measure}", None) or getattr(scene, measure)
-    return method(name)
-
-
 def juxtaposition_table(found: Iterable[Any]) -> Table:
     """Return the zones juxtaposed across each fault, from datasets of `Scene.juxtaposition`.
 

@@ -182,7 +182,7 @@ def _polygons(scene: ReportedModel) -> str:
     if not scene.faults_inside:
         return ""
     names = scene.horizons_inside
-    found = (fault_tables.measured(scene, "fault_polygons", name) for name in names)
+    found = (scene.fault_polygons(name) for name in names)
     return page.html_table(fault_tables.polygon_table(found))
 
 

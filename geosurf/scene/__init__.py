@@ -1,8 +1,7 @@
 """What users build and ask: horizons, faults and a box in; every result when it is requested.
 
 ===================  =====================================================================
-scene.py             `Scene`: its inputs and its results, by name
-measured.py          its measures: thickness, places, wells, sections, separations
+scene.py             `Scene`: its inputs, its results by name, and its measures
 inputs.py            `SceneInputs`: what it is made of, frozen and checked once
 graph.py             `Graph`: what depends on what, from surfaces to units, on one page
 surfaces.py          files, grids and meshes -> the surfaces of the graph
@@ -14,12 +13,13 @@ curves.py            the curves of one pair, and those of all pairs
 reference_systems.py  well tops and area in the system of the surfaces
 wells.py             well tops, and their misfits
 contact_volumes.py   volumes at level contacts, from the model without them
-measures.py          the same as functions of the graph
+measures.py          measures that are more than a call of `geosurf.measure`
 memory.py            results by what went into them; steps and warnings
 pictures.py          the pictures of a scene
 picture_contents.py  what maps and sections of a scene show
 attempt.py           an error of one picture costs no other result
-shown.py             cards and interactive views of scenes, and of all nouns: `gs.show`
+card.py              the card of a scene in a notebook
+shown.py             interactive views of all nouns together: `gs.show`
 interactive_view.py  a page that notebooks show in a frame
 plots.py             maps and diagrams as figures of matplotlib
 ===================  =====================================================================

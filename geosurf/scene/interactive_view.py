@@ -6,9 +6,10 @@ import os
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from geosurf.errors import InputError
-from geosurf.model.expected import path_of
+from geosurf.model.expected import number_of, path_of
 
 HEIGHT = 560  # in a notebook [pixels]
 
@@ -65,3 +66,11 @@ class InteractiveView:
             f'height="{HEIGHT}" style="border:0" title="{escape(self.title)}" '
             f'srcdoc="{escape(self.page)}"></iframe>'
         )
+
+
+def checked_max_triangle(max_triangle: Any) -> int:
+    """Return a number of triangles, or raise an InputError."""
+    most = number_of(max_triangle, "max_triangle", "give a number above 0")
+    if most <= 0.0:
+        raise InputError(f"max_triangle is {max_triangle!r}; give a number above 0.")
+    return int(max(1.0, most))

@@ -1,4 +1,4 @@
-"""The measures of a scene, each a function of its graph; `Scene` has the same as methods.
+"""Measures of a scene that are more than a call of `geosurf.measure`, as functions of its graph.
 
 Stages of measuring are imported when they are first needed: a scene that is only built does not
 load them.
@@ -54,18 +54,6 @@ def volume_error_bound(graph: Graph) -> float:
     """Return by how much horizons with fewer nodes change volumes inside the box, at most [m3].
 
     Infinite if such a horizon is torn.
-
-    Examples
-    --------
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.waves(n=301)
-    >>> exact = gs.Scene(world.horizons, world.faults, world.box)
-    >>> few = {name: gs.triangulate_horizon(world.horizons[name], tolerance=5.0)
-    ...        for name in world.horizons}
-    >>> scene = exact.replace(horizons=few)
-    >>> off = abs(scene.volumes - exact.volumes).max().item()
-    >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
-    (True, 0.0)
     """
     horizons = graph.inputs.horizons
     if any(isinstance(one, Sheet) and one.fewer_nodes for one in horizons.values()):
@@ -83,11 +71,23 @@ def volume_error_bound(graph: Graph) -> float:
     )
 
 
+def of_units(
+    graph: Graph, what: str, measure: Callable[..., xarray.Dataset], asked: str | np.ndarray
+) -> xarray.Dataset:
+    """Return a measure of patches and units for a name or a line, from memory if it is there."""
+    run = lambda: measure(graph.patches, graph.units, asked)  # noqa: E731
+    if isinstance(asked, np.ndarray):
+        return _remembered(graph, what, run, asked.tobytes())
+    return _remembered(graph, f"{what} {asked}", run)
+
+
 def _remembered(graph: Graph, what: str, run: Callable[[], Labelled], *more: Hashable) -> Labelled:
     """Return a measure of the units, from memory if it is there."""
     # a measure is found by its model and what was asked for
-    key = ("measure", what, graph.units_key, *more)
-    found = graph.memory.get_or_compute("measure", what, key, run, _sizes)
+    found = graph.memory.get_or_compute(
+        "measure", what, ("measure", what, graph.units_key, *more), run,
+        lambda made: ", ".join(counted(n, str(dim)) for dim, n in made.sizes.items()),
+    )  # fmt: skip
 
     # declared on a copy: the memory may hold results of a model that differs in this word alone
     crs = graph.units.crs
@@ -102,24 +102,10 @@ def crs(graph: Graph) -> str | None:
     return next((one for one in found if one is not None), None)
 
 
-def _sizes(found: xarray.DataArray | xarray.Dataset) -> str:
-    return ", ".join(counted(n, str(dim)) for dim, n in found.sizes.items())
-
-
 def thickness(
     graph: Graph, zone: str, grid: Any, kind: str, contact: str | None
 ) -> xarray.DataArray:
-    """Return a thickness map of a zone, block by block [m].
-
-    Examples
-    --------
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.graben(n=9)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> found = scene.thickness("Top/Middle", 250.0)
-    >>> found.sum("block").round(9).values.tolist()[0][:3]
-    [70.0, 70.0, 70.0]
-    """
+    """Return a thickness map of a zone, block by block [m]."""
     from geosurf.measure import thickness_map
 
     if contact is not None:
@@ -189,49 +175,6 @@ def _boundaries(graph: Graph) -> Boundaries:
         lambda: boundaries_of(graph.patches, graph.units),
         lambda of: counted(len(of.triangles), "triangle"),
     )  # fmt: skip
-
-
-def juxtaposition(graph: Graph, fault: str) -> xarray.Dataset:
-    """Return the areas of all pairs of units that face each other across a fault [m2]."""
-    from geosurf.measure import juxtaposition_table
-
-    run = lambda: juxtaposition_table(graph.patches, graph.units, fault)  # noqa: E731
-    return _remembered(graph, f"juxtaposition {fault}", run)
-
-
-def allan(graph: Graph, fault: str) -> xarray.Dataset:
-    """Return the Allan diagram of a fault."""
-    from geosurf.measure import allan_diagram
-
-    run = lambda: allan_diagram(graph.patches, graph.units, fault)  # noqa: E731
-    return _remembered(graph, f"allan {fault}", run)
-
-
-def section(graph: Graph, line: Any) -> xarray.Dataset:
-    """Return a vertical section of the model along a line in the map."""
-    from geosurf.measure import vertical_section
-    from geosurf.measure.section import check_line
-
-    # checked and turned into an array first, so that lists and arrays have one key
-    corners = check_line(line)
-    run = lambda: vertical_section(graph.patches, graph.units, corners)  # noqa: E731
-    return _remembered(graph, "section", run, corners.tobytes())
-
-
-def fault_polygons(graph: Graph, horizon: str) -> xarray.Dataset:
-    """Return the fault polygons of a horizon."""
-    from geosurf import measure
-
-    run = lambda: measure.fault_polygons(graph.patches, graph.units, horizon)  # noqa: E731
-    return _remembered(graph, f"fault polygons {horizon}", run)
-
-
-def orientation(graph: Graph, name: str) -> xarray.Dataset:
-    """Return area, dip and azimuth of a horizon or fault."""
-    from geosurf import measure
-
-    run = lambda: measure.orientation(graph.patches, graph.units, name)  # noqa: E731
-    return _remembered(graph, f"orientation {name}", run)
 
 
 def misfit(graph: Graph, tops: Any) -> xarray.Dataset:

@@ -13,6 +13,7 @@ import numpy as np
 
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
+from geosurf.conventions import counted
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
@@ -25,13 +26,13 @@ from geosurf.model.tops import Tops
 from geosurf.model.view3d import View3D
 from geosurf.rebuild import trim_sheets
 from geosurf.scene import contact_volumes, measures
+from geosurf.scene.card import card_of
 from geosurf.scene.faults import known_fault
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
-from geosurf.scene.measured import SceneMeasures
+from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
 from geosurf.scene.plots import ScenePlots
-from geosurf.scene.shown import ShownScene, checked_max_triangle
 from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -39,7 +40,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 
-class Scene(SceneMeasures, ScenePlots, ShownScene):
+class Scene(ScenePlots):
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
@@ -233,6 +234,10 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
 
     def __repr__(self) -> str:
         return f"<Scene: horizons {list(self.horizon_names)}, faults {list(self.fault_names)}>"
+
+    def _repr_html_(self) -> str:
+        """Return inputs, what is computed already, and warnings; nothing is computed for it."""
+        return card_of(self)
 
     # ---- inputs --------------------------------------------------------------------------
 
@@ -554,7 +559,373 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
         """
         return measures.to_pyvista(self._graph)
 
-    # ---- what was done -------------------------------------------------------------------
+    # ---- measures ------------------------------------------------------------------------
+
+    def thickness(
+        self,
+        zone: str,
+        grid: Any = None,
+        *,
+        kind: str = "isochore",
+        contact: str | None = None,
+    ) -> xarray.DataArray:
+        """Return a thickness map of a zone, block by block [m].
+
+        Parameters
+        ----------
+        zone : str
+            ``"Top/Base"``, ``"above Top"`` ...
+        grid : None, float or xarray object
+            Where: None for the middles of 100 cells along the longer side of the box; a number for
+            cells about as wide [m]; anything with coordinates ``northing`` and ``easting``.
+        kind : {"isochore", "isopach"}
+            Vertical thickness, or that normal to bedding by the local dip.
+        contact : str, optional
+            One interval between fluid contacts, ``"above OWC"``; default: all together.
+
+        Returns
+        -------
+        xarray.DataArray
+            (block, northing, easting); NaN where a block has none of the zone.
+
+        Raises
+        ------
+        InputError
+            For an unknown zone, kind or contact interval, or a grid without both coordinates.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> thickness = scene.thickness("Top/Middle", 250.0)
+        >>> thickness.sum("block").round(9).values.tolist()[0][:3]
+        [70.0, 70.0, 70.0]
+        """
+        return measures.thickness(self._graph, zone, grid, kind, contact)
+
+    def sample(
+        self,
+        where: Any = None,
+        *,
+        cell: Any = None,
+        codes: bool = False,
+        distance: bool = False,
+    ) -> xarray.Dataset:
+        """Return the zone, block, contact interval and unit at each of some places.
+
+        Parameters
+        ----------
+        where : array_like, table or xarray object, optional
+            World coordinates [m]: an array ``(..., 3)`` of easting, northing and elevation; a table
+            with these columns; an xarray object with these coordinates, which may be the axes of a
+            grid; or a map of elevations.
+        cell : (dx, dy, dz), optional
+            Instead: the middles of the cells of a regular grid that fills the model box, of about
+            this size [m].
+        codes : bool
+            Whether to return whole numbers, which have their names in ``attrs``, not names.
+        distance : bool
+            Whether to add the distance to the nearest boundary of a unit [m].
+
+        Returns
+        -------
+        xarray.Dataset
+            ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid contacts. Outside
+            the model names are empty, and codes are -1. A point on a surface belongs to the unit
+            below it, on a vertical surface to that on the side of the middle of the model.
+
+        Raises
+        ------
+        InputError
+            For places that are not numbers, not finite, or not three coordinates each.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.sample([1000.0, 1500.0, -2100.0]).unit.item()
+        'Top/Base F1-'
+        >>> dict(scene.sample(cell=(100, 100, 10), codes=True).sizes)
+        {'elevation': 80, 'northing': 30, 'easting': 40}
+        """
+        return measures.sample(self._graph, where, cell, codes, distance)
+
+    def well_intervals(self, path: Any, *, md: Any = None) -> xarray.Dataset:
+        """Return the units that wells go through, with entry and exit points.
+
+        Parameters
+        ----------
+        path : array_like, table or xarray object
+            Points along the well, in order: easting, northing and elevation [m], as for `sample`. A
+            column ``md`` of a table is the measured depth. Many wells: a mapping such as ``{"W-1":
+            path}``, or a table with a column ``well``.
+        md : array_like of float, shape (n,), optional
+            Measured depth of each point of one well [m]. Default: that column, else the length of
+            the path.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``interval``: ``unit``, ``zone``, ``block``, and ``contact`` where there are fluid
+            contacts, empty outside the model; ``md``, ``easting``, ``northing`` and ``elevation``
+            at both ends of each. Of many wells also ``well``. ``gs.write(table, "wells.csv")``
+            writes one row for each interval.
+
+        Raises
+        ------
+        InputError
+            For a path of fewer than two different points, a measured depth that falls, wells
+            without names, or `md` with many wells.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> well = scene.well_intervals([[1000, 1500, -1750], [1400, 1500, -2200]])
+        >>> well.zone.values.tolist()
+        ['above Top', 'Top/Base', 'below Base']
+        >>> well.elevation.sel(end="entry").round(1).values.tolist()
+        [-1750.0, -2067.7, -2165.6]
+        >>> wells = {
+        ...     "W-1": [[900, 1500, -1750], [900, 1500, -1760]],
+        ...     "W-2": [[1000, 1500, -1750], [1400, 1500, -2200]],
+        ... }
+        >>> scene.well_intervals(wells).well.values.tolist()
+        ['W-1', 'W-2', 'W-2', 'W-2']
+        """
+        return measures.well_intervals(self._graph, path, md)
+
+    def juxtaposition(self, fault: str) -> xarray.Dataset:
+        """Return the areas of all pairs of units that face each other across a fault [m2].
+
+        Parameters
+        ----------
+        fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            ``area`` over ``pair``; see ``geosurf.measure.juxtaposition_table``.
+
+        Raises
+        ------
+        InputError
+            For an unknown fault.
+        """
+        from geosurf.measure import juxtaposition_table
+
+        return measures.of_units(self._graph, "juxtaposition", juxtaposition_table, fault)
+
+    def allan(self, fault: str) -> xarray.Dataset:
+        """Return the Allan diagram of a fault: zones, cut-offs and contacts of both walls, on it.
+
+        Parameters
+        ----------
+        fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Lines with ``along_strike`` and ``elevation`` [m]; see
+            ``geosurf.measure.allan_diagram``.
+
+        Raises
+        ------
+        InputError
+            For an unknown fault.
+        GeometryError
+            For a fault that is flat on average, and so has no strike.
+        """
+        from geosurf.measure import allan_diagram
+
+        return measures.of_units(self._graph, "allan", allan_diagram, fault)
+
+    def section(self, line: Any) -> xarray.Dataset:
+        """Return a vertical section of the model along a line in the map.
+
+        Parameters
+        ----------
+        line : array_like of float, shape (n, 2)
+            Easting and northing [m]: two points or more, from the left to the right.
+
+        Returns
+        -------
+        xarray.Dataset
+            Rings of units and lines of surfaces, with ``along_section`` and ``elevation`` [m]; see
+            ``geosurf.measure.vertical_section``.
+
+        Raises
+        ------
+        InputError
+            If the line has fewer than two points, or two equal ones in a row.
+        """
+        from geosurf.measure import vertical_section
+        from geosurf.measure.section import check_line
+
+        # checked and turned into an array first, so that lists and arrays have one key
+        return measures.of_units(self._graph, "section", vertical_section, check_line(line))
+
+    def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
+        """Return the lines where a horizon meets a fault, or those on one wall of it.
+
+        Parameters
+        ----------
+        horizon, fault : str
+        side : {"+", "-", "hanging wall", "footwall"}, optional
+            One wall, as in the model: only where the zone next to the fault changes there. By
+            default the two surfaces alone are asked, and no model is built.
+
+        Returns
+        -------
+        list of ndarray, each (n, 3)
+            World coordinates [m], in order along the line.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon, fault or side.
+        """
+        return measures.cutoffs(self._graph, horizon, fault, side)
+
+    def fault_polygons(self, horizon: str) -> xarray.Dataset:
+        """Return the fault polygons of a horizon: rings of hanging-wall and footwall cut-offs.
+
+        Parameters
+        ----------
+        horizon : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Rings with the fault's name; see ``geosurf.measure.fault_polygons``.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon.
+        """
+        from geosurf.measure import fault_polygons
+
+        return measures.of_units(self._graph, "fault polygons", fault_polygons, horizon)
+
+    def throw(self, horizon: str, fault: str, *, direction: str = "local") -> xarray.Dataset:
+        """Return throw, heave and dip separation of a horizon along a fault.
+
+        Parameters
+        ----------
+        horizon, fault : str
+        direction : {"local", "mean"}
+            Whether cut-offs are compared down the local dip of the fault, as `throw_horizon` moves
+            walls, or everywhere across its mean strike. Equal on a fault that is straight in map.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``point`` with ``along_strike``; see ``geosurf.measure.separation``.
+
+        Raises
+        ------
+        InputError
+            For another direction, or an unknown horizon or fault.
+        GeometryError
+            If a fault is flat on average, or turns back against its mean dip direction between its
+            cut-offs (``"local"`` only), or a cut-off turns back along the strike.
+        """
+        return measures.throw(self._graph, horizon, fault, direction)
+
+    def orientation(self, name: str) -> xarray.Dataset:
+        """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.
+
+        Parameters
+        ----------
+        name : str
+            Of a horizon or a fault.
+
+        Returns
+        -------
+        xarray.Dataset
+            See ``geosurf.measure.orientation``.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
+        """
+        from geosurf.measure import orientation
+
+        return measures.of_units(self._graph, "orientation", orientation, name)
+
+    def misfit(self, tops: Any = None) -> xarray.Dataset:
+        """Return well tops compared with the horizons of the model, for each horizon and well.
+
+        Parameters
+        ----------
+        tops : xarray.Dataset, table or path, optional
+            As from `read_tops`. Default: the tops of the scene.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``top``: ``picked``, ``model``, ``misfit`` (model minus picked) [m], ``block``,
+            ``status``, ``fault``; see ``geosurf.measure.well_misfit``.
+
+        Raises
+        ------
+        InputError
+            If there are no tops, or they lack a column.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> tops = dict(well=["W1", "W2"], horizon=["Top", "Base"])
+        >>> tops |= dict(easting=[800.0, 900.0], northing=[700.0, 9e9], elevation=[-1000.0] * 2)
+        >>> scene.misfit(tops).status.values.tolist()
+        ['found', 'outside']
+        """
+        return measures.misfit(self._graph, tops)
+
+    # ---- views and pictures --------------------------------------------------------------
+
+    def show(self, what: str = "units", max_triangle: int = 120_000) -> InteractiveView:
+        """
+        Return an interactive view: notebooks draw it, ``save("view.html")`` writes it.
+
+        Parameters
+        ----------
+        what : {"units", "surfaces"}
+            The sealed units, or horizons and faults as they are read, extended and torn.
+        max_triangle : int
+            As for `view_3d`, which makes the content.
+
+        Returns
+        -------
+        InteractiveView
+
+        Raises
+        ------
+        InputError
+            For another word, or if `max_triangle` is not a number above 0.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes(n=5)
+        >>> gs.Scene(world.horizons, world.faults, world.box).show()  # doctest: +ELLIPSIS
+        <InteractiveView of '6 units', ... MB: save('view.html') writes it>
+        """
+        from geosurf.report.viewer import viewer_html
+
+        # the view first: it refuses other words
+        view = self.view_3d(max_triangle, what=what)
+        title = ", ".join((*self.horizon_names, *self.fault_names))
+        if what == "units":
+            title = counted(len(self.units), "unit")
+        return InteractiveView(title, viewer_html(view, title))
 
     def view_3d(self, max_triangle: int = 120_000, *, what: str = "units") -> View3D:
         """Return what an interactive view shows, as the report and `show` draw it.
@@ -623,6 +994,8 @@ class Scene(SceneMeasures, ScenePlots, ShownScene):
 
         with running("pictures"), self._graph.memory.collecting():
             return render_pictures(self, folder, on_file, choice)
+
+    # ---- what was done -------------------------------------------------------------------
 
     @running("certificate")
     def check(self) -> Certificate:
