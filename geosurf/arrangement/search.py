@@ -33,7 +33,6 @@ from geosurf.kernels.contacts.packed_contact import (
     pack_contacts,
     pack_decided,
     settled,
-    sorted_by_faces,
 )
 from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact.constructed_points import FULL
@@ -278,7 +277,7 @@ def _name(
 ) -> Contacts:
     """Names, for the faces in contact (and near) only."""
     # By faces, not as the search came across them: numbers are the same for any search.
-    rows, near = (sorted_by_faces(one, len(faces.t)) for one in of_settled(pairs, codes))
+    rows, near = (one[np.lexsort((one[:, 1], one[:, 0]))] for one in of_settled(pairs, codes))
     # Faces that meet nothing are dropped: what follows costs what curves need.
     if len(rows) < len(pairs):
         faces = faces.in_contact(rows, near)

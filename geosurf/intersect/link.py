@@ -17,7 +17,6 @@ from geosurf.kernels.meshes.chains import link_segments
 from geosurf.kernels.meshes.linking import overlap_free, pairs_of_surfaces
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_below
-from geosurf.kernels.meshes.ranking import sort_places_and_segments, sort_segments
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
@@ -68,8 +67,8 @@ def _once(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Each segment of each pair once, lower point first, sorted by surfaces and then points."""
     pairs, pair = _numbered(*_keys(surfaces))
-    segments, first = sort_segments(segments, pair, n_point, len(pairs))
-    return segments, np.repeat(pairs, np.diff(first), axis=0)
+    segments, pair = sort_segments(segments, pair)
+    return segments, pairs[pair]
 
 
 def _keys(surfaces: np.ndarray) -> tuple[np.ndarray, int]:
@@ -174,8 +173,29 @@ def canonical_by_keys(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`canonical` for pairs of surfaces as numbers, see `pair_keys`."""
     pairs, pair = _numbered(keys, n_surface)
-    places, segments, first = sort_places_and_segments(local, segments, pair, len(pairs))
-    return places, segments, np.repeat(pairs, np.diff(first), axis=0)
+    places, segments, pair = sort_places_and_segments(local, segments, pair)
+    return places, segments, pairs[pair]
+
+
+def sort_segments(segments: np.ndarray, pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each segment of each pair once, lower point first, by pair, then points; and its pair."""
+    rows = np.column_stack([pair, np.sort(segments, axis=1)])
+    rows = rows[np.lexsort(rows.T[::-1])]
+    rows = rows[np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]]
+    return np.ascontiguousarray(rows[:, 1:]), rows[:, 0]
+
+
+def sort_places_and_segments(
+    x: np.ndarray, segments: np.ndarray, pair: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distinct positions of the points of segments, by coordinates; `sort_segments` of these."""
+    points = np.unique(segments)
+    points = points[np.lexsort(x[points].T[::-1])]
+    places = x[points]
+    is_new = np.append(True, (places[1:] != places[:-1]).any(axis=1))[: len(places)]
+    rank = np.empty(len(x), dtype=np.int64)
+    rank[points] = np.cumsum(is_new) - 1
+    return places[is_new], *sort_segments(rank[segments], pair)
 
 
 def link(

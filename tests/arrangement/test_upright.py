@@ -21,7 +21,6 @@ from geosurf.kernels.contacts.packed_contact import (
     on_boundaries,
     pack_contacts,
     pack_decided,
-    sorted_by_faces,
 )
 from geosurf.kernels.contacts.triangle_contact import FACE
 from geosurf.kernels.exact.constructed_points import lpi_in_doubles
@@ -166,16 +165,6 @@ def test_keys_in_some_columns_of_a_table_become_their_ranks(rng, limit):
 def test_few_keys_of_many_are_sorted():
     found, number = number_below(np.array([10**14, 5, 10**14]), 10**15)
     assert (found.tolist(), number.tolist()) == ([5, 10**14], [1, 0, 1])
-
-
-@pytest.mark.parametrize("n_face", [1, 3, 40])
-def test_rows_are_ordered_by_both_faces(rng, n_face):
-    rows = rng.permutation(np.stack(np.divmod(np.arange(n_face * 50), 50), axis=1))[: 25 * n_face]
-    rows = np.column_stack([rows, rng.integers(0, 9, len(rows))])
-    for width in (2, 3):
-        some = np.ascontiguousarray(rows[:, :width])
-        expected = some[np.lexsort((rows[:, 1], rows[:, 0]))]
-        np.testing.assert_array_equal(sorted_by_faces(some, n_face), expected)
 
 
 def codes(rows):

@@ -15,9 +15,10 @@ from geosurf.intersect.link import (
     line_contacts,
     pairs_of_rows,
     pairs_with_areas,
+    sort_places_and_segments,
+    sort_segments,
     touching_points,
 )
-from geosurf.kernels.meshes.ranking import sort_places_and_segments, sort_segments
 from tests import laws
 from tests.rebuild.worlds import boxed_world, world
 from tests.strategies import sheet, soups
@@ -45,28 +46,27 @@ def test_places_in_use_are_ordered_by_all_their_coordinates(rng, kind):
     x = PLACES[kind](rng)
     segments = rng.permutation(400)[:380].reshape(-1, 2)
     pair = np.zeros(len(segments), dtype=np.int64)
-    places, found, first = sort_places_and_segments(x, segments, pair, 1)
+    places, found, of = sort_places_and_segments(x, segments, pair)
     expected, rank = np.unique(x[segments.reshape(-1)], axis=0, return_inverse=True)
     np.testing.assert_array_equal(places, expected)
     wanted = np.unique(np.sort(rank.reshape(-1, 2), axis=1), axis=0)
     np.testing.assert_array_equal(found, wanted)
-    assert first.tolist() == [0, len(wanted)]
+    assert of.tolist() == [0] * len(wanted)
 
 
 @pytest.mark.parametrize("n_point", [2, 7, 90])
 def test_segments_come_once_by_pair_and_points(rng, n_point):
     segments = rng.integers(0, n_point, (500, 2))
     pair = rng.integers(0, 3, 500)
-    found, first = sort_segments(segments, pair, n_point, 4)
+    found, of = sort_segments(segments, pair)
     expected = np.unique(np.column_stack([pair, np.sort(segments, axis=1)]), axis=0)
-    of = np.repeat(np.arange(4), np.diff(first))
     np.testing.assert_array_equal(np.column_stack([of, found]), expected)
 
 
 def test_no_segments_have_no_places():
     none, x = np.empty((0, 2), dtype=np.int64), np.zeros((5, 3))
-    places, segments, first = sort_places_and_segments(x, none, none[:, 0], 2)
-    assert (len(places), len(segments), first.tolist()) == (0, 0, [0, 0, 0])
+    places, segments, of = sort_places_and_segments(x, none, none[:, 0])
+    assert (len(places), len(segments), len(of)) == (0, 0, 0)
 
 
 @settings(max_examples=50, deadline=None)

@@ -19,7 +19,6 @@ from geosurf.kernels.contacts.triangle_contact import COPLANAR, CROSSING, FACE, 
 TRIANGLE_A, TRIANGLE_B, HOW = 0, 1, 2
 _CORNERS, _IN_PLANE, _CROSSING = 7, 8, 16  # masks
 _FIRST, _CODE = 5, 7  # bits before the codes, and of each
-_FEW = 32  # up to so many contacts of a face are sorted by insertion
 
 
 @scalar
@@ -158,67 +157,3 @@ def of_settled(pairs, codes):
 def code_without_bit(code):
     """How a settled pair meets."""
     return code & ((1 << NEAR_BIT) - 1)
-
-
-@scalar
-def _sort_few(rows, low, high):
-    """Sort some rows by their second number."""
-    for k in range(low + 1, high):
-        second = rows[k, 1]
-
-        # Find the place, then shift each column.
-        j = k
-        while j > low and rows[j - 1, 1] > second:
-            j -= 1
-        if j == k:
-            continue
-        for column in range(rows.shape[1]):
-            value = rows[k, column]
-            for i in range(k, j, -1):
-                rows[i, column] = rows[i - 1, column]
-            rows[j, column] = value
-
-
-@scalar
-def _sort_many(rows, low, high):
-    """Sort many rows by their second number."""
-    second = np.empty(high - low, dtype=np.int64)
-    for k in range(high - low):
-        second[k] = rows[low + k, 1]
-
-    # Sort indices by the second number, then permute all columns.
-    part = rows[low:high].copy()
-    # Second faces of one first face differ, so the order is unique.
-    order = np.argsort(second)
-    for k in range(high - low):
-        for column in range(rows.shape[1]):
-            rows[low + k, column] = part[order[k], column]
-
-
-@entry("l2 l -> l2")
-def sorted_by_faces(rows, n_face):
-    """Rows sorted by their first two numbers; no pair of faces occurs twice."""
-    # Counting sort by the first face.
-    # Entry face + 1 counts the rows of a face; sums make it the first place of each.
-    start = np.zeros(n_face + 1, dtype=np.int32)
-    for k in range(rows.shape[0]):
-        start[rows[k, 0] + 1] += 1
-    for face in range(n_face):
-        start[face + 1] += start[face]
-    out = np.empty((rows.shape[0], rows.shape[1]), dtype=np.int64)
-    for k in range(rows.shape[0]):  # each start moves to where the next one begins
-        at = start[rows[k, 0]]
-        start[rows[k, 0]] += 1
-        for column in range(rows.shape[1]):
-            out[at, column] = rows[k, column]
-
-    # Then sort the rows of each face by the second face.
-    begin = 0
-    for face in range(n_face):
-        end = start[face]
-        if end - begin > _FEW:
-            _sort_many(out, begin, end)
-        elif end - begin > 1:
-            _sort_few(out, begin, end)
-        begin = end
-    return out

@@ -14,7 +14,6 @@ file              question                                                source
 `shells`          In which order are triangles? Which edges are open?     Hibbard 1963
 `chains`          Which curves do segments form?
 `linking`         Which segments of curves cannot overlap?
-`ranking`         What is the canonical order of points and segments?
 `numbering`       Which number has each key among the distinct ones?
 ================= ======================================================= ===============
 """

@@ -1,14 +1,9 @@
 """Chains of segments with equal end points, in one canonical order.
 
-The pairs of surfaces are processed one by one. All arrays of a pair have its own size, so twenty
-pairs cost as much as one with as many segments.
-
 Notation
-    segments   points (n, 2), lower first; grouped by pair, sorted by their lower points
-    nodes      points of one pair, increasing; `number` is the index of a point among them, or -1
+    nodes      points of one pair of surfaces after another, each pair's increasing
     offsets    first link of each node, and the end of the last
     links      node at the other end of each link; partner: the same link seen from there
-Indices of nodes and links have 32 bits, so that the tables stay in the nearer cache.
 """
 
 from __future__ import annotations
@@ -17,64 +12,42 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 
-_LOWER, _UPPER = -2, -3  # marks of points while nodes are gathered
+
+def link_segments(
+    segments: np.ndarray, first: np.ndarray, n_point: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Chains of points: points chain by chain, offsets, and the pair of each.
+
+    The segments of pair i are those from `first[i]` on. A chain ends where other than two segments
+    of its pair meet; one that returns to its start is closed and repeats it. Order: by pair; then
+    chains from points with ends or branches, by their first point, then plain loops from their
+    lowest point towards its lower neighbour.
+    """
+    n_pair = len(first) - 1
+    pair = np.repeat(np.arange(n_pair), np.diff(first))
+    nodes, ends = np.unique((n_point * pair)[:, None] + segments, return_inverse=True)
+    begin = np.searchsorted(nodes, n_point * np.arange(n_pair + 1))
+    chains, offsets, pair_of_chain = link_nodes(ends.reshape(-1, 2), begin)
+    return nodes[chains] % max(n_point, 1), offsets, pair_of_chain
 
 
 @scalar
-def _nodes_of(segments, number):
-    """Points of the segments of one pair, increasing; writes `number`."""
-    n = segments.shape[0]
-
-    # Mark lower points, collect those that occur as upper points only.
+def _links_of(ends, n_node):
+    """Links of all nodes: offsets, links, partner."""
+    n = ends.shape[0]
+    offsets = np.zeros(n_node + 1, dtype=np.int64)
     for s in range(n):
-        number[segments[s, 0]] = _LOWER
-    upper = np.empty(n, dtype=np.int32)
-    n_upper = 0
-    for s in range(n):
-        # Lower points are in the other list already.
-        if number[segments[s, 1]] == -1:
-            number[segments[s, 1]] = _UPPER
-            upper[n_upper] = segments[s, 1]
-            n_upper += 1
-    upper = np.sort(upper[:n_upper])  # mostly few: lower points are sorted already
-
-    # Merge the two sorted lists.
-    nodes = np.empty(n + n_upper, dtype=np.int32)
-    count, k = 0, 0
-    for s in range(n):
-        point = segments[s, 0]
-        # A lower point comes with each of its segments; the first one numbers it.
-        if number[point] != _LOWER:
-            continue
-        while k < n_upper and upper[k] < point:
-            nodes[count], number[upper[k]] = upper[k], count
-            count += 1
-            k += 1
-        nodes[count], number[point] = point, count
-        count += 1
-    for i in range(k, n_upper):
-        nodes[count], number[upper[i]] = upper[i], count
-        count += 1
-    return nodes[:count]
-
-
-@scalar
-def _links_of(segments, number, n_node):
-    """Links of the nodes of one pair: offsets, links, partner."""
-    n = segments.shape[0]
-    offsets = np.zeros(n_node + 1, dtype=np.int32)
-    for s in range(n):
-        offsets[number[segments[s, 0]] + 1] += 1
-        offsets[number[segments[s, 1]] + 1] += 1
+        offsets[ends[s, 0] + 1] += 1
+        offsets[ends[s, 1] + 1] += 1
     for i in range(n_node):
         offsets[i + 1] += offsets[i]
 
     # Fill both directions of each segment.
     fill = offsets[:-1].copy()
-    links = np.empty(2 * n, dtype=np.int32)
-    partner = np.empty(2 * n, dtype=np.int32)
+    links = np.empty(2 * n, dtype=np.int64)
+    partner = np.empty(2 * n, dtype=np.int64)
     for s in range(n):
-        a, b = number[segments[s, 0]], number[segments[s, 1]]
+        a, b = ends[s, 0], ends[s, 1]
         # Places of both directions know each other, so that a walk marks both as used.
         p = fill[a]
         fill[a] += 1
@@ -108,66 +81,36 @@ def _walk(start, first, offsets, links, partner, used, out, n):
         link = onward
 
 
-@scalar
-def _chains_of(offsets, links, partner, out, starts):
-    """Chains of one pair as nodes, written to `out` and `starts`; their number and length."""
-    used = np.zeros(links.shape[0], dtype=np.bool_)
-    count, size = 0, 0
+@entry("l2 l1 -> l1 l1 l1")
+def link_nodes(ends, begin):
+    """Chains of nodes, see `link_segments`: nodes chain by chain, offsets, and the pair of each.
 
-    # First chains from ends and branches, then closed loops.
-    for plain in range(2):
-        for node in range(offsets.shape[0] - 1):
-            passage = offsets[node + 1] - offsets[node] == 2
-            if passage != (plain == 1):
-                continue
-            while True:
-                # The link to the lowest neighbour, for a canonical direction.
-                best = -1
-                for link in range(offsets[node], offsets[node + 1]):
-                    if not used[link] and (best < 0 or links[link] < links[best]):
-                        best = link
-                # Every link at this node is used.
-                if best < 0:
-                    break
-                starts[count] = size
-                count += 1
-                size = _walk(node, best, offsets, links, partner, used, out, size)
-    return count, size
-
-
-@entry("l2 l1 l -> l1 l1 l1")
-def link_segments(segments, first, n_point):
-    """Chains of points: points chain by chain, offsets, and the pair of each.
-
-    The segments of pair i are those from `first[i]` on. A chain ends where other than two segments
-    of its pair meet; one that returns to its start is closed and repeats it. Order: by pair; then
-    chains from points with ends or branches, by their first point, then plain loops from their
-    lowest point towards its lower neighbour.
+    `ends` are the nodes of each segment; those of pair i are from `begin[i]` to `begin[i + 1]`.
     """
-    n = segments.shape[0]
-    # One table for all pairs: each pair clears what it has set.
-    number = np.full(n_point, -1, dtype=np.int32)
-    out = np.empty(2 * n, dtype=np.int64)
-    offsets = np.empty(n + 1, dtype=np.int64)
+    n = ends.shape[0]
+    offsets, links, partner = _links_of(ends, begin[begin.shape[0] - 1])
+    used = np.zeros(2 * n, dtype=np.bool_)
+    out, starts = np.empty(2 * n, dtype=np.int64), np.empty(n + 1, dtype=np.int64)
     pair_of_chain = np.empty(n, dtype=np.int64)
-    n_out, n_chain = 0, 0
-    for pair in range(first.shape[0] - 1):
-        # Chains of one pair as nodes; then nodes are replaced by points.
-        mine = segments[first[pair] : first[pair + 1]]
-        nodes = _nodes_of(mine, number)
-        of_node, links, partner = _links_of(mine, number, nodes.shape[0])
-        chains, starts = out[n_out:], offsets[n_chain:]
-        count, size = _chains_of(of_node, links, partner, chains, starts)
-        for k in range(size):
-            chains[k] = nodes[chains[k]]
-        for k in range(count):
-            starts[k] += n_out
-            pair_of_chain[n_chain + k] = pair
-
-        # Clear only what was set.
-        for node in nodes:
-            number[node] = -1
-        n_out += size
-        n_chain += count
-    offsets[n_chain] = n_out
-    return out[:n_out].copy(), offsets[: n_chain + 1].copy(), pair_of_chain[:n_chain].copy()
+    count, size = 0, 0
+    for pair in range(begin.shape[0] - 1):
+        # First chains from ends and branches, then closed loops.
+        for plain in range(2):
+            for node in range(begin[pair], begin[pair + 1]):
+                passage = offsets[node + 1] - offsets[node] == 2
+                if passage != (plain == 1):
+                    continue
+                while True:
+                    # The link to the lowest neighbour, for a canonical direction.
+                    best = -1
+                    for link in range(offsets[node], offsets[node + 1]):
+                        if not used[link] and (best < 0 or links[link] < links[best]):
+                            best = link
+                    # Every link at this node is used.
+                    if best < 0:
+                        break
+                    starts[count], pair_of_chain[count] = size, pair
+                    count += 1
+                    size = _walk(node, best, offsets, links, partner, used, out, size)
+    starts[count] = size
+    return out[:size].copy(), starts[: count + 1].copy(), pair_of_chain[:count].copy()
