@@ -62,7 +62,7 @@ def curves_command(options: argparse.Namespace) -> Answer:
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
     """Read one surface: a horizon or a fault, by content, else by suffix; NetCDF by dimensions."""
-    from geosurf.read import FAULT_FORMATS, GRID_FORMATS, otherwise, read_fault, read_nodes
+    from geosurf.read import FAULT_FORMATS, GRID_FORMATS, otherwise, read_fault, read_horizon
     from geosurf.read._detect import detect
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
@@ -86,7 +86,7 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
     if found == "netcdf" or (found is None and suffix in GRID_FORMATS["netcdf"][2]):
         gridded = not holds_fault(path)
     if gridded:
-        return triangulate_horizon(read_nodes(path, **otherwise(words)), name=path.stem)
+        return triangulate_horizon(read_horizon(path, **otherwise(words)), name=path.stem)
 
     # some files hold triangles, others sticks or grids, which become triangles here
     fault = read_fault(path, **otherwise(words))

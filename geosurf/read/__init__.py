@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from geosurf.conventions import is_word
 from geosurf.errors import FormatError, InputError
@@ -123,39 +123,6 @@ def read_horizon(
     >>> top = read_horizon(file, positive="down")
     >>> top.dims, top.easting.values.tolist(), top.values.tolist()
     (('northing', 'easting'), [500.0, 510.0], [[-1600.0, -1610.0], [-1605.0, nan]])
-    """
-    # grids become DataArrays here only: scenes need none, and xarray costs time
-    found = read_nodes(
-        path,
-        name=name,
-        positive=positive,
-        length_unit=length_unit,
-        format=format,
-        variable=variable,
-    )
-    return found.to_xarray() if hasattr(found, "to_xarray") else found
-
-
-def read_nodes(
-    path: str | PathLike[str],
-    *,
-    name: str | None = None,
-    positive: str | None = None,
-    length_unit: str | None = None,
-    format: str | None = None,  # noqa: A002
-    variable: str | None = None,
-) -> Any:
-    """Read a horizon for `triangulate_horizon`: no DataArray where none is needed.
-
-    Parameters
-    ----------
-    path, name, positive, length_unit, format, variable
-        As for `read_horizon`.
-
-    Returns
-    -------
-    GridNodes, xarray.DataArray or TriSurface
-        The first for IRAP and ZMAP+, which are read without importing xarray; the last for meshes.
     """
     path, key, read = reader_of(path, HORIZON_FORMATS, format, "read_horizon")
 

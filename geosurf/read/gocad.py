@@ -33,7 +33,7 @@ from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import is_looking, noted
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
-from geosurf.read.grids.nodes import GridNodes, nodes_from_places
+from geosurf.read.grids.nodes import nodes_from_places
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -314,7 +314,7 @@ class SGrid:
         return self.path.parent / name
 
 
-def read_sgrid(path: Path, request: Request) -> GridNodes:
+def read_sgrid(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a horizon from an SGrid of one layer.
 
@@ -329,7 +329,7 @@ def read_sgrid(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m]; easting and northing for each node, or along the axes.
 
     Raises

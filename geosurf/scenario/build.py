@@ -11,7 +11,7 @@ from geosurf.conventions import counted
 from geosurf.conventions.checks import are_points
 from geosurf.errors import ScenarioError
 from geosurf.model import FluidContact
-from geosurf.read import otherwise, read_fault, read_horizon, read_nodes, read_points, read_polygons
+from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons
 from geosurf.scenario.fault_keys import FaultInput, PolygonInput
 from geosurf.scenario.keys import HorizonInput, Scenario
 from geosurf.scenario.step_log import OnStep
@@ -132,12 +132,12 @@ def build_scene(
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene
-    scene, horizons = untorn_scene(scenario, on_step, labelled=False)
+    scene, horizons = untorn_scene(scenario, on_step)
     return torn_horizons(scenario, scene, horizons, on_step, out, on_start, cache)
 
 
 def untorn_scene(
-    scenario: Scenario, on_step: OnStep = lambda *_: None, *, labelled: bool = True
+    scenario: Scenario, on_step: OnStep = lambda *_: None
 ) -> tuple[Scene, dict[str, Any]]:
     """
     Read the surfaces of a scenario.
@@ -148,9 +148,6 @@ def untorn_scene(
         Without a sealed model.
     on_step : callable, optional
         As in `build_scene`.
-    labelled : bool
-        False reads grids that are neither torn nor extended without xarray, which takes longer to
-        load than such a model to build.
 
     Returns
     -------
@@ -163,7 +160,7 @@ def untorn_scene(
         As `build_scene`.
     """
     # read here rather than by the scene: files of a scenario have their own units
-    horizons = {entry.name: _horizon(scenario, entry, labelled) for entry in scenario.horizons}
+    horizons = {entry.name: _horizon(scenario, entry) for entry in scenario.horizons}
     faults = {entry.name: fault_of(entry, _words(scenario, entry)) for entry in scenario.faults}
 
     shared = _shared(scenario)
@@ -231,7 +228,7 @@ def _with_empty_blocks(scenario: Scenario, plain: dict[str, Any]) -> dict[str, A
     return {**with_empty_blocks(surfaces, filling)}
 
 
-def _horizon(scenario: Scenario, entry: HorizonInput, labelled: bool) -> Any:
+def _horizon(scenario: Scenario, entry: HorizonInput) -> Any:
     """A grid or mesh; points where the horizon is torn as it was picked."""
     words = _words(scenario, entry)
     # A file with a grid is read as a grid even if it is torn: its nodes are its data.
@@ -248,10 +245,7 @@ def _horizon(scenario: Scenario, entry: HorizonInput, labelled: bool) -> Any:
             f"{entry.file}: columns and decimal of horizon {entry.name!r} apply to points that are "
             "torn, and this is a grid, a mesh, or not torn. Leave them out, or add [tear]."
         )
-    extended = entry.extend_m is not None or entry.fill_holes
-    changed = extended or is_torn_as_picked(scenario, entry.name) or bool(scenario.throws)
-    read = read_horizon if labelled or changed else read_nodes
-    return read(entry.file, variable=entry.variable, name=entry.name, **words)
+    return read_horizon(entry.file, variable=entry.variable, name=entry.name, **words)
 
 
 def _words(scenario: Scenario, entry: Any) -> dict[str, Any]:

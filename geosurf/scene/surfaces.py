@@ -352,9 +352,9 @@ def opened_outline(aoi: Any) -> np.ndarray:
 
 
 def _read(path: Any, role: str, options: Options) -> Any:
-    from geosurf.read import otherwise, read_fault, read_nodes
+    from geosurf.read import otherwise, read_fault, read_horizon
 
-    return (read_nodes if role == "horizon" else read_fault)(path, **otherwise(options))
+    return (read_horizon if role == "horizon" else read_fault)(path, **otherwise(options))
 
 
 def undeclared(value: Any, options: Options) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import itertools
 import re
 import struct
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from geosurf.read._guard import opened, read_bytes, read_some
 from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import (
     GridHeader,
-    GridNodes,
     binary_values,
     check_count,
     check_step,
@@ -25,6 +25,9 @@ from geosurf.read.grids.nodes import (
     scale_of,
     text_values,
 )
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
 
 # ---- irap ----------------------------------------
 # IRAP grids, classic (text) and binary: the map formats of RMS.
@@ -44,7 +47,7 @@ N_HEADER = 19  # values of the header of a text file
 HEADER_RECORDS = (">ii6f", ">i3f", ">7i")
 
 
-def read_irap(path: Path, request: Request) -> GridNodes:
+def read_irap(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read an IRAP grid, classic or binary, whichever the content is.
 
@@ -59,7 +62,7 @@ def read_irap(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN where undefined.
 
     Raises
@@ -232,7 +235,7 @@ HEAD = re.compile(rb"\s*STORMGRID_(BINARY|ASCII)" + rb"\s+([^\s]+)" * 8 + rb"[ \
 UNDEFINED = -999.0
 
 
-def read_storm(path: Path, request: Request) -> GridNodes:
+def read_storm(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a STORM grid, binary or text.
 
@@ -246,7 +249,7 @@ def read_storm(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
 
     Raises
@@ -305,7 +308,7 @@ HEAD_6 = "<4s2h6d"
 HEAD_7 = "<2i8d"
 
 
-def read_surfer(path: Path, request: Request) -> GridNodes:
+def read_surfer(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a Surfer grid: version 6, text or binary, or version 7.
 
@@ -319,7 +322,7 @@ def read_surfer(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN where blank, shape (nrow, ncol).
 
     Raises

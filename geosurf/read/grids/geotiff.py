@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,13 +18,16 @@ from geosurf.errors import DependencyError, FormatError, InputError
 from geosurf.read._common import Request
 from geosurf.read._guard import read_bytes, refuse_large
 from geosurf.read._noted import noted
-from geosurf.read.grids.nodes import GridHeader, GridNodes, finished
+from geosurf.read.grids.nodes import GridHeader, finished
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
 
 STRAIGHT = 1e-9  # cosine of the angle between rows and columns that is a right one, to rounding
 UNITS = ("m", "metre", "meter", "metres", "meters", "ft", "foot", "feet", "km")
 
 
-def read_geotiff(path: Path, request: Request) -> GridNodes:
+def read_geotiff(path: Path, request: Request) -> xr.DataArray:
     """
     Read a GeoTIFF of one band.
 
@@ -38,7 +41,7 @@ def read_geotiff(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m] at the centres of cells, positive up, NaN where undefined.
 
     Raises

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,10 @@ from geosurf.read._common import Request, integer, number, number_text, read_tex
 from geosurf.read._guard import refuse_large
 from geosurf.read._noted import noted
 from geosurf.read._table import words_per_line
-from geosurf.read.grids.nodes import Axis, GridHeader, GridNodes, finished, from_corners, scale_of
+from geosurf.read.grids.nodes import GridHeader, finished, from_corners, grid_array, scale_of
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
 
 # ---- ijxyz ----------------------------------------
 # Seismic grids in text: inline, crossline, x, y, z on each line, in any order of lines.
@@ -43,7 +46,7 @@ def looks_like_ijxyz(head: bytes) -> bool:
     return len(lines) >= FEWEST and all(LINE.match(line) for line in lines)
 
 
-def read_ijxyz(path: Path, request: Request) -> GridNodes:
+def read_ijxyz(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a grid of inlines and crosslines.
 
@@ -57,7 +60,7 @@ def read_ijxyz(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN at nodes that are absent. Easting and northing of nodes with
         a value are those of the text; others follow from the line numbers.
 
@@ -169,25 +172,15 @@ def _note(along: np.ndarray, first: int, shape: tuple[int, int], steps: list[int
 
 def _nodes(
     places: np.ndarray, elevation: np.ndarray, at: tuple[Any, Any], name: str, source: str
-) -> GridNodes:
+) -> xr.DataArray:
     """Nodes with one coordinate per axis where the text has straight axes, else one per node."""
-    metre = {"units": "m"}
-    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
-    dims: tuple[str, str] = ("northing", "easting")
-
     # straight axes: all nodes of a column have the very same x, those of a row the same y
     x, y = np.full(elevation.shape[1], np.nan), np.full(elevation.shape[0], np.nan)
     x[at[1]], y[at[0]] = places[at][:, 0], places[at][:, 1]
     straight = (x[at[1]] == places[at][:, 0]).all() and (y[at[0]] == places[at][:, 1]).all()
-    if straight and (np.diff(x) > 0).all() and (np.diff(y) > 0).all():
-        coords = {"northing": Axis(y, dims[:1], metre), "easting": Axis(x, dims[1:], metre)}
-        return GridNodes(elevation, dims, coords, name, attrs)
-    dims = ("row", "column")
-    coords = {
-        "easting": Axis(places[..., 0].copy(), dims, metre),
-        "northing": Axis(places[..., 1].copy(), dims, metre),
-    }
-    return GridNodes(elevation, dims, coords, name, attrs)
+    if not straight or not (np.diff(x) > 0).all() or not (np.diff(y) > 0).all():
+        x, y = places[..., 0].copy(), places[..., 1].copy()
+    return grid_array(elevation, x, y, name, source)
 
 
 # ---- earthvision ----------------------------------------
@@ -205,7 +198,7 @@ COMMENT = re.compile(r"^[ \t]*#[^\n]*\n", re.MULTILINE)
 NEEDED = ("x", "y", "z", "column", "row")
 
 
-def read_earthvision(path: Path, request: Request) -> GridNodes:
+def read_earthvision(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read an EarthVision grid.
 
@@ -219,7 +212,7 @@ def read_earthvision(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN at nodes that are absent, shape (nrow, ncol).
 
     Raises

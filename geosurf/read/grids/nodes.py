@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from geosurf.read._noted import noted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
-
 
 # ---- text ----------------------------------------
 # What readers of gridded formats share: values in bulk, counts, headers of keys, the result.
@@ -113,20 +112,38 @@ def from_corners(
 
 def finished(
     path: Path, request: Request, header: GridHeader, values: np.ndarray, scale: float, order: str
-) -> GridNodes:
-    """Nodes of values (nrow, ncol), rows from the origin on; their order and rotation are noted."""
+) -> xr.DataArray:
+    """Elevations of values (nrow, ncol), rows from the origin on; their order is noted.
+
+    Coordinates have one dimension if the grid is not rotated, else two.
+    """
     noted("order of values", order)
-    return nodes_from_grid(
-        header, scaled(values, scale), name=request.named(path), source=path.name
-    )
-
-
-def scaled(values: np.ndarray, scale: float) -> np.ndarray:
-    """Values times a factor, without negative zeros; in place, as maps are large."""
+    # in place, as maps are large; adding 0 makes -0 to 0
     values = np.require(values, np.float64, ["W"])
     values *= scale
     values += 0.0
-    return values
+    noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
+    noted("nodes", f"{header.ncol} columns x {header.nrow} rows")
+    noted("steps", f"{header.xinc:g} x {header.yinc:g} m")
+    header, values = header.upright(values)
+    column = np.arange(header.ncol, dtype=np.float64)
+    row = np.arange(header.nrow, dtype=np.float64)
+
+    # unrotated grids have one coordinate per axis; rotated ones one per node
+    if header.rotation % 360.0 == 0.0:
+        x, y = header.xori + column * header.xinc, header.yori + row * header.yinc
+    else:
+        # Node = origin + column * step along the turned easting axis + row * step across it [m].
+        along, across = header.axes()
+        step_x, step_y = column * header.xinc, row[:, None] * header.yinc
+        x = header.xori + (step_x * along[0] + step_y * across[0])
+        y = header.yori + (step_x * along[1] + step_y * across[1])
+    found = grid_array(np.ascontiguousarray(values), x, y, request.named(path), path.name)
+
+    # The header stays in the attributes, so that a grid can be written as it was read.
+    for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
+        found.attrs[key] = getattr(header, key)
+    return found
 
 
 # what a header may claim before we refuse to allocate for it
@@ -205,89 +222,25 @@ class GridHeader:
         return replace(self, xori=float(x), yori=float(y), xinc=xinc, yinc=yinc), values
 
 
-@dataclass(frozen=True, eq=False)
-class Axis:
-    """A coordinate of `GridNodes`; its attributes are those of one of xarray.
-
-    Attributes
-    ----------
-    values : ndarray of float64
-    dims : tuple of str
-    attrs : dict
-    """
-
-    values: np.ndarray
-    dims: tuple[str, ...]
-    attrs: dict[str, str]
-
-    @property
-    def ndim(self) -> int:
-        """Number of dimensions."""
-        return self.values.ndim
-
-    @property
-    def dtype(self) -> np.dtype:
-        """Type of the values."""
-        return self.values.dtype
-
-    def transpose(self, *dims: str) -> Axis:
-        """Return the same with dimensions in another order."""
-        order = [self.dims.index(dim) for dim in dims]
-        return Axis(self.values.transpose(order), dims, self.attrs)
+METRE = {"units": "m"}
 
 
-@dataclass(frozen=True, eq=False)
-class GridNodes:
-    """A grid as a file has it: what `triangulate_horizon` asks a DataArray for, without xarray.
+def grid_array(
+    values: np.ndarray, easting: np.ndarray, northing: np.ndarray, name: str, source: str
+) -> xr.DataArray:
+    """Elevations [m] of nodes (row, column), with one coordinate for each axis or each node."""
+    import xarray as xr
 
-    Importing xarray takes longer than all that is done to a small grid.
-
-    Attributes
-    ----------
-    values : ndarray of float64, shape (n_row, n_col)
-        Elevation [m], NaN where absent.
-    dims : (str, str)
-    coords : dict of Axis
-    name : str
-    attrs : dict
-    """
-
-    values: np.ndarray
-    dims: tuple[str, str]
-    coords: dict[str, Axis]
-    name: str
-    attrs: dict[str, Any]
-
-    @property
-    def dtype(self) -> np.dtype:
-        """Type of the values."""
-        return self.values.dtype
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of rows and columns."""
-        return self.values.shape
-
-    def copy(self, deep: bool = True) -> GridNodes:
-        """Return the same with arrays of its own."""
-        coords = {
-            key: replace(axis, values=axis.values.copy()) for key, axis in self.coords.items()
-        }
-        return replace(self, values=self.values.copy(), coords=coords)
-
-    def to_xarray(self) -> xr.DataArray:
-        """Return the same as a DataArray."""
-        import xarray as xr
-
-        coords = {key: (axis.dims, axis.values, axis.attrs) for key, axis in self.coords.items()}
-        return xr.DataArray(
-            self.values, dims=self.dims, coords=coords, name=self.name, attrs=self.attrs
-        )
+    axes = ("northing", "easting") if easting.ndim == 1 else ("row", "column")
+    dims = (axes[:1], axes[1:]) if easting.ndim == 1 else (axes, axes)
+    coords = {"northing": (dims[0], northing, METRE), "easting": (dims[1], easting, METRE)}
+    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
+    return xr.DataArray(values, dims=axes, coords=coords, name=name, attrs=attrs)
 
 
 def nodes_from_places(
     nodes: np.ndarray, *, name: str, source: str, crs: str | None = None
-) -> GridNodes:
+) -> xr.DataArray:
     """Return the nodes of a grid of which each has its own place.
 
     Parameters
@@ -301,7 +254,7 @@ def nodes_from_places(
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         With 1-D coordinates where rows run east and columns north, else 2-D ones.
     """
     # columns, rows and up are right-handed, as in all grids
@@ -310,68 +263,11 @@ def nodes_from_places(
     if np.nansum(turn) < 0:
         nodes = nodes[::-1]
     x, y, z = (np.ascontiguousarray(nodes[..., k]) for k in range(3))
-    dims: tuple[str, str] = ("row", "column")
-    metre = {"units": "m"}
-    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
-    if crs is not None:
-        attrs["crs"] = crs
     if min(z.shape) and (x == x[:1]).all() and (y == y[:, :1]).all():
         east, north = x[0], y[:, 0]
         if (np.diff(east) > 0).all() and (np.diff(north) > 0).all():
-            dims = ("northing", "easting")
-            axes = {
-                "northing": Axis(north, dims[:1], metre),
-                "easting": Axis(east, dims[1:], metre),
-            }
-            return GridNodes(z, dims, axes, name, attrs)
-    places = {"easting": Axis(x, dims, metre), "northing": Axis(y, dims, metre)}
-    return GridNodes(z, dims, places, name, attrs)
-
-
-def nodes_from_grid(
-    header: GridHeader, elevation: np.ndarray, *, name: str, source: str
-) -> GridNodes:
-    """Return the nodes of a grid: 1-D coordinates if unrotated, 2-D if rotated.
-
-    Parameters
-    ----------
-    header : GridHeader
-    elevation : ndarray of float64, shape (nrow, ncol)
-        [m], positive up; NaN where absent.
-    name, source : str
-        Name of the horizon, and of the file (without folder).
-
-    Returns
-    -------
-    GridNodes
-    """
-    noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
-    noted("nodes", f"{header.ncol} columns x {header.nrow} rows")
-    noted("steps", f"{header.xinc:g} x {header.yinc:g} m")
-    header, elevation = header.upright(elevation)
-    attrs: dict[str, Any] = {"units": "m", "positive": "up", "long_name": name, "source": source}
-    column = np.arange(header.ncol, dtype=np.float64)
-    row = np.arange(header.nrow, dtype=np.float64)
-    metre = {"units": "m"}
-    dims: tuple[str, str] = ("row", "column")
-
-    # unrotated grids have one coordinate per axis; rotated ones one per node
-    if header.rotation % 360.0 == 0.0:
-        dims = ("northing", "easting")
-        coords = {
-            "northing": Axis(header.yori + row * header.yinc, dims[:1], metre),
-            "easting": Axis(header.xori + column * header.xinc, dims[1:], metre),
-        }
-    else:
-        # Node = origin + column * step along the turned easting axis + row * step across it [m].
-        along, across = header.axes()
-        step_x, step_y = column * header.xinc, row[:, None] * header.yinc
-        x = header.xori + (step_x * along[0] + step_y * across[0])
-        y = header.yori + (step_x * along[1] + step_y * across[1])
-        coords = {"easting": Axis(x, dims, metre), "northing": Axis(y, dims, metre)}
-
-    # The header stays in the attributes, so that a grid can be written as it was read.
-    for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
-        attrs[key] = getattr(header, key)
-    values = np.ascontiguousarray(elevation, dtype=np.float64)
-    return GridNodes(values, dims, coords, name, attrs)
+            x, y = east, north
+    nodes_of = grid_array(z, x, y, name, source)
+    if crs is not None:
+        nodes_of.attrs["crs"] = crs
+    return nodes_of

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from geosurf.read._placed import crs_of_prj
 from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import (
     GridHeader,
-    GridNodes,
     check_count,
     check_step,
     finished,
@@ -31,6 +31,9 @@ from geosurf.read.grids.nodes import (
     scale_of,
     text_values,
 )
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
 
 # ---- esri ----------------------------------------
 # ESRI grids in text: rows of a map from north to south, each from west to east.
@@ -44,7 +47,7 @@ LINE = re.compile(r"[ \t]*([A-Za-z_]+)[ \t]+(\S+)[ \t]*\n")
 ESRI_NULL = "-9999"  # where the header states none
 
 
-def read_esri(path: Path, request: Request) -> GridNodes:
+def read_esri(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read an ESRI grid in text.
 
@@ -58,7 +61,7 @@ def read_esri(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m] at the centres of cells, positive up, NaN where undefined.
 
     Raises
@@ -140,7 +143,7 @@ SENSES = {1: 1, -2: -1}  # rows from the south, from the north
 Keys = dict[str, tuple[int, str]]
 
 
-def read_gxf(path: Path, request: Request) -> GridNodes:
+def read_gxf(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a GXF grid.
 
@@ -155,7 +158,7 @@ def read_gxf(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
 
     Raises
@@ -283,7 +286,7 @@ HUGE = 1e20  # null values of a header are larger, other numbers of its line sma
 Lines = dict[str, tuple[int, list[str]]]
 
 
-def read_cps3(path: Path, request: Request) -> GridNodes:
+def read_cps3(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a CPS-3 grid in text.
 
@@ -297,7 +300,7 @@ def read_cps3(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
 
     Raises
@@ -433,7 +436,7 @@ SYSTEM = re.compile(r"^![ \t]*CRS:[ \t]*(\S[^\n]*\S)[ \t]*$", re.MULTILINE)  # a
 PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
 
 
-def read_zmap(path: Path, request: Request) -> GridNodes:
+def read_zmap(path: Path, request: Request) -> xr.DataArray:
     r"""
     Read a ZMAP+ grid.
 
@@ -447,7 +450,7 @@ def read_zmap(path: Path, request: Request) -> GridNodes:
 
     Returns
     -------
-    GridNodes
+    xarray.DataArray
         Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
 
     Raises

@@ -15,7 +15,7 @@ from geosurf.model.base import in_crs_of
 from geosurf.read._common import Request
 from geosurf.read._noted import chosen, noted
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
-from geosurf.read.grids.nodes import GridNodes, nodes_from_places
+from geosurf.read.grids.nodes import nodes_from_places
 from geosurf.read.resqml.package import Package, open_package
 from geosurf.read.resqml.representations import (
     GRID,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
 
-def read_resqml_horizon(path: Path, request: Request) -> GridNodes | TriSurface:
+def read_resqml_horizon(path: Path, request: Request) -> xr.DataArray | TriSurface:
     """
     Read a horizon: a grid, or triangles.
 
@@ -52,7 +52,7 @@ def read_resqml_horizon(path: Path, request: Request) -> GridNodes | TriSurface:
 
     Returns
     -------
-    GridNodes or TriSurface
+    xarray.DataArray or TriSurface
         The second with the role ``"horizon"``.
 
     Raises
