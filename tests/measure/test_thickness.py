@@ -296,3 +296,19 @@ def test_law_maps_are_the_same_some_lines_at_a_time(graben, kind, monkeypatch):
     whole = maps()
     monkeypatch.setattr(unit_columns, "AT_ONCE", 50)
     assert maps() == whole
+
+
+def test_blocks_whose_names_hold_each_other_stay_apart():
+    """'A-' is a part of the text 'A+ AA-'; it is no part of that block."""
+    box = (0.0, 60.0, 0.0, 30.0, -40.0, 0.0)
+    horizons = {name: level(name, z) for name, z in (("Top", -10.0), ("Base", -20.0))}
+    faults = {}
+    for name, x in (("A", 20.0), ("AA", 40.0)):
+        corners = [(x, -2.0, -60.0), (x, 32.0, -60.0), (x, 32.0, 20.0), (x, -2.0, 20.0)]
+        faults[name] = TriSurface(name, "fault", corners, [(0, 1, 2), (0, 2, 3)])
+    found = Scene(horizons, faults, box).thickness("Top/Base", 10.0)
+    assert any("A-" in b.split() for b in found.block.values.tolist())
+    for block in found.block.values.tolist():
+        there = np.isfinite(found.sel(block=block).values).any(axis=0)
+        assert there.sum() == 2, block
+    assert (np.isfinite(found.values).sum(axis=0) == 1).all()
