@@ -7,8 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from benchmarks import bench_text, run_bench, write_bench
-from geosurf.cli.console import encodable_output, printed_warnings
-from geosurf.cli.exit_codes import OUR_FAULT, ExitCode
+from geosurf.cli.console import OUR_FAULT, ExitCode, encodable_output, printed_warnings
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -25,8 +25,7 @@ import sys
 import time
 from collections.abc import Sequence
 
-from geosurf.cli.console import encodable_output, peak_megabytes, printed_warnings
-from geosurf.cli.exit_codes import ExitCode
+from geosurf.cli.console import ExitCode, encodable_output, peak_megabytes, printed_warnings
 from geosurf.cli.install_commands import doctor_command
 from geosurf.cli.parser import build_parser
 from geosurf.cli.scenario_commands import ensemble_command

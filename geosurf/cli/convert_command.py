@@ -200,8 +200,7 @@ def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
     """Read a file by its content; z keeps the direction of the file where nobody states one."""
     import geosurf
     from geosurf import read
-    from geosurf.read._common import otherwise
-    from geosurf.read._noted import collected
+    from geosurf.read._common import collected, otherwise
     from geosurf.read.file_info import kind_of_file
     from geosurf.read.registry import MESH_FORMATS
     from geosurf.write.registry import NO_DIRECTION, kind_of

@@ -188,7 +188,7 @@ def ensemble_command(options: argparse.Namespace) -> Answer:
     """Build many realisations of a scenario, and write quantiles of volumes."""
     from geosurf.conventions.packages import missing_sentence
     from geosurf.ensemble import report_ensemble, run_ensemble
-    from geosurf.ensemble.tables import quantile_csv, quantile_text
+    from geosurf.ensemble.results import quantile_csv, quantile_text
     from geosurf.files.atomic import write_whole
     from geosurf.scenario.plan import input_files
 

@@ -34,13 +34,15 @@ from geosurf.conventions.axes import (
 )
 from geosurf.conventions.checks import (
     CONVERSION_ERRORS,
+    FRAME_STEP,
     first_given,
+    frame_origin,
     is_number,
     is_whole,
     is_word,
     real_numbers,
+    shift_is_exact,
 )
-from geosurf.conventions.frame import FRAME_STEP, frame_origin, shift_is_exact
 from geosurf.conventions.text import (
     area_text,
     area_texts,

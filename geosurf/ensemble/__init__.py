@@ -4,21 +4,18 @@
 run.py             `run_ensemble`: all of it
 plan.py            one ensemble, prepared: what a worker needs for realisation k
 models.py          what realisations are made of: a scene, a function
-change.py          what one realisation changes of a model
+change.py          what one realisation changes of a model, and where its numbers come from
 described.py       what is uncertain, in words with units
-draws.py           where its numbers come from; streams.py: one stream for each
 depths.py          uncertain horizons: shifts, and errors correlated in the map
 contact_levels.py  uncertain fluid contacts
 throws.py          uncertain throw; fault_moves.py: position and dip
 horizon_data.py    the data of a horizon, as places and elevations
-covariance.py      how errors at two places are related
-field_grid.py      the lattice that a random field is simulated on
-fields.py          Gaussian random fields, conditioned to known values
+fields.py          Gaussian random fields on a lattice, conditioned to known values
 record.py          the result of one realisation; maps.py: its maps
 juxtapositions.py  zones that face each other across faults
 on_dask.py         realisations on Dask: threads, processes, clusters
 store.py           the Zarr store; sums.py: its maps
-results.py         quantiles, convergence, tornado; tables.py: as text
+results.py         quantiles, convergence, tornado; also as text
 report.py          one HTML page; charts.py: its figures
 scenario_model.py  the tables [ensemble] and [[uncertain]] of a scenario
 =================  ============================================================
@@ -36,12 +33,12 @@ from geosurf.model.distributions import Uniform as Uniform
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf.ensemble.contact_levels import ContactLevel as ContactLevel
-    from geosurf.ensemble.covariance import Covariance as Covariance
     from geosurf.ensemble.depths import DepthError as DepthError
     from geosurf.ensemble.depths import DepthShift as DepthShift
     from geosurf.ensemble.fault_moves import FaultDip as FaultDip
     from geosurf.ensemble.fault_moves import FaultShift as FaultShift
-    from geosurf.ensemble.field_grid import FieldGrid as FieldGrid
+    from geosurf.ensemble.fields import Covariance as Covariance
+    from geosurf.ensemble.fields import FieldGrid as FieldGrid
     from geosurf.ensemble.fields import GaussianField as GaussianField
     from geosurf.ensemble.juxtapositions import juxtaposition as juxtaposition
     from geosurf.ensemble.report import report_ensemble as report_ensemble

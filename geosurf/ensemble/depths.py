@@ -10,9 +10,7 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.ensemble.change import Change, Given, names_among
-from geosurf.ensemble.covariance import Covariance
-from geosurf.ensemble.field_grid import FieldGrid
-from geosurf.ensemble.fields import GaussianField
+from geosurf.ensemble.fields import Covariance, FieldGrid, GaussianField
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.distributions import Distribution, distribution_of, reach_of

@@ -16,15 +16,229 @@ sections 7.3 and 7.5.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import length_text, place
-from geosurf.ensemble.covariance import Covariance
-from geosurf.ensemble.field_grid import FieldGrid
+from geosurf.conventions import did_you_mean, is_number, length_text, place
 from geosurf.errors import InputError
+from geosurf.model import Lattice
+
+# ---- field grid ----------------------------------------
+# The regular lattice that a random field is simulated on: nodes of a horizon, or its own.
+
+
+REGULAR = 1e-6  # of a cell: how far nodes may be off for distances, which decide nothing else
+
+
+@dataclass(frozen=True, eq=False)
+class FieldGrid:
+    """
+    Nodes in rows and columns of equal steps, at any angle.
+
+    Attributes
+    ----------
+    corner : ndarray of float64, shape (2,)
+        Easting and northing of the first node [m].
+    steps : ndarray of float64, shape (2, 2)
+        From row to row, and from column to column [m]; at right angles.
+    shape : (n_row, n_col)
+
+    Examples
+    --------
+    >>> grid = FieldGrid.around(np.array([[0.0, 0.0], [100.0, 40.0]]), 20.0)
+    >>> float(grid.cell[0]), (grid.weights_at(np.array([[50.0, 20.0]])).sum().round(12)).item()
+    (20.0, 1.0)
+    """
+
+    corner: np.ndarray
+    steps: np.ndarray
+    shape: tuple[int, int]
+
+    @classmethod
+    def of_lattice(cls, lattice: Lattice) -> FieldGrid | None:
+        """Return the grid of a horizon's nodes; None if these are not in equal steps."""
+        n_row, n_col = lattice.shape
+        # A single row has no step across.
+        if min(n_row, n_col) < 2:
+            return None
+        x, y = lattice.horizontal()
+        # Steps from the first to the last node average what rounding did to each.
+        corner = np.array([x[0, 0], y[0, 0]])
+        last_row = np.array([x[-1, 0], y[-1, 0]]) - corner
+        last_col = np.array([x[0, -1], y[0, -1]]) - corner
+        steps = np.stack([last_row / (n_row - 1), last_col / (n_col - 1)])
+        cell = np.hypot(*steps.T)
+        # Absent corners: the grid may be regular, but nothing proves it.
+        if not (np.isfinite(steps).all() and cell.min() > 0):
+            return None
+
+        # every node where the steps lead, and rows at right angles to columns
+        i, j = np.arange(n_row)[:, None], np.arange(n_col)[None, :]
+        off = max(
+            float(np.abs(values - (corner[k] + i * steps[0, k] + j * steps[1, k])).max())
+            for k, values in enumerate((x, y))
+        )
+        skew = abs(float(steps[0] @ steps[1])) / float(cell[0] * cell[1])
+        if not (off <= REGULAR * cell.min() and skew <= REGULAR):
+            return None
+        return cls(corner, steps, (n_row, n_col))
+
+    @classmethod
+    def around(cls, places: np.ndarray, cell: float) -> FieldGrid:
+        """Return an axis-parallel grid around places (n, 2), two nodes wider on each side."""
+        low, high = places.min(axis=0), places.max(axis=0)
+        # Two nodes more on each side, so that cubic interpolation finds its neighbours.
+        n_col, n_row = (np.ceil((high - low) / cell).astype(int) + 5).tolist()
+        # Rows run north, columns east.
+        steps = np.array([[0.0, cell], [cell, 0.0]])
+        return cls(low - 2.0 * cell, steps, (n_row, n_col))
+
+    @property
+    def cell(self) -> np.ndarray:
+        """Distance between rows and between columns [m], float64 (2,)."""
+        lengths: np.ndarray = np.hypot(*self.steps.T)
+        return lengths
+
+    @property
+    def n_node(self) -> int:
+        """Number of nodes."""
+        return self.shape[0] * self.shape[1]
+
+    def weights_at(self, places: np.ndarray) -> Any:
+        """
+        Return the weights of nodes in the values at places, by cubic convolution.
+
+        Parameters
+        ----------
+        places : ndarray of float64, shape (n, 2)
+            Inside of the grid.
+
+        Returns
+        -------
+        scipy.sparse.csr_matrix
+            (n, n_node): 1 for one node where a place is a node.
+        """
+        from scipy.sparse import csr_matrix
+
+        # Rows and columns as real numbers, also for a rotated lattice.
+        offset = (places - self.corner) @ np.linalg.inv(self.steps)
+        # The last node belongs to the last cell.
+        base = np.clip(np.floor(offset), 0, np.array(self.shape) - 2).astype(np.int64)
+        rows, rising = _cubic(offset[:, 0] - base[:, 0], base[:, 0], self.shape[0])
+        cols, across = _cubic(offset[:, 1] - base[:, 1], base[:, 1], self.shape[1])
+        nodes = rows[:, :, None] * self.shape[1] + cols[:, None, :]
+        # The weights of a product of two cubics.
+        weights = rising[:, :, None] * across[:, None, :]
+        n = len(places)
+        indptr = np.arange(n + 1) * 16
+        found = csr_matrix((weights.ravel(), nodes.ravel(), indptr), shape=(n, self.n_node))
+        # At the boundary a node stands for several: its weights add up.
+        found.sum_duplicates()
+        found.eliminate_zeros()
+        return found
+
+
+def _cubic(t: np.ndarray, base: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Four nodes along one axis and their weights (n, 4); beyond an end, the end itself."""
+    # Outside, the value at the boundary.
+    t = np.clip(t, 0.0, 1.0)
+    # Cubic convolution (Keys 1981) with a = -1/2: exact at nodes and for parabolas.
+    weights = 0.5 * np.stack(
+        [
+            t * (t * (2.0 - t) - 1.0),
+            t * t * (3.0 * t - 5.0) + 2.0,
+            t * (t * (4.0 - 3.0 * t) + 1.0),
+            t * t * (t - 1.0),
+        ],
+        axis=1,
+    )
+    return np.clip(base[:, None] + np.arange(-1, 3), 0, n - 1), weights
+
+
+# ---- covariance ----------------------------------------
+# How errors at two places are related: covariance as a function of their distance.
+
+
+# correlation of each model, 5 % (0 for the spherical one) at a distance of one range
+_MODELS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "gaussian": lambda h: np.exp(-3.0 * h * h),
+    "exponential": lambda h: np.exp(-3.0 * h),
+    "spherical": lambda h: np.where(h < 1.0, 1.0 - 1.5 * h + 0.5 * h**3, 0.0),
+}
+MODELS = tuple(_MODELS)
+# beyond so many ranges two errors are independent, to 1e-5 (gaussian) and 1e-4 of the variance
+_INDEPENDENT = {"gaussian": 2.0, "exponential": 3.0, "spherical": 1.0}
+# field nodes per range where a field is not simulated on the nodes of a horizon
+_NODES_PER_RANGE = {"gaussian": 16, "exponential": 40, "spherical": 40}
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """
+    Covariance of a stationary field, which depends on distance in the map only.
+
+    Parameters
+    ----------
+    sd : float
+        Standard deviation [m]; the sill is its square.
+    range : float
+        Distance at which the correlation has fallen to 5 % (``"spherical"``: to 0) [m].
+    model : {"gaussian", "exponential", "spherical"}
+        Gaussian: smooth errors, as of depth conversion. The others are rough.
+
+    Raises
+    ------
+    InputError
+        If a number is not above 0, or the model is unknown.
+
+    Examples
+    --------
+    >>> smooth = Covariance(sd=10.0, range=1000.0)
+    >>> smooth.at([0.0, 1000.0]).round(1).tolist()
+    [100.0, 5.0]
+    """
+
+    sd: float
+    range: float
+    model: str = "gaussian"
+
+    def __post_init__(self) -> None:
+        # The message shows what a sensible value looks like.
+        for key, example in (("sd", 10), ("range", 1500)):
+            value = getattr(self, key)
+            if not (is_number(value) and value > 0):
+                raise InputError(
+                    f"depth error: {key} is {value!r}; give metres above 0, as in {key}={example}."
+                )
+        if self.model not in MODELS:
+            raise InputError(
+                f"depth error: model is {self.model!r}; it must be one of {', '.join(MODELS)}."
+                f"{did_you_mean(str(self.model), MODELS)}"
+            )
+
+    @property
+    def independent(self) -> float:
+        """Distance from which two errors are practically independent [m]."""
+        # Errors beyond this distance need no common lattice: it sets the size of the torus.
+        return float(self.range) * _INDEPENDENT[self.model]
+
+    @property
+    def cell(self) -> float:
+        """Cell of a lattice that resolves the field [m]."""
+        # Rough fields change within a cell: they need more nodes per range.
+        return float(self.range) / _NODES_PER_RANGE[self.model]
+
+    def at(self, distance: np.ndarray | list[float]) -> np.ndarray:
+        """Return the covariance [m2] at distances [m]."""
+        # In units of the range, so that one formula serves all ranges.
+        h = np.asarray(distance, dtype=np.float64) / float(self.range)
+        found: np.ndarray = float(self.sd) ** 2 * _MODELS[self.model](h)
+        return found
+
 
 LARGEST = 1 << 24  # nodes of a torus
 MET = 1e-6  # of the standard deviation: how near a conditioned field comes to known values

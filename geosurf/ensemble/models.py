@@ -10,8 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from geosurf.ensemble.change import Change
-from geosurf.ensemble.draws import stream_of
+from geosurf.ensemble.change import Change, stream_of
 from geosurf.ensemble.horizon_data import HorizonData
 from geosurf.ensemble.throws import Factor
 from geosurf.errors import InputError
@@ -66,7 +65,7 @@ class SceneModel:
 
     Examples
     --------
-    >>> from geosurf.ensemble.draws import Draws
+    >>> from geosurf.ensemble.change import Draws
     >>> from geosurf.synthetic import tilted_planes
     >>> world = tilted_planes(n=5)
     >>> model = SceneModel(Scene(world.horizons, world.faults, world.box))

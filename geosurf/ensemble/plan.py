@@ -13,8 +13,7 @@ import numpy as np
 from geosurf import __version__
 from geosurf.conventions import counted
 from geosurf.conventions.running import silence
-from geosurf.ensemble.change import Change, Prepared, Uncertainty
-from geosurf.ensemble.draws import Draws
+from geosurf.ensemble.change import Change, Draws, Prepared, Uncertainty
 from geosurf.ensemble.juxtapositions import areas_of
 from geosurf.ensemble.maps import Layers
 from geosurf.ensemble.models import add_to

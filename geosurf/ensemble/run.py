@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from geosurf.conventions import counted, is_whole
-from geosurf.ensemble.draws import check_seed
+from geosurf.ensemble.change import check_seed
 from geosurf.ensemble.models import OWN_NUMBERS, BuiltModel, SceneModel
 from geosurf.ensemble.on_dask import (
     check_workers,

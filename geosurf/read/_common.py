@@ -6,20 +6,239 @@ or by the caller; when both speak they must agree.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 import re
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from geosurf.conventions import elevation_sign, first_given, metres_per_unit
+from geosurf.conventions import did_you_mean, elevation_sign, first_given, metres_per_unit
 from geosurf.errors import FormatError, InputError
-from geosurf.read._blocks import BLOCK, TextBlocks
-from geosurf.read._noted import noted
+from geosurf.read._guard import check_size, opened, read_some, refuse_beyond_memory
+
+# ---- blocks ----------------------------------------
+# A text file in blocks of whole lines, of which one at a time is in memory.
+
+
+BLOCK = 1 << 18  # bytes at a time: they and their numbers stay in the cache
+WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff", b"\x00\x00\xfe\xff")  # UTF-16 and UTF-32
+BYTE_ORDER = b"\xef\xbb\xbf"
+
+
+class TextBlocks:
+    r"""
+    Blocks of a text in UTF-8 or else Latin-1, with lines that end by a line feed.
+
+    Iteration yields each block with the number of its first line. Blocks end at line ends, so
+    that no number is cut in two.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    final_line_end : bool
+        Whether the last line needs a line end. Without it a last number may be cut short ("1603.25"
+        and "1603.2" both parse), so it is refused where the format has no other end mark.
+
+    Attributes
+    ----------
+    size : int
+        Bytes of the file.
+    head : str
+        The first block: at least `BLOCK` bytes, or the whole text.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "a.txt"
+    >>> _ = file.write_bytes(b"name\r\n1 2\r\n3 4\r\n")
+    >>> blocks = TextBlocks(file)
+    >>> blocks.skip(5)
+    >>> list(blocks)
+    [(2, '1 2\n3 4\n')]
+    """
+
+    def __init__(self, path: Path, *, final_line_end: bool = True) -> None:
+        self.path = path
+        self.size = 0
+        self._blocks = self._decoded(final_line_end)
+        self.head = next(self._blocks)
+        self._line = 1
+
+    def skip(self, n: int) -> None:
+        """Leave out the first characters of the head, before blocks are taken."""
+        self._line += self.head.count("\n", 0, n)
+        self.head = self.head[n:]
+
+    def __iter__(self) -> Iterator[tuple[int, str]]:
+        # the head is not kept: its memory would stay with that of the values
+        block: str | None = self.head
+        self.head = ""
+        while block is not None:
+            yield self._line, block
+            self._line += block.count("\n")
+            block = next(self._blocks, None)
+
+    def _decoded(self, final_line_end: bool) -> Iterator[str]:
+        """Yield blocks as text; the first one holds more than white space."""
+        waiting, n_line = "", 1
+        for data, is_last in self._pieces():
+            # UTF-8 first, which other encodings seldom pass by chance; Latin-1 takes any byte
+            try:
+                text = data.decode("utf-8")
+            except UnicodeDecodeError:
+                text = data.decode("latin-1")
+            if "\r" in text:
+                # line ends of Windows and of old Macs
+                text = text.replace("\r\n", "\n").replace("\r", "\n")
+            waiting += text
+            blank = not waiting or waiting.isspace()
+            if is_last and final_line_end and not blank and not waiting[-1].isspace():
+                raise FormatError(
+                    f"{self.path}, line {n_line + waiting.count(chr(10))}: the last line has no "
+                    "line end, so the file may be truncated. Export it again, or add a line end "
+                    "if the file is complete."
+                )
+            if n_line == 1 and blank:
+                if is_last:
+                    raise FormatError(
+                        f"{self.path}: the file contains only white space. Export it again."
+                    )
+                continue
+            n_line += waiting.count("\n")
+            if waiting:
+                yield waiting
+            waiting = ""
+
+    def _pieces(self) -> Iterator[tuple[bytes, bool]]:
+        """Yield whole lines of bytes, and whether they are the last ones."""
+        parts: list[bytes] = []
+        n_read = 0
+        with opened(self.path) as (file, self.size):
+            refuse_beyond_memory(self.path, self.size)
+            # one byte more than expected shows that the file has grown meanwhile
+            while data := read_some(self.path, file, min(BLOCK, self.size - n_read + 1)):
+                self._refuse_no_text(data, n_read)
+                text = data if n_read else data.removeprefix(BYTE_ORDER)
+                n_read += len(data)
+                # a carriage return at the end may belong to a line end of Windows
+                cut = max(text.rfind(b"\n"), text.rfind(b"\r", 0, len(text) - 1)) + 1
+                if cut:
+                    yield b"".join([*parts, text[:cut]]), False
+                    parts = []
+                parts.append(text[cut:])
+        check_size(self.path, self.size, n_read)
+        yield b"".join(parts), True
+
+    def _refuse_no_text(self, data: bytes, before: int) -> None:
+        """Refuse zero bytes; wide texts have them between letters, and get their own sentence."""
+        if before == 0 and data.startswith(WIDE_MARKS):
+            raise FormatError(
+                f"{self.path}: the text is in UTF-16 or UTF-32. Save the file as UTF-8."
+            )
+        if b"\0" in data:
+            raise FormatError(
+                f"{self.path}: byte {before + data.index(0)} is zero, so this is not a text file. "
+                "Set format= to its format."
+            )
+
+
+# ---- noted ----------------------------------------
+# How a reader interpreted a file: notes for `geosurf.info`, without effect elsewhere.
+
+
+# ---- choice ----------------------------------------
+# Files with several named objects: which one a caller means.
+
+
+Part = TypeVar("Part")
+MOST_NAMED = 12  # names in one message
+
+
+def chosen(
+    path: Path, groups: Mapping[str, Sequence[Part]], name: str | None, what: str
+) -> tuple[str, list[Part]]:
+    """
+    Return the name and the parts of the one object that a caller means.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    groups : mapping of str to sequence
+        Parts of each object; without a name under "".
+    name : str or None
+        The name that the caller gives; any name is right where there is one object.
+    what : str
+        Objects in the plural: "faults".
+
+    Raises
+    ------
+    InputError
+        If there are several and `name` is not one of them.
+
+    Examples
+    --------
+    >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, "F2", "faults")
+    ('F2', [3])
+    >>> chosen(Path("f.dat"), {"F1": [1, 2], "F2": [3]}, None, "faults")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    geosurf.errors.InputError: f.dat: the file has 2 faults: F1, F2. Choose one, as in name='F1' ...
+    """
+    names = list(groups)
+    listed = ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
+    if any(names):
+        noted("names", f"{len(names)} {what}: {listed}" if len(names) > 1 else listed)
+    if len(names) <= 1:
+        return (names or [""])[0], [part for parts in groups.values() for part in parts]
+    if name in groups:
+        return str(name), list(groups[str(name)])
+    if is_looking():  # `geosurf.info` looks at all of them
+        return "", [part for parts in groups.values() for part in parts]
+    asked = "" if name is None else f", but none is called {name!r}"
+    guess = "" if name is None else did_you_mean(name, names)
+    raise InputError(
+        f"{path}: the file has {len(names)} {what}: {listed}{asked}.{guess} Choose one, as in "
+        f"name={names[0]!r} (on the command line: --name {shlex.quote(names[0])})."
+    )
+
+
+_LOOKING: ContextVar[bool] = ContextVar("geosurf_read_looking", default=False)
+_NOTES: ContextVar[dict[str, str] | None] = ContextVar("geosurf_read_notes", default=None)
+
+
+def noted(key: str, value: object) -> None:
+    """Keep one sentence on what was read; later ones replace earlier ones."""
+    notes = _NOTES.get()
+    if notes is not None:
+        notes[key] = str(value)
+
+
+@contextlib.contextmanager
+def collected(*, looking: bool = False) -> Iterator[dict[str, str]]:
+    """
+    Collect what readers note meanwhile, in this thread.
+
+    `looking` is for `geosurf.info`: readers take a file with several objects, and do not warn.
+    """
+    notes: dict[str, str] = {}
+    token, before = _NOTES.set(notes), _LOOKING.set(looking)
+    try:
+        yield notes
+    finally:
+        _NOTES.reset(token)
+        _LOOKING.reset(before)
+
+
+def is_looking() -> bool:
+    """Whether `geosurf.info` looks at a file, which may then hold several objects."""
+    return _LOOKING.get()
+
 
 WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 COMMA = re.compile(r"[0-9],[0-9]")
@@ -180,7 +399,7 @@ def block_numbers(
 
 @dataclass(frozen=True)
 class Request:
-    """What a caller says of a file; None where it says nothing.
+    """What a caller states of a file; None where it states nothing.
 
     Attributes
     ----------

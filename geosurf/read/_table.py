@@ -22,9 +22,7 @@ import numpy as np
 from geosurf.conventions.axes import USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
-from geosurf.read._blocks import TextBlocks
-from geosurf.read._common import COMMA, is_number, number, numbers
-from geosurf.read._noted import noted
+from geosurf.read._common import COMMA, TextBlocks, is_number, noted, number, numbers
 
 # ---- columns ----------------------------------------
 # Which words of a line are easting, northing and z, and the rows collected so far.

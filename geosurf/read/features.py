@@ -35,9 +35,8 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import Request, read_text
+from geosurf.read._common import Request, chosen, is_looking, noted, read_text
 from geosurf.read._guard import read_bytes
-from geosurf.read._noted import chosen, is_looking, noted
 from geosurf.read._placed import AXES, crs_from, crs_of_prj, points_dataset
 from geosurf.warning import warn
 

@@ -13,10 +13,9 @@ import numpy as np
 
 from geosurf.errors import GeosurfError
 from geosurf.model.expected import path_of
-from geosurf.read._common import otherwise
+from geosurf.read._common import collected, noted, otherwise
 from geosurf.read._detect import detect, head_of
 from geosurf.read._guard import is_zarr, opened, size_of_store
-from geosurf.read._noted import collected, noted
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 from geosurf.read.las import holds_tops
 from geosurf.read.registry import GRID_FORMATS, MESH_FORMATS, OF_ONE_FUNCTION, TITLES

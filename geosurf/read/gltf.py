@@ -20,10 +20,9 @@ import numpy as np
 from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfError
 from geosurf.model import TriSurface
-from geosurf.read._common import Request
+from geosurf.read._common import Request, chosen, noted
 from geosurf.read._guard import read_bytes
-from geosurf.read._noted import chosen, noted
-from geosurf.read._triangles import surface_from_mesh
+from geosurf.read._placed import surface_from_mesh
 
 # extensions that change neither positions nor triangles
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_mesh_quantization")

@@ -28,10 +28,9 @@ from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import Request, integer, number, read_text
+from geosurf.read._common import Request, integer, is_looking, noted, number, read_text
 from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
 from geosurf.read._guard import read_bytes, refuse_large
-from geosurf.read._noted import is_looking, noted
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
 from geosurf.read.grids.nodes import nodes_from_places
 from geosurf.warning import warn

@@ -17,8 +17,7 @@ import numpy as np
 
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError
-from geosurf.read._common import Request, is_number, number, read_text
-from geosurf.read._noted import noted
+from geosurf.read._common import Request, is_number, noted, number, read_text
 from geosurf.read._placed import points_dataset
 
 if TYPE_CHECKING:  # pragma: no cover - types only

@@ -25,8 +25,8 @@ from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request
 from geosurf.read._guard import opened, read_bytes, same_file
-from geosurf.read._hdf5 import refuse_bombs
-from geosurf.read._triangles import split_quads, surface_from_mesh
+from geosurf.read._netcdf_file import refuse_bombs
+from geosurf.read._placed import split_quads, surface_from_mesh
 from geosurf.read.vtp import read_vtu, refuse_entities
 
 # ---- gmsh ----------------------------------------

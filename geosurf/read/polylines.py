@@ -18,8 +18,7 @@ import numpy as np
 from geosurf.conventions.axes import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._common import Request, is_number, number, read_text
-from geosurf.read._noted import chosen, noted
+from geosurf.read._common import Request, chosen, is_number, noted, number, read_text
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import END_MARK, Table, checked_decimal, named_column, read_table
 from geosurf.read._tops_layout import Layout, layout_of

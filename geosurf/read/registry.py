@@ -39,7 +39,7 @@ GRID_FORMATS = {
         (".gri", ".irap", ".irapbin", ".irapasc", ".irapascii", ".fgr"),
     ),
     "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
-    "zarr": ("zarr_store", "read_zarr_horizon", (".zarr",)),
+    "zarr": ("netcdf", "read_zarr_horizon", (".zarr",)),
     "zmap": ("grids.text_grids", "read_zmap", (".zmap", ".zmp")),
     "cps3": ("grids.text_grids", "read_cps3", (".cps3", ".cps")),
     "surfer": ("grids.binary_grids", "read_surfer", (".grd",)),

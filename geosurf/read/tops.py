@@ -19,11 +19,11 @@ from geosurf.read._common import (
     agreed_scale,
     agreed_sign,
     is_number,
+    noted,
     number,
     otherwise,
 )
 from geosurf.read._detect import detect, refuse_foreign
-from geosurf.read._noted import noted
 from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
 from geosurf.read.las import tops_of_las

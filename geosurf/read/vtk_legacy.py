@@ -16,10 +16,9 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._common import Request, number_text
+from geosurf.read._common import Request, noted, number_text
 from geosurf.read._guard import read_bytes
-from geosurf.read._noted import noted
-from geosurf.read._triangles import surface_from_mesh, triangles_of_cells
+from geosurf.read._placed import surface_from_mesh, triangles_of_cells
 
 # VTK writes its own ids as four bytes, however many they have in memory.
 # names of number types in the file -> big-endian numpy types

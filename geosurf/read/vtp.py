@@ -23,7 +23,7 @@ from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request
 from geosurf.read._guard import ALLOWANCE, read_bytes, refuse_large
-from geosurf.read._triangles import surface_from_mesh, triangles_of_cells
+from geosurf.read._placed import surface_from_mesh, triangles_of_cells
 
 # ---- vtkxml ----------------------------------------
 # Arrays of VTK's XML files: ascii, inline base64, appended base64 or raw; plain, zlib or lzma.

@@ -30,7 +30,7 @@ from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, check_with_cache
 from geosurf.warning import warn
-from geosurf.write._files import commit
+from geosurf.write.written import commit
 
 # ---- notes ----------------------------------------
 # Notes of a run: what a user should look at in the model.

@@ -48,7 +48,7 @@ class InteractiveView:
         OutputError
             If the file cannot be written.
         """
-        from geosurf.write._files import commit
+        from geosurf.write.written import commit
 
         path = path_of(path, "an interactive view")
         if path.suffix.lower() not in (".html", ".htm"):

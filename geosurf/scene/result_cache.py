@@ -28,8 +28,15 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
-from geosurf.files.atomic import remove, remove_abandoned, write_whole
-from geosurf.files.sealed import read_own, sealed, unsealed, why_not_ours
+from geosurf.files.atomic import (
+    read_own,
+    remove,
+    remove_abandoned,
+    sealed,
+    unsealed,
+    why_not_ours,
+    write_whole,
+)
 from geosurf.model import (
     Certificate,
     FaultCut,

@@ -17,6 +17,8 @@ import numpy as np
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError
 from geosurf.synthetic.planar import (
+    Plane,
+    Polyhedron,
     _above,
     _frame,
     _hanging,
@@ -24,8 +26,11 @@ from geosurf.synthetic.planar import (
     _other_side,
     _plane_fault,
     _through,
+    box_polyhedron,
+    clip,
+    section,
+    volume,
 )
-from geosurf.synthetic.polyhedra import Plane, Polyhedron, box_polyhedron, clip, section, volume
 from geosurf.synthetic.world import Offset, World, checked, make_horizon, shifted, zone_names
 
 _BOX = (0.0, 2000.0, 0.0, 1600.0, -2400.0, -1600.0)

@@ -21,8 +21,6 @@ from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import OutputError
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
-from geosurf.write._files import commit, commit_folder, commit_set
-from geosurf.write.prj import prj_of
 from geosurf.write.registry import (
     INSTEAD,
     KEEP_CRS,
@@ -32,7 +30,7 @@ from geosurf.write.registry import (
     WRITERS,
     kind_of,
 )
-from geosurf.write.written import Loss, Written
+from geosurf.write.written import Loss, Written, commit, commit_folder, commit_set, prj_of
 
 __all__ = ["Loss", "Written", "write"]
 

@@ -27,9 +27,8 @@ from geosurf.conventions.crs import are_same, crs_of, epsg_of, label
 from geosurf.errors import DependencyError, OutputError
 from geosurf.model import TriSurface
 from geosurf.model.base import Noun
-from geosurf.write._files import FileSet
 from geosurf.write.regular_grid import refuse_odd_nodes
-from geosurf.write.written import Loss
+from geosurf.write.written import FileSet, Loss
 
 # ---- resqml xml ----------------------------------------
 # The XML of a RESQML 2.0.1 package: objects, relations, and where arrays lie in the HDF5 file.

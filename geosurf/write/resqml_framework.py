@@ -20,7 +20,6 @@ from geosurf.conventions.crs import epsg_of, label
 from geosurf.errors import OutputError
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface, Units
-from geosurf.write._files import FileSet
 from geosurf.write.model3d import Parts, parts_of, unit_labels
 from geosurf.write.resqml import (
     Part,
@@ -36,7 +35,7 @@ from geosurf.write.resqml import (
     reference,
     zipped,
 )
-from geosurf.write.written import Loss
+from geosurf.write.written import FileSet, Loss
 
 # ---- model lines ----------------------------------------
 # The lines of a sealed model, where parts of surfaces meet: which parts, and their vertices.

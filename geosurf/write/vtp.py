@@ -18,8 +18,7 @@ import numpy as np
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import OutputError
 from geosurf.model import Curves, Patches, TriSurface, Unit, Units
-from geosurf.write._files import FileSet
-from geosurf.write.written import Loss
+from geosurf.write.written import FileSet, Loss
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

@@ -33,7 +33,7 @@ from benchmarks.scenes import SCENES, make_setting
 from benchmarks.starts import IMPORTS
 from benchmarks.stats import exponent
 from geosurf import Scene, intersect_surfaces, synthetic
-from geosurf.cli.exit_codes import OUR_FAULT
+from geosurf.cli.console import OUR_FAULT
 from geosurf.errors import InputError, OutputError
 from geosurf.synthetic.waves import _BOX as WAVES_BOX
 from geosurf.synthetic.waves import _east_of, _height

@@ -19,7 +19,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.cli.exit_codes import ExitCode
+from geosurf.cli.console import ExitCode
 from geosurf.cli.scenario_commands import units_data
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError

@@ -8,7 +8,7 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.ensemble.draws import check_seed, probability_of, stream_of
+from geosurf.ensemble.change import check_seed, probability_of, stream_of
 from geosurf.errors import InputError
 from geosurf.model.distributions import (
     Constant,

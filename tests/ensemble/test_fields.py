@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from geosurf.ensemble.covariance import MODELS, Covariance
-from geosurf.ensemble.field_grid import FieldGrid
-from geosurf.ensemble.fields import GaussianField
+from geosurf.ensemble.fields import MODELS, Covariance, FieldGrid, GaussianField
 from geosurf.errors import InputError
 from geosurf.model import Lattice
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from geosurf.files.sealed import MARK, sealed, unsealed
+from geosurf.files.atomic import MARK, sealed, unsealed
 
 NOBODY = 65534
 # a root that is bound by permissions as everybody else is: Linux, capabilities 1 and 2

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.errors import FormatError
-from geosurf.read import _blocks
-from geosurf.read._blocks import TextBlocks
+from geosurf.read import _common
+from geosurf.read._common import TextBlocks
 
 words = st.text("01.e-+ \tné\n\r", max_size=60)
 
@@ -22,7 +22,7 @@ words = st.text("01.e-+ \tné\n\r", max_size=60)
 def test_law_blocks_join_to_the_text(text, size):
     text += "1\n"
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_blocks, "BLOCK", size)
+        patch.setattr(_common, "BLOCK", size)
         path = Path(folder) / "a.txt"
         path.write_bytes(b"\xef\xbb\xbf" + text.encode())
         plain = text.replace("\r\n", "\n").replace("\r", "\n")

@@ -19,7 +19,7 @@ from geosurf.errors import InputError
 from geosurf.sheets import tear_horizon
 from geosurf.synthetic import torn_horizon
 from geosurf.synthetic.hills import hashed_noise
-from geosurf.synthetic.polyhedra import box_polyhedron, chord, clip, section, volume
+from geosurf.synthetic.planar import box_polyhedron, chord, clip, section, volume
 from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 

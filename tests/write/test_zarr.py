@@ -11,8 +11,8 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import DependencyError, OutputError
-from geosurf.write import _files
 from geosurf.write import netcdf as writer
+from geosurf.write import written
 from tests.write.crash_points import attack
 from tests.write.crash_writers import OTHERS
 
@@ -79,7 +79,7 @@ def test_law_the_same_bytes_each_time_and_nothing_hidden(blocks, tmp_path):
 def test_a_system_that_cannot_swap_folders_replaces_it_too(blocks, tmp_path, monkeypatch):
     gs.write(blocks, tmp_path / "b.zarr")
     gs.write(blocks.isel(elevation=slice(1)), tmp_path / "a.zarr")
-    monkeypatch.setattr(_files, "exchange", lambda one, two: False)
+    monkeypatch.setattr(written, "exchange", lambda one, two: False)
     gs.write(blocks, tmp_path / "a.zarr")
     assert bytes_of(tmp_path / "a.zarr") == bytes_of(tmp_path / "b.zarr")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.zarr", "b.zarr"]

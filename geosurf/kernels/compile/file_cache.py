@@ -23,8 +23,16 @@ from contextlib import suppress
 from pathlib import Path
 
 from geosurf.errors import GeosurfWarning
-from geosurf.files.atomic import remove, remove_abandoned, write_beside, write_whole
-from geosurf.files.sealed import read_own, sealed, unsealed, why_not_ours
+from geosurf.files.atomic import (
+    read_own,
+    remove,
+    remove_abandoned,
+    sealed,
+    unsealed,
+    why_not_ours,
+    write_beside,
+    write_whole,
+)
 from geosurf.kernels.compile.cache_folder import CHOICE, cache_folder, cache_root
 from geosurf.warning import issue
 

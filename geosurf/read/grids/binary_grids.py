@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._blocks import TextBlocks
-from geosurf.read._common import Request, integer, number
+from geosurf.read._common import Request, TextBlocks, integer, noted, number
 from geosurf.read._guard import opened, read_bytes, read_some
-from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import (
     GridHeader,
     binary_values,
@@ -328,7 +326,7 @@ def read_surfer(path: Path, request: Request) -> xr.DataArray:
     Raises
     ------
     FormatError
-        If the content is no Surfer grid, is cut short, rotated, or holds values that are not
+        If the content is not a Surfer grid, is cut short, rotated, or holds values that are not
         finite.
     InputError
         If `positive` is missing or `length_unit` unknown.

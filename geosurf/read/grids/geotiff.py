@@ -15,9 +15,8 @@ import numpy as np
 
 from geosurf.conventions.crs import label
 from geosurf.errors import DependencyError, FormatError, InputError
-from geosurf.read._common import Request
+from geosurf.read._common import Request, noted
 from geosurf.read._guard import read_bytes, refuse_large
-from geosurf.read._noted import noted
 from geosurf.read.grids.nodes import GridHeader, finished
 
 if TYPE_CHECKING:  # pragma: no cover - types only

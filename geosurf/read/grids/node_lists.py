@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import Request, integer, number, number_text, read_text
+from geosurf.read._common import Request, integer, noted, number, number_text, read_text
 from geosurf.read._guard import refuse_large
-from geosurf.read._noted import noted
 from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import GridHeader, finished, from_corners, grid_array, scale_of
 

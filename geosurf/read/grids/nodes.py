@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._blocks import TextBlocks
-from geosurf.read._common import Request, block_numbers, piece_numbers
-from geosurf.read._noted import noted
+from geosurf.read._common import Request, TextBlocks, block_numbers, noted, piece_numbers
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._blocks import TextBlocks
 from geosurf.read._common import (
     Request,
+    TextBlocks,
     block_numbers,
     integer,
     is_number,
+    noted,
     number,
     numbers,
 )
-from geosurf.read._noted import noted
 from geosurf.read._placed import crs_of_prj
 from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import (

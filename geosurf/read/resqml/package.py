@@ -23,9 +23,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from geosurf.errors import DependencyError, FormatError, InputError
+from geosurf.read._common import noted
 from geosurf.read._guard import ALLOWANCE, opened, read_bytes, refuse_large, same_file
-from geosurf.read._hdf5 import refuse_bombs
-from geosurf.read._noted import noted
+from geosurf.read._netcdf_file import refuse_bombs
 from geosurf.read.vtp import refuse_entities
 
 if TYPE_CHECKING:  # pragma: no cover - types only

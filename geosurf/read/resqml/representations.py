@@ -18,8 +18,7 @@ import numpy as np
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
-from geosurf.read._common import Request
-from geosurf.read._noted import noted
+from geosurf.read._common import Request, noted
 from geosurf.read.resqml.package import Package, every, find, kind, places_along, values_of
 
 # ---- places ----------------------------------------

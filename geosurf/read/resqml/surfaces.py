@@ -12,8 +12,7 @@ import numpy as np
 from geosurf.errors import FormatError, InputError, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import Request
-from geosurf.read._noted import chosen, noted
+from geosurf.read._common import Request, chosen, noted
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
 from geosurf.read.grids.nodes import nodes_from_places
 from geosurf.read.resqml.package import Package, open_package

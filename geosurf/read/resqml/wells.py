@@ -13,8 +13,7 @@ import numpy as np
 
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError
-from geosurf.read._common import Request
-from geosurf.read._noted import noted
+from geosurf.read._common import Request, noted
 from geosurf.read.resqml.package import Package, find, kind, open_package, values_of
 from geosurf.read.resqml.representations import SPELLINGS, crs_of, points_of, world
 

@@ -12,9 +12,8 @@ import numpy as np
 from geosurf.conventions import counted, elevation_sign, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
-from geosurf.read._common import Request, agreed_scale, agreed_sign
+from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
 from geosurf.read._detect import detect, refuse_foreign
-from geosurf.read._noted import noted
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import plain_name, unit_in_name
