@@ -35,7 +35,6 @@ def resident() -> tuple[float, float]:
 def draw(what: str, size: float) -> dict[str, float]:
     """Draw one picture in this process: megabytes, seconds by the clock and of the processor."""
     from geosurf import Scene
-    from geosurf.render import render_scene
 
     setting = make_setting("S1", size)
     for _, _, grid in setting.sources:
@@ -45,7 +44,7 @@ def draw(what: str, size: float) -> dict[str, float]:
     before, start, busy = resident()[0], time.perf_counter(), time.process_time()
     shown = {} if what in ("view", READ_ONLY) else {"show": ("units",), "exploded": 0.3}
     with tempfile.TemporaryDirectory() as folder:
-        render_scene(scene, Path(folder) / "picture.png", **shown)
+        scene.plot.view(path=Path(folder) / "picture.png", **shown)
     return {
         "megabytes": resident()[1] - before,
         "seconds": time.perf_counter() - start,

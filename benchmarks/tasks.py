@@ -105,10 +105,9 @@ def _first_pair(scene: Scene) -> tuple[str, str]:
 
 
 def _picture(scene: Scene, options: dict) -> int:
-    from geosurf.render import render_scene
 
     with tempfile.TemporaryDirectory() as folder:
-        return render_scene(scene, Path(folder) / "view.png").stat().st_size
+        return scene.plot.view(path=Path(folder) / "view.png").stat().st_size
 
 
 def _floor(setting: Setting, options: dict) -> float:

@@ -85,12 +85,8 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         rebuild_surfaces as rebuild_surfaces,
     )
     from geosurf.render import (
-        render_allan as render_allan,
         render_grid_section as render_grid_section,
         render_place as render_place,
-        render_scene as render_scene,
-        render_section as render_section,
-        render_thickness as render_thickness,
     )
     from geosurf.render.overlay import PictureOverlay as PictureOverlay
     from geosurf.render.picture_style import PictureStyle as PictureStyle

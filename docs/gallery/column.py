@@ -30,4 +30,4 @@ scene = gs.Scene(
     box=(0, 4000, 0, 4000, -2200, -1200),
     column={"Unconformity": "discontinuous"},
 )
-gs.render_scene(scene, "docs/pictures/column.png", show=["units"], size=(960, 600))
+scene.plot.view(path="docs/pictures/column.png", show=["units"], size=(960, 600))

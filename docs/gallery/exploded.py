@@ -2,6 +2,4 @@
 
 from field import SIZE, scene
 
-import geosurf as gs
-
-gs.render_scene(scene, "docs/pictures/demo.png", show=["units"], exploded=0.15, size=SIZE)
+scene.plot.view(path="docs/pictures/demo.png", show=["units"], exploded=0.15, size=SIZE)

@@ -45,9 +45,9 @@ sealed = given.replace(
 with TemporaryDirectory() as folder:
     size = (800, 520)
     files = [
-        gs.render_scene(given, f"{folder}/given.png", size=size, clip=False),
-        gs.render_scene(sealed, f"{folder}/sealed.png", size=size),
-        gs.render_scene(sealed, f"{folder}/blocks.png", show=["units"], exploded=0.2, size=size),
+        given.plot.view(path=f"{folder}/given.png", size=size, clip=False),
+        sealed.plot.view(path=f"{folder}/sealed.png", size=size),
+        sealed.plot.view(path=f"{folder}/blocks.png", show=["units"], exploded=0.2, size=size),
     ]
     figure, axes = plt.subplots(1, 3, figsize=(14, 3.2), layout="constrained")
     titles = ("as picked", "extended and truncated", "the blocks")

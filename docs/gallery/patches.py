@@ -4,4 +4,4 @@ import geosurf as gs
 
 world = gs.synthetic.graben()
 scene = gs.Scene(world.horizons, world.faults, world.box)
-gs.render_scene(scene, "docs/pictures/patches.png", show=["patches", "curves"], size=(960, 600))
+scene.plot.view(path="docs/pictures/patches.png", show=["patches", "curves"], size=(960, 600))

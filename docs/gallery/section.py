@@ -2,7 +2,5 @@
 
 from field import SIZE, scene
 
-import geosurf as gs
-
-section = scene.section([(200, 600), (2900, 1000), (5900, 3900)])  # easting, northing [m]
-gs.render_section(section, "docs/pictures/section.png", size=SIZE)
+line = [(200, 600), (2900, 1000), (5900, 3900)]  # easting, northing [m]
+scene.plot.section(line, path="docs/pictures/section.png", size=SIZE)

@@ -2,8 +2,4 @@
 
 from field import SIZE, scene
 
-import geosurf as gs
-
-polygons = {name: scene.fault_polygons(name) for name in ("Top", "Middle")}
-thickness = scene.thickness("Top/Middle", 30.0)
-gs.render_thickness(thickness, "docs/pictures/isochore.png", polygons=polygons, size=SIZE)
+scene.plot.thickness("Top/Middle", grid=30.0, path="docs/pictures/isochore.png", size=SIZE)

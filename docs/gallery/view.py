@@ -2,6 +2,4 @@
 
 from field import SIZE, scene
 
-import geosurf as gs
-
-gs.render_scene(scene, "docs/pictures/view_southwest.png", view="southwest", size=SIZE)
+scene.plot.view("southwest", path="docs/pictures/view_southwest.png", size=SIZE)

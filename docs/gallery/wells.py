@@ -2,8 +2,6 @@
 
 from field import SIZE, scene
 
-import geosurf as gs
-
 wells = {"A-1": (700, 25.0), "A-2": (2150, -15.0), "A-3": (3600, 20.0), "A-4": (5100, -20.0)}
 names = scene.horizon_names
 tops = {
@@ -15,6 +13,6 @@ tops = {
 }
 exact = scene.misfit(tops).model.values  # where the horizons are
 off = [miss for _, miss in wells.values() for _ in names]
-misfit = scene.misfit(tops | {"elevation": exact - off})
-section = scene.section([(0, 2000), (6000, 2000)])  # easting, northing [m]
-gs.render_section(section, "docs/pictures/wells.png", size=SIZE, tops=misfit)
+drilled = scene.replace(tops=tops | {"elevation": exact - off})
+line = [(0, 2000), (6000, 2000)]  # easting, northing [m]
+drilled.plot.section(line, path="docs/pictures/wells.png", size=SIZE)

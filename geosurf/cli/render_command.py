@@ -88,7 +88,6 @@ def render_command(options: argparse.Namespace) -> Answer:
 
 def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a view in space; options that are not given are those of the scenario."""
-    from geosurf.render import render_scene
     from geosurf.render.colouring import check_colour_by
     from geosurf.render.compose import check_look
 
@@ -117,9 +116,8 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     check_look(**look, path=options.out)
     check_colour_by(given(options.colour_by, "unit"))
     overlay = _overlay_of(scenario, options)
-    return render_scene(
-        _built(scenario, options),
-        options.out,
+    return _built(scenario, options).plot.view(  # type: ignore[no-any-return]
+        path=options.out,
         show=_words_of(given(options.show, SHOW)),
         exaggeration=given(options.exaggeration, scenario.output.exaggeration),
         clip=given(options.clip, scenario.output.clip),
@@ -190,7 +188,6 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; refuse options of views, which would have no effect."""
     from geosurf.conventions.packages import need_plots
-    from geosurf.render import render_section
 
     # None means "not given": argparse has no other way to tell it from a default
     for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
@@ -206,9 +203,8 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     line = _line_of(options.section)
     size, style = _size_of(scenario, options), _style_of(scenario, options)
     overlay = _overlay_of(scenario, options)
-    section = _built(scenario, options).section(line)
-    return render_section(
-        section, options.out, size=size, title=options.title, overlay=overlay, style=style
+    return _built(scenario, options).plot.section(  # type: ignore[no-any-return]
+        line, path=options.out, size=size, title=options.title, overlay=overlay, style=style
     )
 
 

@@ -58,11 +58,11 @@ def path_of(path: Any, what: str) -> Path:
 
     Examples
     --------
-    >>> path_of("out/view.png", "render_scene").suffix
+    >>> path_of("out/view.png", "a picture").suffix
     '.png'
-    >>> path_of(5, "render_scene")
+    >>> path_of(5, "a picture")
     Traceback (most recent call last):
-    geosurf.errors.InputError: render_scene: 5 is not a path. Give text or a pathlib.Path.
+    geosurf.errors.InputError: a picture: 5 is not a path. Give text or a pathlib.Path.
     """
     # Numbers would open file descriptors.
     if isinstance(path, str | os.PathLike):

@@ -35,7 +35,7 @@ Box = tuple[float, float, float, float, float, float]
 # Three protocols, each with more members than the one before: a picture needs less of a model than
 # a report.
 class DrawnModel(Protocol):
-    """What `render_scene` draws; of surfaces, curves, patches and units only those it shows."""
+    """What `ScenePlots.view` draws; of surfaces, curves, patches and units only those it shows."""
 
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:

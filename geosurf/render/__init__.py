@@ -1,14 +1,14 @@
 """Draw scenes, maps, sections and diagrams off-screen, as PNG files.
 
 ================  ======================================================================
-models.py         `render_scene`, `render_surfaces`, `render_units`: views in three dimensions
-map.py            `render_map`: a horizon with contours and intersection lines
-isochores.py      `render_thickness`: a thickness map of one zone
-allan.py          `render_allan`: the zones juxtaposed across a fault (Allan 1989)
-section.py        `render_section`: a vertical section
+models.py         surfaces, a voxel search and a close-up in three dimensions
+map.py            `draw_map`: a horizon with contours and intersection lines
+isochores.py      `draw_thickness`: a thickness map of one zone
+allan.py          `draw_allan`: the zones juxtaposed across a fault (Allan 1989)
+section.py        `draw_section`: a vertical section
 grid_section.py   `render_grid_section`: cells of a simulation grid
-profile.py        `render_throw`: throw along a fault
-column.py         the stratigraphic column
+profile.py        `draw_throw`: throw along a fault
+column.py         `draw_column`: the stratigraphic column
 wells.py          well tops on maps and sections
 backend.py        the choice of a graphics driver
 probe.py          the test of one graphics driver, in a separate process
@@ -43,17 +43,10 @@ from typing import TYPE_CHECKING
 from geosurf.lazy import lazily
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
-    from geosurf.render.allan import render_allan as render_allan
     from geosurf.render.grid_section import render_grid_section as render_grid_section
-    from geosurf.render.isochores import render_thickness as render_thickness
-    from geosurf.render.map import render_map as render_map
     from geosurf.render.models import render_place as render_place
-    from geosurf.render.models import render_scene as render_scene
     from geosurf.render.models import render_search as render_search
     from geosurf.render.models import render_surfaces as render_surfaces
-    from geosurf.render.models import render_units as render_units
-    from geosurf.render.profile import render_throw as render_throw
-    from geosurf.render.section import render_section as render_section
     from geosurf.render.views import VIEWS as VIEWS
 else:
     __getattr__, __all__ = lazily(__name__)

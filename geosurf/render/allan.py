@@ -9,9 +9,7 @@ The parts of the fault far above and below these lines are not shown.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,103 +18,42 @@ from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
-from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
 from geosurf.render.layers import DETAIL_ROOM, Entry
 from geosurf.render.names import shortened_apart
 from geosurf.render.palette import AreaStyle, LineStyle
-from geosurf.render.picture_style import PictureStyle
-from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds drawn as lines
 ROOM = 96.0  # margin for names of cut-offs on both sides [design pixels]
 HALO = 1.9  # width of the white rim of a contact over the width of its line
 
 
-def render_allan(
+def draw_allan(
+    sheet: furniture.Sheet,
     diagram: xarray.Dataset,
     table: xarray.Dataset,
-    path: str | os.PathLike[str],
     *,
     zones: Sequence[str] = (),
-    size: tuple[int, int] = (1280, 800),
     title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Path:
+) -> None:
     """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
     Parameters
     ----------
+    sheet : Sheet
     diagram : xarray.Dataset
         Result of `Scene.allan`.
     table : xarray.Dataset
         Result of `Scene.juxtaposition` for the same fault: areas for the legend.
-    path : path-like
-        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     zones : sequence of str
-        Zones from the youngest to the oldest. They take the colours of the column in this
-        order, as in `render_units`. Default: the order of the table.
-    size : (int, int)
-        Width and height in pixels.
+        Zones from the youngest to the oldest, which take the colours of the column in this order.
+        Default: the order of the table.
     title : str, optional
         Default: the name of the fault and its strike.
-    style : PictureStyle, optional
-        Theme, font, colours by name, colour map.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If diagram and table are of different faults, or if the diagram is empty.
-    OutputError
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.graben(n=9)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     shown = scene.allan("F1"), scene.juxtaposition("F1")
-    ...     render_allan(*shown, f"{folder}/allan.png", size=(400, 250)).name
-    'allan.png'
-    """
-    path = figure_path(path)
-    shown = plot_allan(diagram, table, None, zones=zones, size=size, title=title, style=style)
-    return save_figure(shown, path)
-
-
-def plot_allan(
-    diagram: xarray.Dataset,
-    table: xarray.Dataset,
-    ax: Axes | None = None,
-    *,
-    zones: Sequence[str] = (),
-    size: tuple[int, int] = (1280, 800),
-    title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Figure:
-    """Draw the diagram of `render_allan` as a figure of matplotlib, or into axes.
-
-    Parameters
-    ----------
-    diagram, table, zones, size, title, style
-        As for `render_allan`. `size` is that of a figure of its own.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw: distance along strike and elevation [m].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -134,7 +71,6 @@ def plot_allan(
 
     # each line: attributes, and points (n, 2) of distance along strike and elevation [m]
     lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
-    sheet = furniture.sheet_for(ax, check_size(size), style)
     colours = {z: sheet.style.colour(z, palette.stratum(i)) for i, z in enumerate(order)}
 
     # the range follows cut-offs and contacts: the fault far above and below is not shown
@@ -158,7 +94,6 @@ def plot_allan(
     )
     words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
     furniture.draw_words(sheet, words_above if title is None else title, words)
-    return sheet.figure
 
 
 def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
@@ -168,8 +103,8 @@ def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
     ):
         if not hasattr(given, "attrs") or any(not hasattr(given, name) for name in names):
             raise InputError(
-                f"render_allan takes the result of {maker}; {type(given).__name__} lacks one of "
-                f"{', '.join(names)}."
+                f"an Allan diagram takes the result of {maker}; {type(given).__name__} lacks one "
+                f"of {', '.join(names)}."
             )
 
     # areas of another fault would be printed next to this diagram

@@ -8,48 +8,34 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.render import furniture, palette
-from geosurf.render.picture_style import PictureStyle, apply_theme
-from geosurf.render.views import check_size
+from geosurf.render.picture_style import apply_theme
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LEAST = 0.35  # height of a thin zone, in mean heights: its name has to fit
 WAVES = 12  # of the line of an unconformity
 
 
-def plot_column(
+def draw_column(
+    sheet: furniture.Sheet,
     zones: Mapping[str, float],
     rules: Mapping[str, str],
-    ax: Axes | None = None,
     *,
-    size: tuple[int, int] = (700, 800),
     title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Figure:
-    """Draw the column as a figure of matplotlib, or into axes.
+) -> None:
+    """Draw the column.
 
     Parameters
     ----------
+    sheet : Sheet
     zones : mapping of str to float
         Mean thickness of each zone [m], youngest first.
     rules : mapping of str to str
         ``"conformable"``, ``"erosional"``, ``"base"`` or ``"discontinuous"`` by horizon, youngest
         first.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw.
-    size : (int, int)
-        Of a figure of its own [pixels].
     title : str, optional
-    style : PictureStyle, optional
-        Theme, font, colours by name, colour map.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
-    sheet = furniture.sheet_for(ax, check_size(size), style)
     title = "Stratigraphic column" if title is None else title
     layout, unit = sheet.layout, sheet.layout.unit
     axes = sheet.frame((0.12, 0.06, 0.5, 0.84))
@@ -87,7 +73,6 @@ def plot_column(
         words = "Heights: square root of the mean thickness. Wavy lines are unconformities."
         sheet.text((28 * unit, 24 * unit), words, 10.0 / unit, palette.FAINT)
         apply_theme(sheet.figure, sheet.axes, sheet.style)
-    return sheet.figure
 
 
 def _draw_horizon(axes: Axes, level: float, name: str, rule: str, points: float) -> None:

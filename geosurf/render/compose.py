@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from geosurf.render.map_frame import draw_colour_bar
 from geosurf.render.overlay_drawing import draw_names
 from geosurf.render.picture_style import PictureStyle, background, style_of
 from geosurf.render.views import (
+    SIZE,
     View,
     aim,
     angles_of,
@@ -31,15 +33,61 @@ from geosurf.render.views import (
 )
 
 if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 N_BAND = 4  # of a colour bar, between two of its values
 VECTOR = (".png", ".svg", ".pdf")
 
 
+def plotted(
+    draw: Callable[..., None],
+    *shown: Any,
+    ax: Axes | None = None,
+    path: str | os.PathLike[str] | None = None,
+    size: tuple[int, int] = SIZE,
+    style: PictureStyle | None = None,
+    **words: Any,
+) -> Any:
+    """
+    Draw a map or a diagram into a new figure, or into axes; write it, if there is a path.
+
+    Parameters
+    ----------
+    draw : callable
+        Such as `draw_map`: takes a sheet, `shown` and `words`.
+    *shown
+        What is drawn.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw [m]. Default: a new figure.
+    path : path-like, optional
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
+    size : (int, int)
+        Of a new figure [pixels].
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map. The theme is for a new figure.
+    **words
+        Options of `draw`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pathlib.Path
+        The path of the file, if there is one.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written, or is of another kind.
+    """
+    target = None if path is None else figure_path(path)
+    sheet = furniture.sheet_for(ax, check_size(size), style)
+    draw(sheet, *shown, **words)
+    return sheet.figure if target is None else save_figure(sheet.figure, target)
+
+
 def draw_picture(
     content: Content,
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | None,
     *,
     title: str,
     note: str = "",
@@ -51,14 +99,14 @@ def draw_picture(
     box: tuple[float, ...] | None = None,
     axes: bool = True,
     relief_of: tuple[float, ...] | None = None,
-) -> Path:
-    """Draw content with its axes, legend and caption, and write the PNG.
+) -> Any:
+    """Draw content with its axes, legend and caption; write the PNG, if there is a path.
 
     Parameters
     ----------
     content : Content
-    path : path-like
-        A ``.png`` file; its folder is created.
+    path : path-like or None
+        A ``.png`` file; its folder is created. None: the figure is returned.
     title, note : str
         Text above the picture, and the start of its caption.
     view : str or (float, float)
@@ -76,10 +124,10 @@ def draw_picture(
 
     Returns
     -------
-    Path
+    Path or matplotlib.figure.Figure
     """
     need_views()
-    path = png_path(path)
+    target = None if path is None else png_path(path)
     layout = furniture.lay_out(check_size(size))
     extent = bounds_of([layer.points for layer in content.layers])
     box = extent if box is None else box
@@ -114,7 +162,7 @@ def draw_picture(
     furniture.draw_compass(sheet, camera)
     furniture.draw_scale_bar(sheet, camera.metres_per_pixel)
     furniture.draw_words(sheet, title, caption(view, stretch, note))
-    return save_png(sheet.png(), path)
+    return sheet.figure if target is None else save_png(sheet.png(), target)
 
 
 def _draw_bar(sheet: furniture.Sheet, bar: Bar) -> None:
@@ -141,7 +189,8 @@ def check_look(view: Any, size: Any, zoom: Any, title: Any, path: Any) -> None:
     angles_of(view)
     check_size(size)
     check_zoom(zoom)
-    png_path(path)
+    if path is not None:
+        png_path(path)
     if title is not None:
         expect(title, str, "title must be text", "leave it out for the default title")
 

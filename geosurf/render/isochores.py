@@ -7,9 +7,7 @@ colours show this drop; contours and the range of the colours ignore it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
-from pathlib import Path
 from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +17,6 @@ from geosurf.conventions import HORIZON_DIMS, counted, length_text
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
-from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import lines_of
 from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
@@ -31,13 +28,10 @@ from geosurf.render.map_frame import (
     number_contours,
 )
 from geosurf.render.palette import Dashes
-from geosurf.render.picture_style import PictureStyle
-from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 # ---- fault rings ----------------------------------------
@@ -127,82 +121,26 @@ def draw_rings(
 N_CONTOUR = 12
 
 
-def render_thickness(
+def draw_thickness(
+    sheet: furniture.Sheet,
     thickness: xarray.DataArray,
-    path: str | os.PathLike[str],
     *,
     polygons: Mapping[str, xarray.Dataset] | None = None,
-    size: tuple[int, int] = (1280, 800),
     title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Path:
+) -> None:
     """Draw a thickness map of one zone, with contours that stop at faults.
 
     Parameters
     ----------
+    sheet : Sheet
     thickness : xarray.DataArray
         Result of `Scene.thickness`: (block, northing, easting) [m]. Where blocks overlap on the map
         (reverse faults), the map shows their sum.
-    path : path-like
-        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     polygons : mapping of str to xarray.Dataset, optional
         Results of `Scene.fault_polygons` by horizon. Polygons of the first horizon are solid,
         those of the second are dashed.
-    size : (int, int)
-        Width and height in pixels.
     title : str, optional
         Default: the kind of thickness and the zone.
-    style : PictureStyle, optional
-        Theme, font, colours by name, colour map.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If the map has no values, or has other dimensions.
-    OutputError
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.graben(n=9)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     found = scene.thickness("Top/Middle", 250.0)
-    ...     render_thickness(found, f"{folder}/isochore.png", size=(400, 250)).name
-    'isochore.png'
-    """
-    path = figure_path(path)
-    shown = plot_thickness(thickness, None, polygons=polygons, size=size, title=title, style=style)
-    return save_figure(shown, path)
-
-
-def plot_thickness(
-    thickness: xarray.DataArray,
-    ax: Axes | None = None,
-    *,
-    polygons: Mapping[str, xarray.Dataset] | None = None,
-    size: tuple[int, int] = (1280, 800),
-    title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Figure:
-    """Draw the map of `render_thickness` as a figure of matplotlib, or into axes.
-
-    Parameters
-    ----------
-    thickness, polygons, size, title, style
-        As for `render_thickness`. `size` is that of a figure of its own.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in world coordinates [m].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -212,7 +150,6 @@ def plot_thickness(
     # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
     polygons = _checked_polygons(polygons)
-    sheet = furniture.sheet_for(ax, check_size(size), style)
 
     # thickness of all blocks together: they overlap at reverse faults
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
@@ -251,7 +188,6 @@ def plot_thickness(
         words += " Contours end where faults cut the zone."
     title = f"{zone}: {kind} map" if title is None else title
     furniture.draw_words(sheet, title, words)
-    return sheet.figure
 
 
 def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
@@ -269,7 +205,7 @@ def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.nd
         name in getattr(thickness, "coords", ()) for name in HORIZON_DIMS
     ):
         raise InputError(
-            f"render_thickness takes a map with northing and easting, not "
+            f"a thickness map takes values with northing and easting, not "
             f"{type(thickness).__name__}. Pass scene.thickness(zone, cell)."
         )
     if len(thickness.dims) != 3 or thickness.dims[0] != "block":

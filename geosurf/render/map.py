@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +16,6 @@ from geosurf.model.compartments import fault_of
 from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism
-from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
     colours_of,
@@ -32,14 +29,11 @@ from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import draw_on_map
 from geosurf.render.palette import RGB
-from geosurf.render.picture_style import PictureStyle
 from geosurf.render.thin_units import thinned
-from geosurf.render.views import SIZE, check_size
 from geosurf.render.wells import draw_wells_on_map, tops_on_map
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 # ---- map curves ----------------------------------------
@@ -255,12 +249,11 @@ MAX_MAP_TRIANGLE = 250_000
 N_BAND = 3  # bands of colour per contour interval
 
 
-def render_map(
+def draw_map(
+    sheet: furniture.Sheet,
     surface: TriSurface,
     curves: Curves | None = None,
     *,
-    path: str | os.PathLike[str],
-    size: tuple[int, int] = SIZE,
     title: str | None = None,
     outline: np.ndarray | None = None,
     faults: Sequence[str] = (),
@@ -269,19 +262,15 @@ def render_map(
     remedies: Sequence[GeosurfWarning] = (),
     virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
     overlay: PictureOverlay | None = None,
-    style: PictureStyle | None = None,
-) -> Path:
+) -> None:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
 
     Parameters
     ----------
+    sheet : Sheet
     surface : TriSurface
     curves : Curves, optional
         Lines on the surface are drawn, with one colour per other surface.
-    path : path-like
-        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
-    size : (int, int)
-        Width and height in pixels.
     title : str, optional
         Default: the name of the surface.
     outline : ndarray of float64, shape (n, 2), optional
@@ -299,73 +288,12 @@ def render_map(
         Lines of virtual walls on the horizon, by their names [m]: they are dashed.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
-    style : PictureStyle, optional
-        Theme, font, colours by name, colour map.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------
     InputError
-        If the surface is empty or vertical, the curves do not include it, or `tops` is not the
-        result of `Scene.misfit`.
-    OutputError
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> dip = TriSurface("Top", "horizon", [[0, 0, -9], [900, 0, -50], [0, 900, -80]], [[0, 1, 2]])
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     render_map(dip, path=f"{folder}/map.png", size=(400, 250)).name
-    'map.png'
-    """
-    path = figure_path(path)
-    shown = plot_map(
-        surface, curves, None, size=size, title=title, outline=outline, faults=faults, tops=tops,
-        hatched=hatched, remedies=remedies, virtual_walls=virtual_walls, overlay=overlay,
-        style=style,
-    )  # fmt: skip
-    return save_figure(shown, path)
-
-
-def plot_map(
-    surface: TriSurface,
-    curves: Curves | None = None,
-    ax: Axes | None = None,
-    *,
-    size: tuple[int, int] = SIZE,
-    title: str | None = None,
-    outline: np.ndarray | None = None,
-    faults: Sequence[str] = (),
-    tops: Any = None,
-    hatched: TriSurface | None = None,
-    remedies: Sequence[GeosurfWarning] = (),
-    virtual_walls: Mapping[str, Sequence[np.ndarray]] = MappingProxyType({}),
-    overlay: PictureOverlay | None = None,
-    style: PictureStyle | None = None,
-) -> Figure:
-    """Draw the map of `render_map` as a figure of matplotlib, or into axes.
-
-    Parameters
-    ----------
-    surface, curves, size, title, outline, faults, tops, hatched, remedies, virtual_walls, style
-        As for `render_map`. `size` is that of a figure of its own.
-    overlay : PictureOverlay, optional
-        Wells, polygons and data points.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in world coordinates [m].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        If the surface is empty, vertical, or has no triangles inside the outline.
+        If the surface is empty or vertical or has no triangles inside the outline, the curves do
+        not include it, or `tops` is not the result of `Scene.misfit`.
     """
     expect(surface, TriSurface, "a map takes a TriSurface", "pass scene.surface(name)")
     title = f"{surface.name}: elevation" if title is None else title
@@ -375,7 +303,6 @@ def plot_map(
         expect(remedy, GeosurfWarning, marks, "pass sheet.report.remedies")
     overlay = overlay_of(overlay)
     wells = [] if tops is None else tops_on_map(tops, surface.name)
-    sheet = furniture.sheet_for(ax, check_size(size), style)
 
     # no more triangles than the map can show
     light, within = thinned(surface, MAX_MAP_TRIANGLE), None
@@ -429,7 +356,6 @@ def plot_map(
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
     furniture.draw_words(sheet, title, f"Map view{interval}.{note}")
-    return sheet.figure
 
 
 def _hatch(

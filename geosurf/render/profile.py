@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,96 +10,36 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
-from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import diagram_axes, draw_ends, range_shown
 from geosurf.render.layers import Entry
-from geosurf.render.picture_style import PictureStyle, readable
-from geosurf.render.views import check_size
+from geosurf.render.picture_style import readable
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 DARKER = 0.75  # than the zones of a column: thin lines on white
 ROOM = 10.0  # margin on both sides [design pixels]
 _NEEDED = ("throw", "along_strike", "pair")
 
 
-def render_throw(
+def draw_throw(
+    sheet: furniture.Sheet,
     throws: Mapping[str, xarray.Dataset],
-    path: str | os.PathLike[str],
     *,
     horizons: Sequence[str] = (),
-    size: tuple[int, int] = (1280, 800),
     title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Path:
+) -> None:
     """Draw the throw of horizons along a fault.
 
     Parameters
     ----------
+    sheet : Sheet
     throws : mapping of str to xarray.Dataset
         Results of `Scene.throw` for one fault, by horizon.
-    path : path-like
-        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
     horizons : sequence of str
         All horizons, youngest first, for the same colours as in other pictures.
-    size : (int, int)
-        Width and height in pixels.
     title : str, optional
         Default: the name of the fault.
-    style : PictureStyle, optional
-        Theme, font, colours by name, colour map.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If there is no throw to draw, or `throws` are not results of `Scene.throw`.
-    OutputError
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.graben(n=9)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     found = {"Top": scene.throw("Top", "F1")}
-    ...     render_throw(found, f"{folder}/throw.svg", size=(400, 250)).name
-    'throw.svg'
-    """
-    path = figure_path(path)
-    shown = plot_throw(throws, None, horizons=horizons, size=size, title=title, style=style)
-    return save_figure(shown, path)
-
-
-def plot_throw(
-    throws: Mapping[str, xarray.Dataset],
-    ax: Axes | None = None,
-    *,
-    horizons: Sequence[str] = (),
-    size: tuple[int, int] = (1280, 800),
-    title: str | None = None,
-    style: PictureStyle | None = None,
-) -> Figure:
-    """Draw the profiles of `render_throw` as a figure of matplotlib, or into axes.
-
-    Parameters
-    ----------
-    throws, horizons, size, title, style
-        As for `render_throw`. `size` is that of a figure of its own.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw: distance along strike and throw [m].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -126,7 +64,6 @@ def plot_throw(
     room = 0.03 * np.ptp([*throw, 0.0])
     low, high = min(-1.0, throw.min() - room), max(1.0, throw.max() + room)
     every = np.concatenate([*points, [(start, low), (start, high)]])
-    sheet = furniture.sheet_for(ax, check_size(size), style)
     axes, _ = diagram_axes(
         sheet, range_shown(every, [every[:, 1]]), "Distance along strike [km]", ROOM, "Throw [m]"
     )
@@ -158,7 +95,6 @@ def plot_throw(
         draw_ends(sheet, axes, float(attrs["dip_azimuth"]) - 90.0)
     words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."
     furniture.draw_words(sheet, f"{fault}: throw" if title is None else title, words)
-    return sheet.figure
 
 
 def _stretches(throw: xarray.Dataset) -> list[np.ndarray]:

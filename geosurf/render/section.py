@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +11,6 @@ from geosurf.conventions import area_texts, number_text
 from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO
-from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import (
     diagram_axes,
     draw_ends,
@@ -27,13 +24,11 @@ from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.overlay_drawing import draw_on_section
 from geosurf.render.picture_style import PictureStyle, readable
-from geosurf.render.views import check_size
 from geosurf.render.wells import draw_wells_on_section, tops_on_section
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Part = tuple[dict[str, str], np.ndarray, float]  # attributes, points (n, 2) [m], area [m2]
 Areas = dict[tuple[str, str], float]  # of zone and contact interval [m2]
@@ -44,86 +39,27 @@ ROOM = 24.0  # margin for the compass directions at both ends [design pixels]
 _NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
 
 
-def render_section(
+def draw_section(
+    sheet: furniture.Sheet,
     section: xarray.Dataset,
-    path: str | os.PathLike[str],
     *,
-    size: tuple[int, int] = (1280, 800),
     title: str | None = None,
     tops: Any = None,
     overlay: PictureOverlay | None = None,
-    style: PictureStyle | None = None,
-) -> Path:
+) -> None:
     """Draw a vertical section through a model.
 
     Parameters
     ----------
+    sheet : Sheet
     section : xarray.Dataset
         Result of `Scene.section`.
-    path : path-like
-        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
-    size : (int, int)
-        Width and height in pixels.
     title : str, optional
         Default: the coordinates of both ends.
     tops : xarray.Dataset, optional
         Result of `Scene.misfit`: wells with tops within 2 % of the length of the section are drawn.
     overlay : PictureOverlay, optional
         Wells, polygons and data points that are drawn with the model.
-    style : PictureStyle, optional
-        Theme, font, colours by name, colour map.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If `section` is not a section, or `tops` is not the result of `Scene.misfit`.
-    OutputError
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import geosurf as gs
-    >>> world = gs.synthetic.graben(n=9)
-    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     found = scene.section([(0, 1500), (4000, 1500)])
-    ...     render_section(found, f"{folder}/section.png", size=(400, 250)).name
-    'section.png'
-    """
-    path = figure_path(path)
-    shown = plot_section(
-        section, None, size=size, title=title, tops=tops, overlay=overlay, style=style
-    )
-    return save_figure(shown, path)
-
-
-def plot_section(
-    section: xarray.Dataset,
-    ax: Axes | None = None,
-    *,
-    size: tuple[int, int] = (1280, 800),
-    title: str | None = None,
-    tops: Any = None,
-    overlay: PictureOverlay | None = None,
-    style: PictureStyle | None = None,
-) -> Figure:
-    """Draw the section of `render_section` as a figure of matplotlib, or into axes.
-
-    Parameters
-    ----------
-    section, size, title, tops, overlay, style
-        As for `render_section`. `size` is that of a figure of its own.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw: distance along the section and elevation [m].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -133,7 +69,7 @@ def plot_section(
     attrs, overlay = getattr(section, "attrs", {}), overlay_of(overlay)
     if any(not hasattr(section, name) for name in _NEEDED) or not {"zones", "faults"} <= set(attrs):
         raise InputError(
-            f"render_section takes the result of Scene.section, not {type(section).__name__}. "
+            f"a section takes the result of Scene.section, not {type(section).__name__}. "
             "Pass scene.section(line)."
         )
 
@@ -141,7 +77,6 @@ def plot_section(
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     areas = _areas(lines, list(section.attrs["zones"]))
-    sheet = furniture.sheet_for(ax, check_size(size), style)
 
     # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
@@ -166,7 +101,6 @@ def plot_section(
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
     furniture.draw_words(sheet, _title(corners) if title is None else title, words)
-    return sheet.figure
 
 
 def _draw_wells(

@@ -298,7 +298,8 @@ def figure(caption: str, path: Path) -> str:
     # the signature alone is checked: enough to refuse a JPEG or a text file by mistake
     if not data.startswith(PNG_SIGNATURE):
         raise InputError(
-            f"picture {caption!r}: {path} is not a PNG file. Pass a file that render_scene wrote."
+            f"picture {caption!r}: {path} is not a PNG file. "
+            "Pass a file that scene.plot.view wrote."
         )
     words = escape(caption)
 

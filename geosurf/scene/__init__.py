@@ -15,13 +15,13 @@ wells.py             well tops, and their misfits
 contact_volumes.py   volumes at level contacts, from the model without them
 measures.py          measures that are more than a call of `geosurf.measure`
 memory.py            results by what went into them; steps and warnings
-pictures.py          the pictures of a scene
+pictures.py          the pictures of a report
 picture_contents.py  what maps and sections of a scene show
 attempt.py           an error of one picture costs no other result
 card.py              the card of a scene in a notebook
 shown.py             interactive views of all nouns together: `gs.show`
 interactive_view.py  a page that notebooks show in a frame
-plots.py             maps and diagrams as figures of matplotlib
+plots.py             `Scene.plot`: maps, diagrams and views
 ===================  =====================================================================
 """
 

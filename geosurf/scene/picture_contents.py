@@ -27,7 +27,7 @@ CELLS = 200  # of a thickness map, along the longer side of the box
 def map_of(
     scene: MeasuredModel, name: str, clip: bool
 ) -> tuple[TriSurface, Curves, dict[str, Any]]:
-    """What a map of a horizon shows: surface, curves, and the other arguments of `render_map`."""
+    """What a map of a horizon shows: surface, curves, and the other arguments of `draw_map`."""
     west, east, south, north = scene.box[:4]
 
     # the outline that clips: the area of interest, or the box in the map

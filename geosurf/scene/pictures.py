@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -23,20 +23,13 @@ from geosurf.errors import GeometryError, GeosurfWarning, InputError, OutputErro
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
-from geosurf.render import (
-    render_allan,
-    render_map,
-    render_scene,
-    render_search,
-    render_section,
-    render_thickness,
-    render_throw,
-    render_units,
-)
+from geosurf.render import render_search
 from geosurf.render.backend import views_obstacle
 from geosurf.render.colouring import check_colour_by, selection_of
+from geosurf.render.compose import plotted
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.picture_style import PictureStyle, style_of
+from geosurf.render.profile import draw_throw
 from geosurf.render.views import (
     angles_of,
     check_exaggeration,
@@ -48,17 +41,12 @@ from geosurf.render.views import (
 from geosurf.scene.attempt import Attempt
 from geosurf.scene.picture_contents import (
     cut_horizons,
-    map_of,
     middle_lines,
     neighbours,
-    thickness_of,
-    tops_of_scene,
     warn_of_colours,
 )
+from geosurf.scene.plots import ScenePlots
 from geosurf.warning import warn
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    pass
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
@@ -128,13 +116,13 @@ def pictures_of(
     search : (str, str), optional
         Two surfaces, for a picture of the voxel search.
     exaggeration, size, clip, style
-        As for `render_scene`.
+        As for `ScenePlots.view`.
     camera, zoom : (float, float) and float, optional
         A further view: azimuth and height of the viewer [degrees], and its scale.
     overlay : PictureOverlay, optional
         Wells, polygons and data points on views, maps and sections.
     only, colour_by
-        Units of the exploded view, and what they are coloured by; as for `render_units`.
+        Units of the exploded view, and what they are coloured by; as for `ScenePlots.units`.
 
     Returns
     -------
@@ -171,8 +159,8 @@ def pictures_of(
             Picture(
                 "Exploded view of the units: zones up and down, blocks sideways.",
                 "units_exploded.png",
-                lambda path: render_units(
-                    scene.units, path, only=only, colour_by=colour_by, **look
+                lambda path: ScenePlots(scene).units(
+                    path=path, only=only, colour_by=colour_by, **look
                 ),
                 "exploded = false",
             )
@@ -217,8 +205,8 @@ def _camera(
     return Picture(
         f"Horizons, faults and their intersection lines, seen from {words_of(camera)}.",
         "view_camera.png",
-        lambda path: render_scene(
-            scene, path, view=camera, zoom=zoom, clip=clip, overlay=overlay, **look
+        lambda path: ScenePlots(scene).view(
+            camera, path=path, zoom=zoom, clip=clip, overlay=overlay, **look
         ),
         "camera",
     )
@@ -230,7 +218,7 @@ def _view(
     return Picture(
         f"Horizons, faults and their intersection lines, seen from the {view}.",
         f"view_{view}.png",
-        lambda path: render_scene(scene, path, view=view, clip=clip, overlay=overlay, **style),
+        lambda path: ScenePlots(scene).view(view, path=path, clip=clip, overlay=overlay, **style),
         "views = []",
     )
 
@@ -238,52 +226,38 @@ def _view(
 def _map(
     scene: MeasuredModel, name: str, look: Style, clip: bool, overlay: PictureOverlay
 ) -> Picture:
-    def draw(path: Path) -> None:
-        """Draw it, inside the model if asked."""
-        surface, curves, options = map_of(scene, name, clip)
-        render_map(surface, curves, path=path, overlay=overlay, **options, **_flat(look))
-
     # the row keeps files in stratigraphic order and apart where names differ in signs only
     row = scene.horizon_names.index(name)
     return Picture(
         f"{name}: elevation and intersection lines with other surfaces.",
         f"map_{row:02d}_{_slug(name)}.png",
-        draw,
+        lambda path: ScenePlots(scene).map(
+            name, path=path, clip=clip, overlay=overlay, **_flat(look)
+        ),
         "maps = false",
         needs_opengl=False,
     )
 
 
 def _thickness(scene: MeasuredModel, pair: tuple[str, str], look: Style) -> Picture:
-    def draw(path: Path) -> None:
-        """Measure and draw it."""
-        thickness, polygons = thickness_of(scene, zone, None)
-        render_thickness(thickness, path, polygons=polygons, **_flat(look))
-
     zone = "/".join(pair)
     row = scene.horizon_names.index(pair[0])
     return Picture(
         f"{zone}: vertical thickness (isochore) by block, with fault polygons of both horizons.",
         f"isochore_{row:02d}_{_slug(zone)}.png",
-        draw,
+        lambda path: ScenePlots(scene).thickness(zone, path=path, **_flat(look)),
         "thickness = false",
         needs_opengl=False,
     )
 
 
 def _allan(scene: MeasuredModel, name: str, look: Style) -> Picture:
-    def draw(path: Path) -> None:
-        """Measure and draw it."""
-        zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
-        diagram, table = scene.allan(name), scene.juxtaposition(name)
-        render_allan(diagram, table, path, zones=zones, **_flat(look))
-
     row = scene.fault_names.index(name)
     return Picture(
         f"{name}: Allan diagram. Fill: zone of the footwall. Stripes: zone of the hanging wall "
         "where it differs.",
         f"allan_{row:02d}_{_slug(name)}.png",
-        draw,
+        lambda path: ScenePlots(scene).allan(name, path=path, **_flat(look)),
         "allan = false",
         needs_opengl=False,
     )
@@ -304,7 +278,7 @@ def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style
                 continue
             if np.isfinite(found.throw).any():
                 throws[horizon] = found
-        render_throw(throws, path, horizons=scene.horizon_names, **_flat(look))
+        plotted(draw_throw, throws, path=path, horizons=scene.horizon_names, **_flat(look))
         if missing:
             _warn(file, f"{file!r} does not show {'; '.join(missing)}.", "throw = false")
 
@@ -320,18 +294,13 @@ def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style
 def _section(
     scene: MeasuredModel, line: np.ndarray, row: int, look: Style, overlay: PictureOverlay
 ) -> Picture:
-    def draw(path: Path) -> None:
-        """Cut the model and draw it."""
-        tops = tops_of_scene(scene)
-        render_section(scene.section(line), path, tops=tops, overlay=overlay, **_flat(look))
-
     # ends only: a line with corners would make the caption longer than the picture
     (x0, y0), (x1, y1) = line[0], line[-1]
     return Picture(
         f"Vertical section from E {x0:.0f} N {y0:.0f} to E {x1:.0f} N {y1:.0f}: zones, horizons, "
         "faults and fluid contacts.",
         f"section_{row:02d}.png",
-        draw,
+        lambda path: ScenePlots(scene).section(line, path=path, overlay=overlay, **_flat(look)),
         "sections_m = []",
         needs_opengl=False,
     )

@@ -32,15 +32,16 @@ from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
-from geosurf.scene.plots import ScenePlots
 from geosurf.scene.tearing import torn_graph
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
     import xarray
 
+    from geosurf.scene.plots import ScenePlots
 
-class Scene(ScenePlots):
+
+class Scene:
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
@@ -447,7 +448,7 @@ class Scene(ScenePlots):
         return self._graph.curves_between(first, second)
 
     def search(self, first: str, second: str) -> VoxelSearch | None:
-        """Return what the voxel search found for two surfaces, for `render_search`.
+        """Return what the voxel search found for two surfaces, as reports draw it.
 
         Parameters
         ----------
@@ -890,6 +891,22 @@ class Scene(ScenePlots):
         return measures.misfit(self._graph, tops)
 
     # ---- views and pictures --------------------------------------------------------------
+
+    @property
+    def plot(self) -> ScenePlots:
+        """Pictures: maps, sections, diagrams and views, as figures or files.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes(n=5)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.plot.section([(0, 1500), (4000, 1500)], size=(640, 400)).axes[1].get_xlabel()
+        'Distance along the section [km]'
+        """
+        from geosurf.scene.plots import ScenePlots
+
+        return ScenePlots(self)
 
     def show(self, what: str = "units", max_triangle: int = 120_000) -> InteractiveView:
         """

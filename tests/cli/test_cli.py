@@ -24,6 +24,8 @@ from geosurf.cli.scenario_commands import units_data
 from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
+from geosurf.render.compose import plotted
+from geosurf.render.section import draw_section
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -195,7 +197,7 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
     from geosurf.scenario import build_scene, read_scenario
 
     found = build_scene(read_scenario(scenario)).section([(100.5, 50), (2000, 1500), (3900, 2950)])
-    same = gs.render_section(found, tmp_path / "same.png", size=(400, 260))
+    same = plotted(draw_section, found, path=tmp_path / "same.png", size=(400, 260))
     assert picture.read_bytes() == same.read_bytes()
 
 
@@ -268,7 +270,9 @@ def test_curves_of_files_that_are_no_surfaces(tmp_path, capsys):
 
 def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch):
     drawn = []
-    monkeypatch.setattr("geosurf.render.render_scene", lambda *_, **words: drawn.append(words))
+    monkeypatch.setattr(
+        "geosurf.scene.plots.ScenePlots.view", lambda *_, **words: drawn.append(words)
+    )
     call = ["render", str(folder / "good.toml"), "-o", str(tmp_path / "a.png")]
     for words in ([], ["--no-clip"], ["--clip", "--exaggeration", "0"]):
         assert cli.main([*call, *words]) == 0

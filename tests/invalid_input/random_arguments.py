@@ -42,6 +42,7 @@ BETWEEN_STAGES = {
                 "shares_map", "horizontal"),
     "TriSurface": ("corners_of_keys", "places_of_nodes", "rows_of_keys"),
     "Patches": ("changed",), "Sheet": ("surface_among",), "EllipticThrow": ("at",),
+    "Units": ("elements_of",),
 }  # fmt: skip
 MADE_BY_USERS = (
     "TriSurface",
@@ -53,7 +54,18 @@ MADE_BY_USERS = (
     "PictureOverlay",
 )
 CHEAP = 12  # calls that draw or tear are made once where others are made so often
-DEAR = ("render", "report", "run_", "tear", "throw_", "propose_trim", "check", "Scene", "write")
+DEAR = (
+    "render",
+    "ScenePlots",
+    "report",
+    "run_",
+    "tear",
+    "throw_",
+    "propose_trim",
+    "check",
+    "Scene",
+    "write",
+)
 
 
 @cache
@@ -141,7 +153,17 @@ def targets() -> dict[str, Any]:
                 continue
             if callable(thing) and name not in ("VIEWS", "run_ensemble"):
                 found.setdefault(name, thing)
-    nouns = (g.scene, g.surface, g.curves, g.patches, g.units, g.unit, g.sheet, g.network)
+    nouns = (
+        g.scene,
+        g.scene.plot,
+        g.surface,
+        g.curves,
+        g.patches,
+        g.units,
+        g.unit,
+        g.sheet,
+        g.network,
+    )
     for noun in nouns:
         kind = type(noun).__name__
         for name, method in inspect.getmembers(type(noun), inspect.isfunction):

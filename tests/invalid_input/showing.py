@@ -10,6 +10,11 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf import measure
+from geosurf.render.allan import draw_allan
+from geosurf.render.compose import plotted
+from geosurf.render.isochores import draw_thickness
+from geosurf.render.section import draw_section
+from geosurf.scene.plots import ScenePlots
 from tests.invalid_input import wrong
 from tests.invalid_input.building import FLAGS
 
@@ -64,55 +69,56 @@ SHOWING = {
     "show_progress": (
         lambda g, v: gs.show_progress(v), lambda g: [None, 0, "on", [], {}, object()],
     ),
-    "render_scene": (lambda g, v: gs.render_scene(v, "no/x.png"), lambda g: wrong.things(g.scene)),
-    "render_scene.path": (
-        lambda g, v: gs.render_scene(g.scene, v, size=(400, 250)), lambda g: wrong.paths("."),
+    "view": (lambda g, v: ScenePlots(v).view(path="no/x.png"), lambda g: wrong.things(g.scene)),
+    "view.path": (
+        lambda g, v: ScenePlots(g.scene).view(path=v, size=(400, 250)),
+        lambda g: wrong.paths(".")[1:],
     ),
-    "render_scene.view": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", view=v), lambda g: [*wrong.words(), None],
+    "view.view": (
+        lambda g, v: ScenePlots(g.scene).view(v, path="no/x.png"), lambda g: [*wrong.words(), None],
     ),
-    "render_scene.size": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", size=v), lambda g: [*SIZES, None],
+    "view.size": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", size=v), lambda g: [*SIZES, None],
     ),
-    "render_scene.exaggeration": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", exaggeration=v),
+    "view.exaggeration": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", exaggeration=v),
         lambda g: [*wrong.lengths(), 0],
     ),
-    "render_scene.show": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", show=v),
+    "view.show": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", show=v),
         lambda g: ["abc", 5, None, [5], ["abc"], [None], object()],
     ),
-    "render_scene.exploded": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", exploded=v, show="units"),
+    "view.exploded": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", exploded=v, show="units"),
         lambda g: [*wrong.lengths(), None],
     ),
-    "render_scene.clip": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", clip=v), lambda g: FLAGS,
+    "view.clip": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", clip=v), lambda g: FLAGS,
     ),
-    "render_scene.view.angles": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", view=v),
+    "view.view.angles": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", view=v),
         lambda g: [(1, 2, 3), (0, 91), ("a", 2), (np.nan, 0), [None, None], 5.0],
     ),
-    "render_scene.zoom": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", zoom=v),
+    "view.zoom": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", zoom=v),
         lambda g: [*wrong.lengths(), 0, 1e9],
     ),
-    "render_scene.only": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", only=v),
+    "view.only": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", only=v),
         lambda g: [5, ["Nope"], "Nope", [None], object(), {"a": 1}],
     ),
-    "render_scene.colour_by": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", colour_by=v, show="units"),
+    "view.colour_by": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", colour_by=v, show="units"),
         lambda g: ["abc", 5, [], [1.0], {"Nope": 1.0}, {}, object(), [np.nan] * 6, [[1.0]]],
     ),
-    "render_scene.title": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", title=v), lambda g: [5, b"x", ["a"]],
+    "view.title": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", title=v), lambda g: [5, b"x", ["a"]],
     ),
-    "render_scene.style": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", style=v), lambda g: ["dark", 5, {}],
+    "view.style": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", style=v), lambda g: ["dark", 5, {}],
     ),
-    "render_scene.overlay": (
-        lambda g, v: gs.render_scene(g.scene, "no/x.png", overlay=v), lambda g: ["x", 5, {}],
+    "view.overlay": (
+        lambda g, v: ScenePlots(g.scene).view(path="no/x.png", overlay=v), lambda g: ["x", 5, {}],
     ),
     "PictureStyle": (lambda g, v: gs.PictureStyle(v), lambda g: [*wrong.words(), None]),
     "PictureStyle.font": (lambda g, v: gs.PictureStyle(font=v), lambda g: wrong.words()),
@@ -143,28 +149,28 @@ SHOWING = {
         lambda g, v: gs.render_place(g.surfaces, (0, 0, 0), "no/x.png", reach=v),
         lambda g: [*wrong.lengths(), 0],
     ),
-    "render_thickness": (
-        lambda g, v: gs.render_thickness(v, "no/x.png"),
+    "drawn_thickness": (
+        lambda g, v: plotted(draw_thickness, v, path="no/x.png"),
         lambda g: [*wrong.things(g.scene), g.top, g.thickness * np.nan, g.table],
     ),
-    "render_thickness.polygons": (
-        lambda g, v: gs.render_thickness(g.thickness, "no/x.png", polygons=v),
+    "drawn_thickness.polygons": (
+        lambda g, v: plotted(draw_thickness, g.thickness, path="no/x.png", polygons=v),
         lambda g: ["abc", 5, [], {"Top": 5}, {"Top": "x"}, {"Top": xr.Dataset()}, object()],
     ),
-    "render_allan": (
-        lambda g, v: gs.render_allan(v, g.table, "no/x.png"),
+    "drawn_allan": (
+        lambda g, v: plotted(draw_allan, v, g.table, path="no/x.png"),
         lambda g: [*wrong.things(g.scene), g.table],
     ),
-    "render_allan.table": (
-        lambda g, v: gs.render_allan(g.allan, v, "no/x.png"),
+    "allan_diagram.table": (
+        lambda g, v: plotted(draw_allan, g.allan, v, path="no/x.png"),
         lambda g: [*wrong.things(g.scene), g.allan],
     ),
-    "render_allan.zones": (
-        lambda g, v: gs.render_allan(g.allan, g.table, "no/x.png", zones=v),
+    "allan_diagram.zones": (
+        lambda g, v: plotted(draw_allan, g.allan, g.table, path="no/x.png", zones=v),
         lambda g: [5, None, object()],
     ),
-    "render_section": (
-        lambda g, v: gs.render_section(v, "no/x.png"),
+    "drawn_section": (
+        lambda g, v: plotted(draw_section, v, path="no/x.png"),
         lambda g: [*wrong.things(g.scene), g.allan],
     ),
     "report_scene": (lambda g, v: gs.report_scene(v, "no"), lambda g: wrong.things(g.scene)),

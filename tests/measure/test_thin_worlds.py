@@ -6,7 +6,9 @@ from functools import cache
 
 import pytest
 
-from geosurf import Scene, render_section
+from geosurf import Scene
+from geosurf.render.compose import plotted
+from geosurf.render.section import draw_section
 from tests.measure.thin_worlds import BOX, WORLDS, fault, foreign, level, lines_of, measures, wedge
 
 # of a world whose fault is left out; its warning has a test of its own
@@ -40,7 +42,10 @@ def test_the_rings_of_a_section_add_up_to_the_box(world):
 def test_sections_along_a_zone_of_no_thickness_are_drawn_without_it(world, tmp_path):
     scene, path = scene_of(world), tmp_path / "s.png"
     calls = (
-        (str(line), lambda at=line: render_section(scene.section(at), path, size=(400, 300)))
+        (
+            str(line),
+            lambda at=line: plotted(draw_section, scene.section(at), path=path, size=(400, 300)),
+        )
         for line in lines_of(scene)[:4]
     )
     assert foreign(calls) == []
@@ -53,5 +58,5 @@ def test_the_legend_leaves_out_a_zone_of_no_thickness(tmp_path, monkeypatch):
     )
     scene = Scene({"A": level("A", -150.0), "B": wedge("B", -150.0, 200.0)}, {"F1": fault()}, BOX)
     for east, zones in ((100.0, {"above A", "below B"}), (300.0, {"above A", "A/B", "below B"})):
-        render_section(scene.section([(east, 0.0), (east, 300.0)]), tmp_path / "s.png")
+        plotted(draw_section, scene.section([(east, 0.0), (east, 300.0)]), path=tmp_path / "s.png")
         assert {entry.label for entry in listed.pop()} == zones

@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from geosurf import Scene, TriSurface, render_place, render_scene, report_scene
+from geosurf import Scene, TriSurface, render_place, report_scene
 from geosurf.errors import GeosurfError, GeosurfWarning
-from geosurf.render import render_surfaces, render_units
+from geosurf.render import render_surfaces
 from geosurf.scene.pictures import pictures_of
+from geosurf.scene.plots import ScenePlots
 
 Calls = Iterator[tuple[str, Callable[[], Any]]]
 
@@ -187,8 +188,8 @@ def pictures(scene: Scene, folder: Path, size: tuple[int, int] = (400, 300)) -> 
             yield f"search {horizon} {fault}", lambda one=found: one.draw(folder / one.file)
     path = folder / "picture.png"
     show = ["patches", "curves", "walls"]
-    yield "patches", lambda: render_scene(scene, path, show=show, size=size)
-    yield "units", lambda: render_units(scene.units, path, explode=0.0, size=size)
+    yield "patches", lambda: ScenePlots(scene).view(path=path, show=show, size=size)
+    yield "units", lambda: ScenePlots(scene).units(path=path, explode=0.0, size=size)
     yield "surfaces", lambda: render_surfaces(scene.surfaces, scene.curves, path=path, size=size)
     for unit in scene.units.values():
         at = unit.vertices[0]

@@ -29,7 +29,6 @@ FIXED = {
     "rebuild_surfaces",
     "carve_units",
     "Scene",
-    "render_scene",
     "report_scene",
     "run_scenario",
     "write",

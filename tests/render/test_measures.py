@@ -13,15 +13,14 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import TriSurface
 from geosurf.render import (
     palette,
-    render_allan,
-    render_section,
     render_surfaces,
-    render_thickness,
 )
-from geosurf.render.allan import _legend, _spread
+from geosurf.render.allan import _legend, _spread, draw_allan
+from geosurf.render.compose import plotted
 from geosurf.render.diagram import highest_in_view
 from geosurf.render.furniture import Sheet, plain_number
-from geosurf.render.isochores import _checked, _dense, cut_by_faults
+from geosurf.render.isochores import _checked, _dense, cut_by_faults, draw_thickness
+from geosurf.render.section import draw_section
 from tests.measure.worlds import faulted
 
 SIZE = (640, 400)
@@ -49,7 +48,7 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
     monkeypatch.setattr("geosurf.render.diagram.AROUND", 99.0)  # all of the fault
     zones = ["above Top", "Top/Base", "below Base"]
     shown = scene.allan("F1"), scene.juxtaposition("F1")
-    image = pixels(render_allan(*shown, tmp_path / "a.png", zones=zones, size=SIZE))
+    image = pixels(plotted(draw_allan, *shown, path=tmp_path / "a.png", zones=zones, size=SIZE))
     areas = scene.juxtaposition("F1").to_dataframe()
     parts = {zone: share(image, palette.stratum(i)) for i, zone in enumerate(zones)}
     frame = sum(parts.values())
@@ -83,9 +82,9 @@ def test_names_of_faults_stand_where_their_lines_leave_a_section():
 def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
     shown = scene.allan("F1"), scene.juxtaposition("F1")
     words = {"zones": ["above Top", "Top/Base", "below Base"], "size": SIZE}
-    near = pixels(render_allan(*shown, tmp_path / "a.png", **words))
+    near = pixels(plotted(draw_allan, *shown, path=tmp_path / "a.png", **words))
     monkeypatch.setattr("geosurf.render.diagram.AROUND", 99.0)
-    whole = pixels(render_allan(*shown, tmp_path / "b.png", **words))
+    whole = pixels(plotted(draw_allan, *shown, path=tmp_path / "b.png", **words))
     middle, outer = palette.stratum(1), palette.stratum(2)
     assert share(near, middle) > 1.1 * share(whole, middle)
     assert 0.02 < share(near, outer) < share(whole, outer)
@@ -93,7 +92,9 @@ def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
 
 def test_the_same_diagram_has_the_same_bytes(scene, tmp_path):
     shown = scene.allan("F1"), scene.juxtaposition("F1")
-    one, two = (render_allan(*shown, tmp_path / f"{i}.png", size=SIZE) for i in range(2))
+    one, two = (
+        plotted(draw_allan, *shown, path=tmp_path / f"{i}.png", size=SIZE) for i in range(2)
+    )
     assert one.read_bytes() == two.read_bytes()
 
 
@@ -102,11 +103,11 @@ def test_a_diagram_and_a_table_of_two_faults_are_refused(scene, tmp_path):
     with pytest.raises(
         InputError, match=r"diagram is of fault 'F1', the table of fault 'F2'. Pass"
     ):
-        render_allan(scene.allan("F1"), table, tmp_path / "a.png")
+        plotted(draw_allan, scene.allan("F1"), table, path=tmp_path / "a.png")
     empty = scene.allan("F1")
     empty = empty.isel(line=np.flatnonzero(empty.kind.values == "cut-off"))
     with pytest.raises(InputError, match=r"fault 'F1' has units on one side only.*Enlarge the box"):
-        render_allan(empty, scene.juxtaposition("F1"), tmp_path / "a.png")
+        plotted(draw_allan, empty, scene.juxtaposition("F1"), path=tmp_path / "a.png")
 
 
 def test_names_are_spread_and_stay_in_order():
@@ -119,8 +120,10 @@ def test_names_are_spread_and_stay_in_order():
 def test_a_thickness_map_shows_all_of_the_zone_and_its_polygons(scene, tmp_path):
     found = scene.thickness("Top/Base", 0.5)
     polygons = {name: scene.fault_polygons(name) for name in ("Top", "Base")}
-    bare = pixels(render_thickness(found, tmp_path / "a.png", size=SIZE))
-    image = pixels(render_thickness(found, tmp_path / "b.png", size=SIZE, polygons=polygons))
+    bare = pixels(plotted(draw_thickness, found, path=tmp_path / "a.png", size=SIZE))
+    image = pixels(
+        plotted(draw_thickness, found, path=tmp_path / "b.png", size=SIZE, polygons=polygons)
+    )
     thick = palette.rgb(palette.THICKNESS[-1])
     assert share(bare, thick) > 0.2  # ten metres nearly everywhere
     red = [float((shown[:, :, 0] > shown[:, :, 2] + 0.3).mean()) for shown in (bare, image)]
@@ -179,15 +182,15 @@ def test_nodes_between_polygons_are_those_that_all_distances_find(seed):
 @pytest.mark.parametrize("throw", [(0.0, 0.0), (-4.0, -4.0)])
 def test_flat_and_doubled_zones_are_drawn(throw, tmp_path):
     found = faulted(throw).thickness("Top/Base", 1.0)
-    assert render_thickness(found, tmp_path / "a.png", size=SIZE).is_file()
+    assert plotted(draw_thickness, found, path=tmp_path / "a.png", size=SIZE).is_file()
 
 
 def test_maps_of_nothing_are_refused(scene, tmp_path):
     found = scene.thickness("Top/Base", 1.0)
     with pytest.raises(InputError, match=r"'Top/Base' has no values, or.*Use smaller cells"):
-        render_thickness(found.where(False), tmp_path / "a.png")
+        plotted(draw_thickness, found.where(False), path=tmp_path / "a.png")
     with pytest.raises(InputError, match=r"dimensions \('northing', 'easting'\), expected block"):
-        render_thickness(found.isel(block=0), tmp_path / "a.png")
+        plotted(draw_thickness, found.isel(block=0), path=tmp_path / "a.png")
 
 
 # what readers with red, green or blue blindness see (Machado et al. 2009, severity 1)
@@ -239,7 +242,7 @@ def test_names_are_no_formulas(scene, tmp_path, name):
     section = scene.section([(0.0, 15.0), (60.0, 15.0)])
     section["label"] = section.label.astype(object).where(section.kind != "fault", name)
     section.attrs["faults"] = [name]
-    assert render_section(section, tmp_path / "s.png", size=SIZE).is_file()
+    assert plotted(draw_section, section, path=tmp_path / "s.png", size=SIZE).is_file()
 
 
 def test_letters_that_the_font_lacks_are_replaced_and_named_once(tmp_path):
@@ -278,7 +281,9 @@ def test_the_key_says_everywhere_only_where_that_is_true(tmp_path, monkeypatch, 
     polygons = {"A": ring} if faulted else {}
     said = texts_of(
         monkeypatch,
-        lambda: render_thickness(found, tmp_path / "m.png", polygons=polygons, size=SIZE),
+        lambda: plotted(
+            draw_thickness, found, path=tmp_path / "m.png", polygons=polygons, size=SIZE
+        ),
     )
     mean, most = f"mean {values.mean():.4g} m", f"max {height:.4g} m"
     assert f"{mean}, {most}" in said
@@ -295,6 +300,8 @@ def test_blocks_that_add_up_to_one_thickness_are_not_said_to_have_it_everywhere(
     values[:, :, 14] = [[30.0], [40.0]]  # the fault runs through these cells
     coords = {"block": ["F1-", "F1+"], "northing": np.arange(20.0), "easting": np.arange(30.0)}
     found = xr.DataArray(values, coords, ("block", "northing", "easting"), attrs={"zone": "A/B"})
-    said = texts_of(monkeypatch, lambda: render_thickness(found, tmp_path / "m.png", size=SIZE))
+    said = texts_of(
+        monkeypatch, lambda: plotted(draw_thickness, found, path=tmp_path / "m.png", size=SIZE)
+    )
     assert "all blocks together 70 m" in said
     assert not any("everywhere" in words for words in said)

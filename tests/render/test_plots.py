@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 
 import geosurf as gs
 from geosurf.errors import InputError, OutputError
-from geosurf.render import palette, render_map, render_throw
-from geosurf.render.map import plot_map
+from geosurf.render import palette
+from geosurf.render.compose import plotted
+from geosurf.render.map import draw_map
+from geosurf.render.profile import draw_throw
 
 X, Y = 456_000.0, 6_780_000.0
 
@@ -39,12 +41,12 @@ def line_through(scene):
 
 
 PLOTS = {
-    "map": lambda scene, ax: scene.plot_map("Top", ax),
-    "thickness": lambda scene, ax: scene.plot_thickness("Top/Base", ax),
-    "section": lambda scene, ax: scene.plot_section(line_through(scene), ax),
-    "allan": lambda scene, ax: scene.plot_allan("F1", ax),
-    "throw": lambda scene, ax: scene.plot_throw("F1", ax),
-    "column": lambda scene, ax: scene.plot_column(ax),
+    "map": lambda scene, ax: scene.plot.map("Top", ax=ax),
+    "thickness": lambda scene, ax: scene.plot.thickness("Top/Base", ax=ax),
+    "section": lambda scene, ax: scene.plot.section(line_through(scene), ax=ax),
+    "allan": lambda scene, ax: scene.plot.allan("F1", ax=ax),
+    "throw": lambda scene, ax: scene.plot.throw("F1", ax=ax),
+    "column": lambda scene, ax: scene.plot.column(ax=ax),
 }
 
 
@@ -80,7 +82,7 @@ def test_each_plot_is_a_figure_or_goes_into_axes(scene, plot):
 
 def test_maps_have_world_coordinates(scene):
     ax = Figure().subplots()
-    scene.plot_map("Top", ax)
+    scene.plot.map("Top", ax=ax)
     w, e, s, n, _, _ = scene.box
     np.testing.assert_allclose([*ax.get_xlim(), *ax.get_ylim()], [w, e, s, n], atol=1.0)
     assert ax.get_aspect() == 1.0
@@ -92,7 +94,7 @@ def test_maps_have_world_coordinates(scene):
 
 def test_the_throw_that_is_drawn_is_the_throw(scene):
     ax = Figure().subplots()
-    scene.plot_throw("F1", ax)
+    scene.plot.throw("F1", ax=ax)
     drawn = np.concatenate([line.get_xydata() for line in ax.lines if len(line.get_xdata()) > 2])
     for name in ("Top", "Base"):
         throw = scene.throw(name, "F1")
@@ -104,7 +106,7 @@ def test_the_throw_that_is_drawn_is_the_throw(scene):
 
 def test_the_column_has_the_mean_thickness_of_zones(scene):
     ax = Figure().subplots()
-    scene.plot_column(ax)
+    scene.plot.column(ax=ax)
     table = scene.units.table
     for zone in dict.fromkeys(table.zone.values.tolist()):
         mine = table.zone.values == zone
@@ -115,8 +117,8 @@ def test_the_column_has_the_mean_thickness_of_zones(scene):
 
 def test_an_unconformity_is_wavy(scene):
     flat, wavy = Figure().subplots(), Figure().subplots()
-    scene.plot_column(flat)
-    scene.replace(column={"Base": "erosional"}).plot_column(wavy)
+    scene.plot.column(ax=flat)
+    scene.replace(column={"Base": "erosional"}).plot.column(ax=wavy)
     heights = [np.ptp(ax.lines[-1].get_ydata()) for ax in (flat, wavy)]
     assert heights[0] == 0.0 < heights[1]
     assert "Base (erosional)" in [text.get_text() for text in wavy.texts]
@@ -126,7 +128,9 @@ def test_an_unconformity_is_wavy(scene):
 def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
     found = []
     for name in ("a", "b"):
-        path = render_throw({"Top": scene.throw("Top", "F1")}, tmp_path / f"{name}{suffix}")
+        path = plotted(
+            draw_throw, {"Top": scene.throw("Top", "F1")}, path=tmp_path / f"{name}{suffix}"
+        )
         found.append(path.read_bytes())
     assert found[0] == found[1]
     assert not re.search(rb"20[0-9]{2}-[01][0-9]-[0-3][0-9]", found[0])
@@ -134,11 +138,11 @@ def test_files_have_the_same_bytes_twice(scene, tmp_path, suffix):
 
 def test_a_wrong_suffix_or_wrong_axes_are_refused(scene, tmp_path):
     with pytest.raises(OutputError, match=r"PNG, SVG or PDF files. Use a file name that ends in"):
-        render_map(scene.surface("Top"), path=tmp_path / "map.jpg")
+        plotted(draw_map, scene.surface("Top"), path=tmp_path / "map.jpg")
     with pytest.raises(InputError, match=r"ax must be axes of matplotlib, .* pass ax=figure"):
-        scene.plot_map("Top", Figure())
+        scene.plot.map("Top", ax=Figure())
     with pytest.raises(InputError, match=r"throws\['Top'\] is a int without throw"):
-        render_throw({"Top": 3}, tmp_path / "throw.svg")
+        plotted(draw_throw, {"Top": 3}, path=tmp_path / "throw.svg")
 
 
 def test_names_on_a_map_do_not_lie_over_each_other():
@@ -151,7 +155,7 @@ def test_names_on_a_map_do_not_lie_over_each_other():
         for k, y in enumerate((450.0, 452.0, 454.0))
     ]  # fmt: skip
     curves = gs.intersect_surfaces([flat, *walls])
-    figure = plot_map(flat, curves, faults=[wall.name for wall in walls])
+    figure = plotted(draw_map, flat, curves, faults=[wall.name for wall in walls])
     words = [text.get_text() for text in figure.axes[1].texts]
     assert [word for word in words if word.startswith("Wall")] == ["Wall 2"]
 
@@ -163,7 +167,7 @@ def test_names_on_a_map_stay_inside_it(east):
                          [[0, 1, 2], [0, 2, 3]])  # fmt: skip
     wall = gs.TriSurface("A long name", "fault", [[east, 0, -9], [east, 900, -9], [east, 450, 9]],
                          [[0, 1, 2]])  # fmt: skip
-    figure = plot_map(flat, gs.intersect_surfaces([flat, wall]), faults=["A long name"])
+    figure = plotted(draw_map, flat, gs.intersect_surfaces([flat, wall]), faults=["A long name"])
     axes = figure.axes[1]
     name = next(text for text in axes.texts if text.get_text() == "A long name")
     box = name.get_window_extent()

@@ -21,8 +21,11 @@ from geosurf.render import (
     views,
 )
 from geosurf.render._plot import draw_layers
+from geosurf.render.compose import plotted
 from geosurf.render.layers import Layer
+from geosurf.render.map import draw_map
 from geosurf.render.sheet import Sheet, lay_out
+from geosurf.scene.plots import ScenePlots
 
 SMALL = (640, 400)
 
@@ -61,19 +64,19 @@ class Lazy:
 
 
 def test_scene_shows_horizons_faults_and_curves(scene, tmp_path):
-    path = render.render_scene(scene, tmp_path / "new" / "scene.png", size=SMALL)
+    path = ScenePlots(scene).view(path=tmp_path / "new" / "scene.png", size=SMALL)
     image = pixels(path)
     assert image.shape == (400, 640, 3)
     assert share(image, palette.stratum(0)) > 0.08
     assert share(image, palette.stratum(1)) > 0.02
     assert (image == 1.0).all(axis=2).mean() > 0.35
-    without = render.render_scene(scene, tmp_path / "no.png", size=SMALL, show=["horizons"])
+    without = ScenePlots(scene).view(path=tmp_path / "no.png", size=SMALL, show=["horizons"])
     assert dark(pixels(without)) < dark(image)
 
 
 def test_the_same_picture_has_the_same_bytes(scene, tmp_path):
-    one = render.render_scene(scene, tmp_path / "one.png", size=SMALL)
-    two = render.render_scene(scene, tmp_path / "two.png", size=SMALL)
+    one = ScenePlots(scene).view(path=tmp_path / "one.png", size=SMALL)
+    two = ScenePlots(scene).view(path=tmp_path / "two.png", size=SMALL)
     assert one.read_bytes() == two.read_bytes()
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
@@ -120,19 +123,19 @@ def test_parts_of_a_picture_fit_together_without_a_seam(monkeypatch, largest):
 )
 def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
     lazy = Lazy(scene)
-    render.render_scene(lazy, tmp_path / "lazy.png", size=(300, 200), show=show)
+    ScenePlots(lazy).view(path=tmp_path / "lazy.png", size=(300, 200), show=show)
     assert lazy.asked - {"aoi"} == asked
 
 
 @pytest.mark.parametrize("view", views.VIEWS)
 def test_every_view_draws_something(scene, tmp_path, view):
-    image = pixels(render.render_scene(scene, tmp_path / "v.png", view=view, size=(240, 160)))
+    image = pixels(ScenePlots(scene).view(path=tmp_path / "v.png", view=view, size=(240, 160)))
     assert share(image, palette.stratum(0)) > 0.01
 
 
 def test_a_fault_seen_edge_on_is_seen(scene, tmp_path):
     look = {"view": "south", "show": ["faults"], "exaggeration": 2.5, "size": SMALL}
-    image = pixels(render.render_scene(scene, tmp_path / "s.png", **look))
+    image = pixels(ScenePlots(scene).view(path=tmp_path / "s.png", **look))
     inner = image[120:200, 100:450]
     assert (inner[:, :, 0] > inner[:, :, 1] + 0.08).any(axis=1).mean() > 0.9
 
@@ -141,30 +144,34 @@ def test_a_word_that_no_scene_shows_gets_a_proposal(scene, tmp_path):
     with pytest.raises(
         InputError, match=r"unknown word in show: 'fualts'.*units.*Did you mean 'faults'"
     ):
-        render.render_scene(scene, tmp_path / "x.png", show=["fualts"])
+        ScenePlots(scene).view(path=tmp_path / "x.png", show=["fualts"])
 
 
 def test_mistakes_are_told_before_anything_is_computed(scene, tmp_path):
     lazy = Lazy(scene)
     with pytest.raises(InputError, match="unknown view 'below'"):
-        render.render_scene(lazy, tmp_path / "x.png", view="below")
+        ScenePlots(lazy).view(path=tmp_path / "x.png", view="below")
     with pytest.raises(InputError, match="size is"):
-        render.render_scene(lazy, tmp_path / "x.png", size=(1, 1))
+        ScenePlots(lazy).view(path=tmp_path / "x.png", size=(1, 1))
     assert lazy.asked == set()
 
 
 def test_nothing_to_draw_is_an_error_not_an_empty_picture(tmp_path):
     empty = SimpleNamespace(surfaces=(), box=(0, 1, 0, 1, 0, 1), aoi=None)
     with pytest.raises(InputError, match=r"picture is empty.*add to `show`"):
-        render.render_scene(empty, tmp_path / "x.png", show=["faults"])
+        ScenePlots(empty).view(path=tmp_path / "x.png", show=["faults"])
 
 
 def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
-    path = render.render_units(units, tmp_path / "units.png", size=SMALL)
+    path = ScenePlots(SimpleNamespace(units=units)).units(path=tmp_path / "units.png", size=SMALL)
     image = pixels(path)
     for entry in unit_layers.show_units(units).legend:
         assert share(image, entry.colour, 0.06) > 0.004, entry.label
-    whole = pixels(render.render_units(units, tmp_path / "whole.png", explode=0.0, size=SMALL))
+    whole = pixels(
+        ScenePlots(SimpleNamespace(units=units)).units(
+            path=tmp_path / "whole.png", explode=0.0, size=SMALL
+        )
+    )
     assert (whole != 1.0).any(axis=2).sum() != (image != 1.0).any(axis=2).sum()
 
 
@@ -185,8 +192,8 @@ def test_surfaces_without_curves_and_without_relief(tmp_path):
 
 
 def test_map_has_contours_curves_and_elevation_colours(top, curves, tmp_path):
-    plain = pixels(render.render_map(top, path=tmp_path / "plain.png", size=SMALL))
-    image = pixels(render.render_map(top, curves, path=tmp_path / "map.png", size=SMALL))
+    plain = pixels(plotted(draw_map, top, path=tmp_path / "plain.png", size=SMALL))
+    image = pixels(plotted(draw_map, top, curves, path=tmp_path / "map.png", size=SMALL))
     assert share(image, palette.fault(0), 0.1) > share(plain, palette.fault(0), 0.1) + 3e-4
     assert len(np.unique(plain[80:300, 100:450].reshape(-1, 3), axis=0)) > 40
 
@@ -194,15 +201,15 @@ def test_map_has_contours_curves_and_elevation_colours(top, curves, tmp_path):
 def test_maps_have_the_colours_that_faults_have_elsewhere(top, curves, tmp_path):
     """The second of two faults keeps its colour, also where the first is not on the map."""
     words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
-    image = pixels(render.render_map(top, faults=["F0", "F1"], **words))
+    image = pixels(plotted(draw_map, top, faults=["F0", "F1"], **words))
     assert share(image, palette.fault(1), 0.1) > share(image, palette.fault(0), 0.1) + 3e-4
 
 
 def test_maps_keep_lines_of_other_horizons_apart_from_faults(top, curves, tmp_path):
     """Whatever is no fault is dark grey beside them, and has a colour where none are named."""
     words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
-    grey = pixels(render.render_map(top, faults=["F7"], **words))
-    coloured = pixels(render.render_map(top, **words))
+    grey = pixels(plotted(draw_map, top, faults=["F7"], **words))
+    coloured = pixels(plotted(draw_map, top, **words))
     for colour, more, less in (
         (palette.INK, grey, coloured),
         (palette.fault(0), coloured, grey),
@@ -220,8 +227,8 @@ def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
         return pyplot.get_fignums() if pyplot else []
 
     before = figures()
-    one = render.render_map(top, curves, path=tmp_path / "1.png", size=SMALL).read_bytes()
-    two = render.render_map(top, curves, path=tmp_path / "2.png", size=SMALL).read_bytes()
+    one = plotted(draw_map, top, curves, path=tmp_path / "1.png", size=SMALL).read_bytes()
+    two = plotted(draw_map, top, curves, path=tmp_path / "2.png", size=SMALL).read_bytes()
     assert one == two
     assert figures() == before
 
@@ -230,18 +237,18 @@ def test_map_of_a_flat_horizon_with_a_hole(tmp_path):
     z = np.full((6, 7), -1000.0)
     z[2, 3] = np.nan
     surface = TriSurface("Flat", "horizon", lattice=Lattice(np.arange(7.0), np.arange(6.0), z))
-    assert render.render_map(surface, path=tmp_path / "flat.png", size=SMALL).exists()
+    assert plotted(draw_map, surface, path=tmp_path / "flat.png", size=SMALL).exists()
 
 
 def test_map_refuses_what_is_no_map(fault, top, curves, tmp_path):
     wall = TriSurface("W", "wall", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
     with pytest.raises(InputError, match=r"'W' is vertical.*render_surfaces"):
-        render.render_map(wall, path=tmp_path / "x.png")
+        plotted(draw_map, wall, path=tmp_path / "x.png")
     with pytest.raises(InputError, match=r"have no surface 'Other'.*Top"):
-        render.render_map(top.renamed("Other"), curves, path=tmp_path / "x.png")
+        plotted(draw_map, top.renamed("Other"), curves, path=tmp_path / "x.png")
     nothing = TriSurface("None", "horizon", np.empty((0, 3)), np.empty((0, 3), dtype=int))
     with pytest.raises(InputError, match="'None' has no triangles"):
-        render.render_map(nothing, path=tmp_path / "x.png")
+        plotted(draw_map, nothing, path=tmp_path / "x.png")
 
 
 def test_no_curves_is_no_line(top, fault, curves, tmp_path):

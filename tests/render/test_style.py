@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,14 +13,17 @@ from matplotlib.image import imread
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.render import palette, render_scene, render_surfaces, render_units
+from geosurf.render import palette, render_surfaces
 from geosurf.render.colouring import Selection, check_colour_by
-from geosurf.render.map import plot_map
+from geosurf.render.compose import plotted
+from geosurf.render.map import draw_map
 from geosurf.render.names import shortened_apart
 from geosurf.render.overlay import PictureOverlay
 from geosurf.render.overlay_drawing import _crossings, _projected
 from geosurf.render.picture_style import DARK_PAPER, PictureStyle
+from geosurf.render.section import draw_section
 from geosurf.render.unit_layers import show_units
+from geosurf.scene.plots import ScenePlots
 
 SMALL = (320, 220)
 
@@ -64,7 +68,7 @@ class Silent:
 )
 def test_arguments_are_checked_before_anything_is_computed(wrong, sentence, tmp_path):
     with pytest.raises(InputError, match=sentence):
-        render_scene(Silent(), tmp_path / "x.png", **wrong)
+        ScenePlots(Silent()).view(path=tmp_path / "x.png", **wrong)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +93,9 @@ def test_themes_change_the_background_and_no_zone(units, tmp_path):
     looks = {"light": {}, "dark": {"theme": "dark"}, "none": {"transparent": True}}
     for name, style in looks.items():
         path = tmp_path / f"{name}.png"
-        render_units(units, path, size=SMALL, style=PictureStyle(**style))
+        ScenePlots(SimpleNamespace(units=units)).units(
+            path=path, size=SMALL, style=PictureStyle(**style)
+        )
         images[name] = imread(path)
     assert part(images["light"][..., :3], palette.PAPER) > 0.5
     assert part(images["dark"][..., :3], DARK_PAPER) > 0.5
@@ -106,7 +112,7 @@ def test_themes_change_the_background_and_no_zone(units, tmp_path):
 
 
 def test_a_dark_figure_has_no_dark_text(top):
-    figure = plot_map(top, size=SMALL, style=PictureStyle(theme="dark"))
+    figure = plotted(draw_map, top, size=SMALL, style=PictureStyle(theme="dark"))
     assert figure.get_facecolor()[:3] == pytest.approx(DARK_PAPER)
     words = [text for text in figure.axes[0].texts if text.get_text()]
     assert words
@@ -127,10 +133,10 @@ def test_only_selects_surfaces_units_zones_and_blocks(scene, units, tmp_path):
     assert len(show_units(units).legend) == 6
     path = tmp_path / "x.png"
     for only, count in ((["Top/Base"], 2), (["F1-"], 3), (["below Base, F1+"], 1)):
-        render_units(units, path, only=only, size=SMALL)
+        ScenePlots(SimpleNamespace(units=units)).units(path=path, only=only, size=SMALL)
         assert pixels(path).min() < 0.9
         assert len(show_units(units, only=Selection(tuple(only))).legend) == count
-    render_scene(scene, path, only=["Base"], show=["horizons"], size=SMALL)
+    ScenePlots(scene).view(path=path, only=["Base"], show=["horizons"], size=SMALL)
     assert part(pixels(path), palette.stratum(0), 0.05) < 0.005
 
 
@@ -184,7 +190,7 @@ def test_long_names_that_differ_in_the_middle_stay_apart():
 
 
 def test_a_name_without_letters_in_the_font_says_what_to_do(top):
-    figure = plot_map(top.renamed("顶部"), size=SMALL)
+    figure = plotted(draw_map, top.renamed("顶部"), size=SMALL)
     with pytest.warns(gs.GeosurfWarning, match=r"letters that their font lacks: '顶', '部'"):
         figure._repr_png_()
 
@@ -193,15 +199,15 @@ def test_a_name_without_letters_in_the_font_says_what_to_do(top):
 def test_cyrillic_greek_and_arabic_have_letters(top, name):
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        picture = plot_map(top.renamed(name), size=SMALL)._repr_png_()
+        picture = plotted(draw_map, top.renamed(name), size=SMALL)._repr_png_()
     assert [str(one.message) for one in found] == []
-    assert picture != plot_map(top.renamed("Top"), size=SMALL)._repr_png_()
+    assert picture != plotted(draw_map, top.renamed("Top"), size=SMALL)._repr_png_()
 
 
 def test_a_matplotlib_that_cannot_join_letters_is_warned_of(top, monkeypatch):
     monkeypatch.setattr("geosurf.render.sheet._joins_letters", lambda: False)
     with pytest.warns(gs.GeosurfWarning, match="drawn from left to right.*matplotlib 3.11"):
-        plot_map(top.renamed("قمة"), size=SMALL)._repr_png_()
+        plotted(draw_map, top.renamed("قمة"), size=SMALL)._repr_png_()
 
 
 def test_an_overlay_is_projected_to_a_section():
@@ -220,11 +226,11 @@ def test_an_overlay_is_drawn_on_views_maps_and_sections(scene, top, curves, tmp_
         points={"Picks": [[458500, 6782000, -1750.0]]},
     )
     path = tmp_path / "x.png"
-    render_scene(scene, path, overlay=overlay, size=(640, 400))
+    ScenePlots(scene).view(path=path, overlay=overlay, size=(640, 400))
     purple, pink = palette.rgb("#5b2a86"), palette.rgb("#b3005e")
     assert part(pixels(path), purple, 0.1) > 5e-4
     assert part(pixels(path), pink, 0.1) > 5e-5
-    figure = plot_map(top, curves, size=SMALL, overlay=overlay)
+    figure = plotted(draw_map, top, curves, size=SMALL, overlay=overlay)
     assert "W" in [text.get_text() for text in figure.axes[1].texts]
     outline = [[0, 0, 0], [9, 0, 0], [9, 9, 0]]
     assert PictureOverlay(polygons={"A": outline}).polygons["A"][0].shape == (3, 2)
@@ -236,7 +242,7 @@ def test_an_overlay_is_drawn_on_views_maps_and_sections(scene, top, curves, tmp_
 def test_names_of_maps_and_wells_take_the_same_room(top, curves):
     """No two names of a map lie over each other, whoever draws them."""
     heads = {f"Well {i}": [[457600 + 15 * i, 6781000, -1700]] for i in range(12)}
-    figure = plot_map(top, curves, size=(640, 400), overlay=PictureOverlay(wells=heads))
+    figure = plotted(draw_map, top, curves, size=(640, 400), overlay=PictureOverlay(wells=heads))
     figure.canvas.draw()
     boxes = [
         text.get_window_extent().extents
@@ -254,7 +260,9 @@ def test_colours_by_name_reach_the_section(tmp_path):
     scene = gs.Scene(world.horizons, world.faults, world.box)
     line = [(0.0, 1500.0), (4000.0, 1500.0)]
     style = PictureStyle(colours={"Top/Base": "#ff00ff", "F1": "#00ff00"})
-    path = gs.render_section(scene.section(line), tmp_path / "s.png", size=SMALL, style=style)
+    path = plotted(
+        draw_section, scene.section(line), path=tmp_path / "s.png", size=SMALL, style=style
+    )
     assert part(pixels(path), (1.0, 0.0, 1.0)) > 0.02
     red, green, blue = np.moveaxis(pixels(path), -1, 0)
     assert (green > np.maximum(red, blue) + 0.2).mean() > 1e-4

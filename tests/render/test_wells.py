@@ -7,7 +7,9 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.render import render_map
+from geosurf.render.compose import plotted
+from geosurf.render.map import draw_map
+from geosurf.render.section import draw_section
 from geosurf.render.wells import NEAR, tops_on_map, tops_on_section
 
 SIZE = (400, 250)
@@ -54,8 +56,8 @@ def test_pictures_with_wells_differ_and_are_the_same_twice(model, tmp_path):
     section = model.section([(0, 1500), (4000, 1500)])
     found = []
     for k, words in enumerate(({}, {"tops": tops}, {"tops": tops})):
-        one = render_map(surface, path=tmp_path / f"m{k}.png", size=SIZE, **words)
-        two = gs.render_section(section, tmp_path / f"s{k}.png", size=SIZE, **words)
+        one = plotted(draw_map, surface, path=tmp_path / f"m{k}.png", size=SIZE, **words)
+        two = plotted(draw_section, section, path=tmp_path / f"s{k}.png", size=SIZE, **words)
         found.append((one.read_bytes(), two.read_bytes()))
     (plain, one, two) = found
     assert one == two
@@ -65,8 +67,10 @@ def test_pictures_with_wells_differ_and_are_the_same_twice(model, tmp_path):
 
 def test_what_is_not_a_misfit_is_refused(model, tmp_path):
     with pytest.raises(InputError, match=r"result of Scene.misfit, not dict"):
-        render_map(model.surface("Top"), path=tmp_path / "m.png", size=SIZE, tops={"well": ["A"]})
+        plotted(
+            draw_map, model.surface("Top"), path=tmp_path / "m.png", size=SIZE, tops={"well": ["A"]}
+        )
     section = model.section([(0, 1500), (4000, 1500)])
     del section.attrs["line"]
     with pytest.raises(InputError, match=r"does not hold its line.*scene.section\(line\)"):
-        gs.render_section(section, tmp_path / "s.png", size=SIZE, tops=model.misfit())
+        plotted(draw_section, section, path=tmp_path / "s.png", size=SIZE, tops=model.misfit())

@@ -144,7 +144,9 @@ def test_pictures_that_are_none_are_named(scene, tmp_path):
     with pytest.raises(InputError, match=r"picture 'gone': .*gone\.png cannot be read.*Draw it"):
         report_scene(scene, tmp_path, {"gone": tmp_path / "gone.png"})
     (tmp_path / "text.png").write_text("hello")
-    with pytest.raises(InputError, match=r"picture 'text': .*text\.png is not a PNG.*render_scene"):
+    with pytest.raises(
+        InputError, match=r"picture 'text': .*text\.png is not a PNG.*scene.plot.view"
+    ):
         report_scene(scene, tmp_path, {"text": tmp_path / "text.png"})
     assert not (tmp_path / "index.html").exists()
 

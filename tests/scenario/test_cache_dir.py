@@ -11,6 +11,7 @@ from geosurf.cli import main
 from geosurf.errors import InputError
 from geosurf.scenario import read_scenario, run
 from geosurf.scene import pictures as drawing
+from geosurf.scene import plots
 from geosurf.scene import scene as scenes
 from geosurf.scene.result_cache import ResultCache
 from geosurf.sheets import tear
@@ -65,8 +66,8 @@ def counts(monkeypatch):
 
     count("tear", tear, "tear_from")
     count("check", scenes, "certify_repeated")
-    for name in ("map", "thickness", "throw"):
-        count(name, drawing, f"render_{name}")
+    for name, module in (("map", plots), ("thickness", plots), ("throw", drawing)):
+        count(name, module, f"draw_{name}")
     return done
 
 

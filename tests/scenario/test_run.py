@@ -167,7 +167,7 @@ def test_an_error_of_one_picture_costs_no_other_result(
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("geosurf.scene.pictures.render_allan", fail)
+    monkeypatch.setattr("geosurf.scene.plots.draw_allan", fail)
     path, out = scenario(("views = [", "exploded = false\nviews = [")), tmp_path / "out"
     with pytest.warns(GeosurfWarning, match=r"'allan_00_F1\.png' was not drawn") as caught:
         run_scenario(path, out)
@@ -199,7 +199,7 @@ def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("geosurf.scene.pictures.render_map", stop)
+    monkeypatch.setattr("geosurf.scene.plots.draw_map", stop)
     with pytest.raises(KeyboardInterrupt):
         run_scenario(scenario(("size_px", "exploded = false\nsize_px")), tmp_path / "out")
     assert not list((tmp_path / "out").iterdir())

@@ -205,7 +205,7 @@ def test_maps_and_cards_show_virtual_walls() -> None:
     assert sum(np.abs(np.diff(line, axis=0)).sum() for line in lines) == pytest.approx(11.0)
     assert all((line[:, 2] == -4.0).all() for line in lines)
 
-    figure = walled.plot_map("Top", size=(640, 400))
+    figure = walled.plot.map("Top", size=(640, 400))
     words = {text.get_text() for ax in figure.axes for text in ax.texts}
     words |= {text.get_text() for text in figure.texts}
     assert {"1 virtual wall", "of F1"} <= words

@@ -8,7 +8,8 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
-from geosurf.render.map import render_map
+from geosurf.render.compose import plotted
+from geosurf.render.map import draw_map
 
 E0, N0 = 460000.0, 5930000.0
 
@@ -117,8 +118,10 @@ def test_a_scene_lists_what_is_extrapolated_and_the_map_hatches_it(tmp_path):
     assert found.kind == "extrapolated"
     assert scene.check().ok
     surface = scene.surface("T")
-    plain = render_map(surface, path=tmp_path / "plain.png", size=(400, 300))
-    hatched = render_map(surface, path=tmp_path / "hatched.png", size=(400, 300), hatched=surface)
+    plain = plotted(draw_map, surface, path=tmp_path / "plain.png", size=(400, 300))
+    hatched = plotted(
+        draw_map, surface, path=tmp_path / "hatched.png", size=(400, 300), hatched=surface
+    )
     assert plain.read_bytes() != hatched.read_bytes()
     data = gs.Scene({"T": grid(plane)})
     assert data.warnings == ()
@@ -161,7 +164,7 @@ def test_a_torn_horizon_keeps_its_marks(tmp_path):
     assert scene.check().ok
     surface = scene.surface("Top")
     pictures = [
-        render_map(surface, path=tmp_path / f"{k}.png", size=(400, 300), hatched=hatched)
+        plotted(draw_map, surface, path=tmp_path / f"{k}.png", size=(400, 300), hatched=hatched)
         for k, hatched in enumerate((None, surface))
     ]
     assert pictures[0].read_bytes() != pictures[1].read_bytes()
