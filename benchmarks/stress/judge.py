@@ -25,7 +25,7 @@ from benchmarks.stress.verdict import (
     nearest,
     ulp_of,
 )
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.model import Curves, Patches, TriangleContact, TriSurface
 
 __all__ = [

@@ -4,19 +4,19 @@
 search.py          `find_contacts`: surfaces -> contacts of their triangles
 checked.py         surfaces that the search accepts; errors for all others
 candidates.py      pairs of triangles that may meet, of each pair of surfaces
+                   candidate pairs from voxels in a common box (Lo & Wang 2004)
+                   contacts of two surfaces, stored for the next search of both
 gather.py          the faces that may meet, in one numbering
-named.py           the points where they meet: named, placed, merged
+                   the points where they meet: named, placed, merged
 tree.py            candidate pairs from trees of boxes (Morton order)
-broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
-lattice_pairs.py   candidate pairs of two grids, of one survey or with straight axes
+                   candidate pairs of two grids, of one survey or with straight axes
 torn_trees.py      trees of torn sheets: of their lattice, and of triangles at faults
 triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
+                   the exact test of a rounded mesh
 arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
-crossing.py        the exact test of a rounded mesh
-known_pairs.py     contacts of two surfaces, stored for the next search of both
-memory_limit.py    error before pairs of triangles exceed the memory
-room.py            arrays that were made with room for more
 threads.py         independent tasks in threads, results in order
+                   error before pairs of triangles exceed the memory
+                   arrays that were made with room for more
 =================  ====================================================================
 
 The rooms `intersect`, `rebuild` and `carve` use these contacts.
@@ -24,8 +24,7 @@ The rooms `intersect`, `rebuild` and `carve` use these contacts.
 
 from __future__ import annotations
 
-from geosurf.arrangement.candidates import meeting_surfaces
-from geosurf.arrangement.known_pairs import KnownPairs
+from geosurf.arrangement.candidates import KnownPairs, meeting_surfaces
 from geosurf.arrangement.search import Contacts, find_contacts, search_voxels
 from geosurf.arrangement.triangles import intersect_triangles
 

@@ -8,14 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.arrangement.room import shortened
 from geosurf.arrangement.search import Contacts, table_size
-from geosurf.arrangement.threads import map_threads, n_threads
+from geosurf.arrangement.threads import map_threads, n_threads, shortened
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.cutting.cached_predicates import face_workspace
-from geosurf.kernels.cutting.cut_faces import BROKEN, adopt_points, cut_faces
-from geosurf.kernels.cutting.record_groups import group_records
+from geosurf.kernels.cutting.cut_faces import BROKEN, adopt_points, cut_faces, group_records
 from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNINDEXED
 

@@ -13,15 +13,24 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.broad import candidate_pairs, fit_voxels
-from geosurf.arrangement.candidates import find_candidates
+from geosurf.arrangement.candidates import (
+    Known,
+    KnownPairs,
+    candidate_pairs,
+    find_candidates,
+    fit_voxels,
+)
 from geosurf.arrangement.checked import check_surfaces, check_voxel_size
-from geosurf.arrangement.gather import Faces, gather
-from geosurf.arrangement.known_pairs import Known, KnownPairs
-from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
-from geosurf.arrangement.named import name_contacts
-from geosurf.arrangement.room import shortened
-from geosurf.arrangement.threads import in_ranges, map_threads
+from geosurf.arrangement.gather import Faces, gather, name_contacts
+from geosurf.arrangement.threads import (
+    CONTACT,
+    IN_PLANE,
+    in_ranges,
+    lack_of_room,
+    map_threads,
+    refusal,
+    shortened,
+)
 from geosurf.conventions import frame_origin, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT

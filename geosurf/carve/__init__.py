@@ -3,24 +3,24 @@
 ===================  ==================================================================
 units.py             `carve_units`: the steps from patches to units
 cells.py             cells of space and the faces between them (Weiler model, Levy 2024)
-half_faces.py        which sides of triangles face each other across an edge
-seams.py             where parts end, and the order of triangles around edges
-rays.py              exact vertical rays through triangles
+                     which sides of triangles face each other across an edge
+                     where parts end, and the order of triangles around edges
 measures.py          volume below, area and bounds of each face
+                     compensated and exact volumes (Dekker 1971, Shewchuk 1997)
 zones.py             on which side of each horizon and contact each cell is
+                     blocks of a zone, named by the sides of faults
 horizon_sides.py     the same for the triangles of a fault, which may end at a horizon
-listed.py            triangles of some faces, one by one
 column.py            rules of the stratigraphic column: sides of horizons -> zones
 clipped.py           parts of horizons that these rules removed
-blocks.py            blocks of a zone, named by the sides of faults
+                     triangles of some faces, one by one
 fluids.py            units split at their fluid contacts
-level_parts.py       volumes of the parts of finished units at level contacts
+                     volumes of the parts of finished units at level contacts
 slivers.py           which neighbour each sliver becomes a part of
+                     warning: horizons in the wrong order
+                     warning: units thinner than the rounding error
 outside.py           walls, and the cells outside of them
+                     exact vertical rays through triangles
 shells.py            closed shells and their volumes
-volume.py            compensated and exact volumes (Dekker 1971, Shewchuk 1997)
-order.py             warning: horizons in the wrong order
-thin.py              warning: units thinner than the rounding error
 certificate/         `certify`: the properties of a model, recomputed from the result
 ===================  ==================================================================
 """

@@ -16,21 +16,330 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.arrangement.threads import in_ranges, map_threads
 from geosurf.carve import measures
-from geosurf.carve.half_faces import Parts, find_parts, joined_sides
 from geosurf.carve.outside import (
+    NO_HIT,
+    Rays,
     box_of,
     outside_of_box,
     outside_of_shells,
     owned_by_walls,
     walls_are_a_box,
 )
-from geosurf.carve.rays import NO_HIT, Rays
-from geosurf.carve.seams import Parents
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.numbering import number_keys
-from geosurf.model import Patches
+from geosurf.conventions import place
+from geosurf.errors import InvariantError
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.strips import RIM, distinct, lowest_keys
+from geosurf.kernels.meshes.mesh import join_pairs, number_keys
+from geosurf.kernels.meshes.parts import mark_around, open_edges, parts_of
+from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams
+from geosurf.model import Patches, TriSurface
 from geosurf.model.pieces import Pieces, same_turn
+
+# ---- seams ----------------------------------------
+# Edges at which parts of surfaces end, and the order of the triangles around them, in threads.
+#
+# Results are the same for any number of threads: each has a range of edges.
+
+
+# least work of a thread, a millisecond each, which is ten times what a thread costs
+_TRIANGLES, _EDGES, _PARENTS = 20_000, 5_000, 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Parents:
+    """Input triangles that triangles around open edges, and the first of parts, are parts of.
+
+    Attributes
+    ----------
+    of_triangle : ndarray of int64, shape (n_triangle,)
+        -1 for other triangles.
+    corners : ndarray of float64, shape (n_parent, 3, 3)
+        Local coordinates.
+    """
+
+    of_triangle: np.ndarray
+    corners: np.ndarray
+
+    def __getitem__(self, triangles: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 3) of the input triangles of some triangles."""
+        found: np.ndarray = self.corners[self.of_triangle[triangles]]
+        return found
+
+
+def edges_at(
+    triangles: np.ndarray,
+    ring: np.ndarray,
+    link: np.ndarray,
+    part: np.ndarray,
+) -> np.ndarray:
+    """Find all edges that are not inside a part.
+
+    Parameters
+    ----------
+    triangles, ring, link : ndarray of int64
+        As `Pieces` has them.
+    part : ndarray of int64, shape (n_element,)
+        Part of each triangle and run, or -1.
+
+    Returns
+    -------
+    ndarray of int64, shape (n_edge,)
+        First half-edge of each.
+    """
+    of = triangles, ring, link, part
+    rows = in_ranges(len(ring), 3 * _TRIANGLES)
+    return np.concatenate(map_threads(open_edges, [(*of, *row) for row in rows]))
+
+
+def sorted_seams(
+    patches: Patches,
+    pieces: Pieces,
+    part: np.ndarray,
+    also: np.ndarray,
+    open_at: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, Parents]:
+    """
+    Put the triangles around some edges in order.
+
+    Parameters
+    ----------
+    patches : Patches
+    pieces : Pieces
+    part : ndarray of int64
+        As for `edges_at`.
+    also : ndarray of int64
+        More triangles of which the input triangles are wanted.
+    open_at : ndarray of int64, shape (n_edge,)
+        A half-edge of each edge.
+
+    Returns
+    -------
+    start : ndarray of int64, shape (n_edge + 1,)
+        First place of each edge in `seams`, and the end.
+    seams : ndarray of int64
+        See `geosurf.kernels.meshes.seams`.
+    parents : Parents
+
+    Raises
+    ------
+    InvariantError
+        If two different triangles lie in one half-plane of an edge.
+    """
+    edges = [open_at[i:j] for i, j in in_ranges(len(open_at), _EDGES)]
+    wanted = np.zeros(len(pieces.triangles), dtype=bool)
+    wanted[also] = True
+    counts = map_threads(mark_around, [(pieces.ring, some, wanted) for some in edges])
+    parents = parents_of(pieces, wanted)
+    px = parents.corners.reshape(-1, 3)
+    pt = np.arange(len(px)).reshape(-1, 3)
+
+    def sort(some: np.ndarray, n_around: int) -> tuple[int, np.ndarray, np.ndarray]:
+        """What `sort_seams` finds of some edges, and what it writes."""
+        start, seams = np.empty(len(some) + 1, dtype=np.int64), np.empty(n_around, dtype=np.int64)
+        # floats decide nearly always; the exact frame is made when they first cannot
+        m = w = np.empty(0, dtype=np.int64)
+        while True:
+            found = sort_seams(
+                pieces.x, pieces.triangles, pieces.ring, some, part,
+                parents.of_triangle, px, pt, m, w, start, seams,
+            )  # fmt: skip
+            if found != NEEDS_EXACT:
+                return found, start, seams
+            m, w = frame_of(px)
+
+    found = map_threads(sort, list(zip(edges, counts, strict=True)))
+    for done, _, _ in found:
+        if done != DONE:
+            name = patches.names[pieces.surface[done // 3]]
+            corner = pieces.triangles[done // 3, done % 3]
+            where = place(pieces.x[corner] + patches.origin)
+            raise InvariantError(
+                f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
+                "please report this with the surfaces."
+            )
+
+    # one after the other
+    ends = np.cumsum([0, *(start[-1] for _, start, _ in found)])
+    starts = [start[:-1] + end for (_, start, _), end in zip(found, ends, strict=False)]
+    seams = np.concatenate([seams[: start[-1]] for _, start, seams in found])
+    return np.concatenate([*starts, ends[-1:]]), seams, parents
+
+
+def parents_of(pieces: Pieces, wanted: np.ndarray) -> Parents:
+    """Find the input triangles of the triangles that are wanted: a few around curves."""
+    surface, key = pieces.surface, pieces.key
+
+    # triangles of one input triangle follow each other
+    rows = np.flatnonzero(wanted)
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (key[rows[1:]] != key[rows[:-1]]) | (surface[rows[1:]] != surface[rows[:-1]])
+    first, number = rows[is_new], np.full(len(key), -1, dtype=np.int64)
+    number[rows] = np.cumsum(is_new) - 1
+    corners = np.empty((3 * len(first), 3))
+    cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
+
+    def write(source: TriSurface, low: int, high: int) -> None:
+        """Write the corners of the triangles of one surface."""
+        nodes = source.corners_of_keys(key[first[low:high]]).ravel()
+        places = source.places_of_nodes(nodes)
+        np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
+
+    parts = list(zip(pieces.sources, cut[:-1].tolist(), cut[1:].tolist(), strict=True))
+    map_threads(write, parts, worth=len(first) > _PARENTS)
+    return Parents(number, corners.reshape(-1, 3, 3))
+
+
+# ---- half faces ----------------------------------------
+# Join sides of triangles that face the same cell across an edge.
+#
+# An element is a triangle, or a run of triangles that no curve touches. A part is what hangs
+# together over edges inside of one surface, facing one way, so that all of it sees the same: part
+# p sees 2 p in front of it, where normals point, and 2 p + 1 behind.
+
+
+_SEAMS = 20_000  # edges of a thread, at least
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Parts inside the model box.
+
+    Attributes
+    ----------
+    of_element : ndarray of int64, shape (n_element,)
+        Part of each triangle and run; -1 outside of the box, and for all but the first of the
+        triangles with the same corners.
+    first : ndarray of int64, shape (n_part,)
+        First element of each; rising, so that parts with triangles come before those without.
+    surface : ndarray of int64, shape (n_part,)
+        Surface that each is of.
+    """
+
+    of_element: np.ndarray
+    first: np.ndarray
+    surface: np.ndarray
+
+
+def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
+    """Find the parts inside bounds (2, 3), local.
+
+    The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
+    """
+    part, first = parts_of(
+        pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
+        int(pieces.first_run[-1]), _pairs(pieces), bounds,
+    )  # fmt: skip
+
+    # one corner triple for each part decides: walls cut all surfaces at the box
+    surface = _surface_of(pieces, first)
+    low, high = bounds
+    corners = _corners(pieces, first, surface)
+    inside = ((corners >= low) & (corners <= high)).all(axis=(1, 2))
+
+    # rank among the parts inside, -1 for the others; the last entry serves part -1
+    number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
+    return Parts(number[part], first[inside], surface[inside])
+
+
+def _pairs(pieces: Pieces) -> np.ndarray:
+    """Runs that share an edge, as elements."""
+    n_core = len(pieces.triangles)
+    pairs = [np.empty((0, 2), dtype=np.int64)]
+    for first, strips in zip(pieces.first_run, pieces.strips, strict=False):
+        if strips is not None:
+            pairs.append(strips.joined + (n_core + first))
+    return np.concatenate(pairs)
+
+
+def _surface_of(pieces: Pieces, elements: np.ndarray) -> np.ndarray:
+    """Surface of some elements, which rise."""
+    n_core = len(pieces.triangles)
+    n = np.searchsorted(elements, n_core)
+
+    # `first_run` rises, so that searchsorted finds the surface of a run
+    of_run = np.searchsorted(pieces.first_run, elements[n:] - n_core, side="right") - 1
+    return np.concatenate([pieces.surface[elements[:n]], of_run])
+
+
+def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.ndarray:
+    """Corners (n, 3, 3) of a triangle of each of some elements, which rise; local."""
+    n_core = len(pieces.triangles)
+    n = np.searchsorted(elements, n_core)
+    corners = [pieces.x[pieces.triangles[elements[:n]]]]
+    for i in distinct(surface[n:]).tolist():
+        source, strips = pieces.sources[i], pieces.strips[i]
+
+        # runs within their own surface
+        rows = elements[n:][surface[n:] == i] - n_core - pieces.first_run[i]
+        keys = lowest_keys(strips.places, strips.runs[rows])
+        nodes = source.corners_of_keys(keys).ravel()
+        corners.append((source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3))
+    return np.concatenate(corners)
+
+
+def joined_sides(
+    patches: Patches, pieces: Pieces, parts: Parts
+) -> tuple[np.ndarray, np.ndarray, Parents]:
+    """
+    Join the sides of parts around every edge.
+
+    Parameters
+    ----------
+    patches : Patches
+    pieces : Pieces
+    parts : Parts
+
+    Returns
+    -------
+    ndarray of int64, shape (n_part, 2)
+        What is seen from the front and the back of each: one side for all those that see the same.
+    ndarray of int64, shape (n_part,)
+        Connected piece of each: its lowest part.
+    Parents
+
+    Raises
+    ------
+    InvariantError
+        If two different triangles lie in one half-plane of an edge.
+    """
+    open_at = edges_at(pieces.triangles, pieces.ring, pieces.link, parts.of_element)
+    first = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
+    start, seams, parents = sorted_seams(patches, pieces, parts.of_element, first, open_at)
+    return *_joined(pieces, parts, start, seams), parents
+
+
+def _joined(
+    pieces: Pieces, parts: Parts, start: np.ndarray, seams: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is seen from the front and the back of each part, and its connected piece."""
+    # parts are few: each range of edges joins all of them for itself
+    n, rows = len(parts.first), in_ranges(len(start) - 1, _SEAMS)
+    forests = [(np.arange(2 * n), np.arange(n)) for _ in rows]
+    of = parts.of_element
+    map_threads(
+        join_seams,
+        [(start[i : j + 1], seams, of, *own) for (i, j), own in zip(rows, forests, strict=True)],
+    )
+
+    # the rim of a surface inside the model: front and back see each other around it
+    torn = _with_rims(pieces, parts)
+    sides = [np.stack([2 * torn + 1, 2 * torn], axis=1)]
+    sides += [np.stack([np.arange(2 * n), own], axis=1) for own, _ in forests]
+    piece = [np.stack([np.arange(n), own], axis=1) for _, own in forests]
+    seen = join_pairs(np.concatenate(sides), 2 * n)
+    return seen.reshape(-1, 2), join_pairs(np.concatenate(piece), n)
+
+
+def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
+    """Parts with a run on the rim of a surface, around which front and back see the same."""
+    rims = [strips.runs[:, RIM] for strips in pieces.strips if strips is not None]
+    if not rims:
+        return np.empty(0, dtype=np.int64)
+    of_run = parts.of_element[len(pieces.triangles) :][np.concatenate(rims) == 1]
+    return distinct(of_run[of_run >= 0])
+
 
 # surfaces that own a part, and how each is turned: 1 as the part's triangles are, -1 against them
 Owners = tuple[tuple[int, int], ...]

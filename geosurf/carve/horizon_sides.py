@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
-from geosurf.carve.column import apply_column
-from geosurf.carve.leaks import rim_of_leak
+from geosurf.carve.column import apply_column, rim_of_leak
 from geosurf.carve.zones import ABOVE, BELOW, UNKNOWN, owned_by, signatures
 from geosurf.model import Patches, check_column
 

@@ -7,17 +7,184 @@ surfaces. The planes of a box decide which side is which; for other walls a ray 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
-from geosurf.carve.rays import Rays
-from geosurf.carve.volume import volume_of
+from geosurf.carve.measures import volume_of
 from geosurf.conventions import place
-from geosurf.errors import GeometryError, OpenUnitError
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.kernels.meshes.numbering import renumbered
+from geosurf.errors import GeometryError, InvariantError, OpenUnitError
+from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
+from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.meshes.mesh import join_pairs, renumbered
+from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_in_box
 from geosurf.model import Patches
+
+# ---- rays ----------------------------------------
+# Shoot rays along the axes through pieces of surfaces, to find what encloses them.
+#
+# Floats answer nearly all (`kernels.rays`), for the cost of a walk down a tree of boxes each; exact
+# fractions answer the others, over the triangles in the column of the first one.
+
+
+_SLIP = 1e-6  # [m] beside a column; far more than rounding an aim moves it by
+
+
+class Rays:
+    """Rays through some triangles.
+
+    Parameters
+    ----------
+    x, t : ndarray
+        Points and triangles.
+
+    Examples
+    --------
+    Three level triangles above one another; a ray leaves the lowest by its front (2 * 0), and meets
+    the next one from behind (2 * 1 + 1):
+
+    >>> corners = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0.0]])
+    >>> x = np.concatenate([corners + [0, 0, z] for z in (0, 1, 2)])
+    >>> rays = Rays(x, np.arange(9).reshape(3, 3))
+    >>> rays.shoot(np.array([0, 2]), np.arange(3)).tolist()
+    [[0, 3], [4, -1]]
+    """
+
+    def __init__(self, x: np.ndarray, t: np.ndarray) -> None:
+        self.x, self.t = np.ascontiguousarray(x), np.ascontiguousarray(t)
+        self.boxes, codes, _, _ = survey_list(self.x, self.t)
+        self.tree = build_list_tree(self.boxes, codes)
+
+    def shoot(
+        self, starts: np.ndarray, set_of: np.ndarray, seen: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Sides where rays leave their sets, and the first sides of others that they meet then.
+
+        A ray runs along the axis on which its first triangle is widest.
+
+        Parameters
+        ----------
+        starts : ndarray of int64, shape (n,)
+            First triangle of each ray.
+        set_of : ndarray of int64, shape (n_triangle,)
+            The set of each triangle; a ray is of that of its first triangle.
+        seen : ndarray of bool, shape (n_triangle,), optional
+            Which triangles hold others. Default: all.
+
+        Returns
+        -------
+        ndarray of int64, shape (n, 2)
+            ``2 * triangle`` for a front, one more for a back; `NO_HIT` where a ray meets no more.
+        """
+        seen = np.ones(len(self.t), dtype=bool) if seen is None else seen
+        a, b, c = (self.x[self.t[starts, k]] for k in range(3))
+
+        # the axis along which the triangle's shadow is largest: rays meet it least obliquely
+        axes = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
+
+        # how far its set reaches along a ray's axis: beyond that, only others are met
+        tops = self._tops(set_of, set_of[starts])[np.arange(len(starts)), axes]
+        sides = np.empty((len(starts), 2), dtype=np.int64)
+        cast_rays(self.x, self.t, *self.tree, set_of, seen, starts, axes, tops, sides)
+        for k in np.flatnonzero(sides[:, 0] == UNDECIDED).tolist():
+            sides[k] = self._exactly(int(starts[k]), int(axes[k]), set_of, seen)
+        return sides
+
+    def _tops(self, set_of: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """Highest coordinates (n, 3) of some sets."""
+        # few sets have a ray: to number and compare all took 31 % of a certificate (Drogon, torn)
+        sets, number = np.unique(wanted, return_inverse=True)
+        rows = np.flatnonzero(np.isin(set_of, sets))
+        rows = rows[np.argsort(set_of[rows], kind="stable")]
+        first = np.searchsorted(set_of[rows], sets)
+        tops: np.ndarray = np.maximum.reduceat(self.boxes[rows, 3:], first, axis=0)
+        return tops[number]
+
+    def _exactly(
+        self, start: int, axis: int, set_of: np.ndarray, seen: np.ndarray
+    ) -> tuple[int, int]:
+        """One ray by fractions.
+
+        It aims at rational points inside its first triangle until it misses all edges. The points
+        lie on a conic: an edge is in the way of two of them at most, so one of 6 n + 1 is free.
+        """
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        corners = self.x[self.t[start]]
+        rows = self._column(start, axis)
+
+        # only triangles that count: those that hold others, and those of the ray's own set
+        rows = rows[seen[rows] | (set_of[rows] == set_of[start])]
+        low, high = self.boxes[rows, :3], self.boxes[rows, 3:]
+        for step in range(1, 6 * len(rows) + 2):
+            ratio = Fraction(step + 30, 40)
+            total = 1 + ratio + ratio * ratio
+
+            # points (1, r, r^2) / (1 + r + r^2): a conic inside the triangle
+            weights = (1 / total, ratio / total, ratio * ratio / total)
+            aim = [
+                sum(f * Fraction(float(p[k])) for f, p in zip(weights, corners, strict=True))
+                for k in (u, v)
+            ]
+
+            # boxes in floats, wider by _SLIP than any rounding of the aim
+            near = np.ones(len(rows), dtype=bool)
+            for k, at in zip((u, v), map(float, aim), strict=True):
+                near &= (low[:, k] <= at + _SLIP) & (high[:, k] >= at - _SLIP)
+            passed = rows[near]
+            hits = [_hit(self.x[self.t[i]], axis, u, v, aim) for i in passed]
+            if None in hits:
+                continue  # the ray grazes an edge: aim elsewhere
+            met = [(h[0], int(i), h[1]) for i, h in zip(passed, hits, strict=True) if h]
+            top = max((hit for hit in met if set_of[hit[1]] == set_of[start]), key=_first)
+            above = [hit for hit in met if set_of[hit[1]] != set_of[start] and hit[0] > top[0]]
+            # the side towards +axis is the front where the normal points there
+            outer = 2 * top[1] + (0 if top[2] > 0 else 1)
+            if not above:
+                return outer, NO_HIT
+            first = min(above, key=_first)
+            return outer, 2 * first[1] + (1 if first[2] > 0 else 0)
+        raise InvariantError(
+            f"no ray passes through the inside of a floating triangle at {place(corners[0])} in "
+            "local coordinates; please report this with the surfaces."
+        )
+
+    def _column(self, start: int, axis: int) -> np.ndarray:
+        """Triangles above a triangle along an axis, and beside those, in order."""
+        box = self.boxes[start] + np.repeat([-_SLIP, _SLIP], 3)
+        box[3 + axis] = np.inf
+
+        # asked once more with room for all, if the first array was too short
+        rows = np.empty(256, dtype=np.int64)
+        n = rows_in_box(*self.tree, self.boxes, box, rows)
+        if n > len(rows):
+            rows = np.empty(n, dtype=np.int64)
+            rows_in_box(*self.tree, self.boxes, box, rows)
+        return np.sort(rows[:n])
+
+
+def _first(hit: tuple[Fraction, int, int]) -> Fraction:
+    return hit[0]
+
+
+def _hit(
+    corners: np.ndarray, axis: int, u: int, v: int, aim: Sequence[Fraction | int]
+) -> tuple[Fraction, int] | tuple[()] | None:
+    """(height, sign of the normal along the axis), () for a miss, None on an edge."""
+    # twice the areas of the triangles of the aim and two corners: their signs say where it is
+    p = [[Fraction(float(c[k])) for k in (u, v, axis)] for c in corners]
+    areas = []
+    for i in range(3):
+        q, r = p[i], p[(i + 1) % 3]
+        areas.append((q[0] - aim[0]) * (r[1] - aim[1]) - (q[1] - aim[1]) * (r[0] - aim[0]))
+    if all(area > 0 for area in areas) or all(area < 0 for area in areas):
+        total = sum(areas)
+        height = Fraction(sum(areas[(i + 1) % 3] * p[i][2] for i in range(3)) / total)
+        return height, 1 if total > 0 else -1
+
+    # signs of both kinds: outside; a zero among equal signs: on an edge
+    if any(area > 0 for area in areas) and any(area < 0 for area in areas):
+        return ()
+    return None
 
 
 def box_of(patches: Patches) -> np.ndarray:
@@ -192,3 +359,9 @@ def _rise(corners: np.ndarray) -> np.ndarray:
     a, b, c = (corners[:, k, :2] for k in range(3))
     turn: np.ndarray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     return turn
+
+
+__all__ = [
+    "NO_HIT",
+    "Rays",
+]

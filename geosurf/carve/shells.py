@@ -11,20 +11,29 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
-from geosurf.carve.blocks import WHOLE
+from geosurf.arrangement.threads import gigabytes, lack_of_room
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.cells import Cells, FullCells
-from geosurf.carve.listed import list_faces
-from geosurf.carve.measures import AREA, BELOW, LOOKS_DOWN, LOOKS_UP, LOWER, UPPER
+from geosurf.carve.clipped import list_faces
+from geosurf.carve.measures import (
+    AREA,
+    BELOW,
+    LOOKS_DOWN,
+    LOOKS_UP,
+    LOWER,
+    UPPER,
+    doubtful_volume,
+    exact_volume,
+    normals,
+)
 from geosurf.carve.outside import box_of
-from geosurf.carve.volume import doubtful_volume, exact_volume, normals
+from geosurf.carve.zones import WHOLE
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, RoundingError
 from geosurf.model import Patches, Unit, frozen
 from geosurf.model.excerpt import outward_shell
-from geosurf.model.map_area import rows_of_contacts
 from geosurf.model.pieces import Pieces, by_unit, same_turn
+from geosurf.model.units import rows_of_contacts
 
 LISTED = 110  # bytes of memory for each triangle of a unit that is listed, measured
 

@@ -8,16 +8,18 @@ touches only slivers waits until some of these have gone, and follows them.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from geosurf.carve.blocks import DIGITS, in_words
 from geosurf.carve.cells import Cells
+from geosurf.carve.clipped import Clips
 from geosurf.carve.measures import AREA
+from geosurf.carve.zones import DIGITS, in_words
 from geosurf.conventions import volume_text
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Units
+from geosurf.model.column import CONFORMABLE
 
 Faces = dict[tuple[int, int], list[int]]
 
@@ -170,3 +172,87 @@ def warnings_of_slivers(units: Units) -> tuple[GeosurfWarning, ...]:
         largest.place,
     )
     return (warning,)
+
+
+# ---- thin ----------------------------------------
+# Warn of units thinner than the rounding error: surfaces that almost coincide.
+
+
+def warnings_of_thin_units(units: Units) -> tuple[GeosurfWarning, ...]:
+    """
+    Return a warning if units are thinner than the rounding error of coordinates.
+
+    Parameters
+    ----------
+    units : Units
+
+    Returns
+    -------
+    tuple of GeosurfWarning
+        At most one, with the place of the largest thin unit.
+    """
+    thin = units.report.get("thin", ())
+    if not thin:
+        return ()
+    largest = max(thin, key=lambda unit: unit.volume)
+    surfaces = ", ".join(repr(name) for name in units[largest.name].bounded_by)
+    what = f"Unit {largest.name!r} is"
+    if len(thin) > 1:
+        what = f"{len(thin)} units, of which {largest.name!r} is the largest, are"
+    warning = GeosurfWarning(
+        "thin unit",
+        largest.name,
+        f"{what} thinner than the rounding error of coordinates ({largest.volume:.1e} "
+        f"m³): {surfaces} almost coincide there.",
+        "Ignore such units (units.report['thin'] lists them), or round the coordinates "
+        "of these surfaces and of the box: np.round(x * 1024) / 1024.",
+        largest.place,
+    )
+    return (warning,)
+
+
+# ---- order ----------------------------------------
+# Warn of horizons in the wrong order: an older one above a younger one nearly everywhere.
+
+
+_MOST = 0.5  # fraction of the map; smaller crossings are only listed in the report
+
+
+def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
+    """
+    Yield a warning for each pair of conformable horizons with the older one mostly above.
+
+    Pairs with a rule of the column are skipped: the rule states which horizon removes the other.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=5)
+    >>> turned_over = dict(reversed(world.horizons.items()))
+    >>> surfaces = [gs.triangulate_horizon(h, name=n) for n, h in turned_over.items()]
+    >>> patches = gs.rebuild_surfaces([*surfaces, *gs.build_walls(world.box)])
+    >>> (found,) = warnings_of_order(gs.carve_units(patches))
+    >>> found.kind, found.subject, found.effect[:37]
+    ('order', 'Top', "Horizon 'Top' lies above the younger ")
+    """
+    clips = units.report.get("clipped", ())
+    # areas of faces decide whether it is worth to measure what is clipped, with room for rounding
+    if isinstance(clips, Clips):
+        least = 0.99 * _MOST * units.footprint
+        if max(clips.areas(CONFORMABLE), default=0.0) < least:
+            return
+    for clip in clips:
+        share = min(clip.area / units.footprint, 1.0)
+        if clip.rule != CONFORMABLE or share < _MOST:
+            continue
+        where = "everywhere" if share > 0.995 else f"on {100 * share:.0f} % of the area"
+        yield GeosurfWarning(
+            "order",
+            clip.horizon,
+            f"Horizon {clip.horizon!r} lies above the younger horizon {clip.by!r} {where}: "
+            f"{volume_text(clip.volume)} between them is clipped.",
+            "List horizons from the youngest to the oldest. If the values are depths, pass "
+            f"positive='down'. If {clip.by!r} erodes {clip.horizon!r}, pass "
+            f"column={{{clip.by!r}: 'erosional'}}.",
+            clip.place,
+        )

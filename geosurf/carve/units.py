@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.carve.blocks import Faults, block_order, fault_sides, name_blocks, sides_of_units
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, names_of_zones, zones_of
@@ -45,14 +44,23 @@ from geosurf.carve.slivers import (
     shared_faces,
     surfaces_of,
 )
-from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
+from geosurf.carve.zones import (
+    Faults,
+    block_order,
+    distinct_pairs,
+    faces_between,
+    fault_sides,
+    name_blocks,
+    owned_by,
+    sides_of_units,
+    signatures,
+)
 from geosurf.conventions import shared_name
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
-from geosurf.model.column import Remnant
-from geosurf.model.compartments import separators
+from geosurf.model.column import Remnant, separators
 from geosurf.model.expected import expect
 from geosurf.model.slivers import MergedSliver, SliverSettings, sliver_settings
 

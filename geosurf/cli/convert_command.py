@@ -318,7 +318,7 @@ def _attributes(source: Source) -> None:
 
 def _features(source: Source) -> None:
     """Lines of GeoJSON and shapefiles with their attributes, and their reference system."""
-    from geosurf.measure.lines import ragged
+    from geosurf.measure.section import ragged
     from geosurf.read.features import features
 
     found = features(source.path)

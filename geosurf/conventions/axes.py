@@ -172,8 +172,7 @@ def gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float
     They are ``dx * dy`` along one diagonal minus the other, a bound of its rounding error, and an
     upper bound of all squared diagonals.
     """
-    from geosurf.kernels.lattices.cell_bounds import EDGES, GAIN, REACH
-    from geosurf.kernels.lattices.survey import survey_lattice
+    from geosurf.kernels.lattices.survey import EDGES, GAIN, REACH, survey_lattice
     from geosurf.kernels.search.tree import N_PLACE
 
     n_row, n_col = x.shape

@@ -2,21 +2,21 @@
 
 ==================  ================================================================
 rules.py            truncations and extensions as users give them; their order
-split.py            each piece of a mesh as a fault of its own
-halves.py           older faults that end at a younger one on both sides: two halves
+                    each piece of a mesh as a fault of its own
+                    older faults that end at a younger one on both sides: two halves
 rim.py              the open rim of a fault: start, end, up and down
-lines.py            which way a fault goes on beyond its rim
+                    which way a fault goes on beyond its rim
+                    where rims and lines meet the box, and leave it
 extend.py           extension until the fault leaves the model box
-lengthen.py         extension by a given distance
-box_exits.py        where rims and lines meet the box, and leave it
-notches.py          strips of triangles along a rim, with notches filled
-bridge.py           extension beyond a main fault
+                    extension by a given distance
+                    strips of triangles along a rim, with notches filled
 sides.py            on which side of a fault another one leaves their common curve
 truncate.py         truncation: which parts of a fault stay
-outside.py          faults that do not reach the model
-short_of_side.py    faults that end just inside of a side of the model
 distance.py         the closest approach of an open end to another fault
+                    faults that do not reach the model
+                    faults that end just inside of a side of the model
 propose.py          contacts, near misses and dangling ends, each with a proposal
+                    extension beyond a main fault
 dangling.py         ends in the model box that are left once a network is as proposed
 ==================  ================================================================
 """
@@ -29,9 +29,9 @@ from geosurf.lazy import lazily
 
 if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
     from geosurf.faults.extend import extend_fault as extend_fault
-    from geosurf.faults.lengthen import lengthen_fault as lengthen_fault
+    from geosurf.faults.extend import lengthen_fault as lengthen_fault
     from geosurf.faults.propose import propose_network as propose_network
-    from geosurf.faults.split import split_fault as split_fault
+    from geosurf.faults.rules import split_fault as split_fault
     from geosurf.faults.truncate import truncate_faults as truncate_faults
 else:
     __getattr__, __all__ = lazily(__name__)

@@ -8,23 +8,104 @@ bend) they cross sooner or later; that is found by exact signs, and refused with
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.conventions import place
-from geosurf.errors import GeometryError, SurfaceError
-from geosurf.faults.box_exits import exits, rim_in_box, segments_meet_box
-from geosurf.faults.lines import Guides, directions, guides_of
-from geosurf.faults.notches import filled_lengths, strip, without_notches
-from geosurf.faults.rim import Rim, find_rim, normals_of
-from geosurf.faults.rules import ALL_SIDES, read_sides
+from geosurf.arrangement.triangles import crossing_pairs
+from geosurf.conventions import is_number, place
+from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf.faults.rim import (
+    Guides,
+    Rim,
+    directions,
+    exits,
+    find_rim,
+    guides_of,
+    normals_of,
+    rim_in_box,
+    segments_meet_box,
+    total,
+)
+from geosurf.faults.rules import ALL_SIDES, read_names, read_sides
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
 from geosurf.model.expected import box_of_sides, expect
-from geosurf.model.faults import ExtendedFault, Extension
+from geosurf.model.faults import SIDES, ExtendedFault, Extension
+
+# ---- notches ----------------------------------------
+# Strips of triangles along a rim: notches filled, lengths smoothed, lines joined.
+
+
+LEADS = 0.05  # of a side: steps at its ends that lead on by less are left to its neighbours
+
+
+def without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[Any, np.ndarray]:
+    """An arc with filled notches, as seen along its mean direction, and the triangles in them.
+
+    The upper hull of the arc (Andrew 1979): of three vertices in turn the middle one is left
+    behind if it lies short of the line that joins the others. No vertex is new. Whether the
+    triangles may stay is decided later, exactly.
+    """
+    ahead = total(way)
+    ahead /= max(float(np.linalg.norm(ahead)), np.finfo(float).tiny)
+
+    # the arc in a plane: how far along the side, and how far ahead
+    along = x[arc[-1]] - x[arc[0]]
+    along = along - (along @ ahead) * ahead
+    plane = x[arc] @ np.stack([along, ahead], axis=1)
+    reach = float(along @ along)
+
+    # three in turn: the middle one goes, and leaves a triangle, where it lies behind
+    chain: list[int] = []
+    filled = []
+    for c in range(len(arc)):
+        while len(chain) > 1:
+            a, b = chain[-2:]
+            (s, h), (u, v) = plane[b] - plane[a], plane[c] - plane[a]
+            if s * v - h * u <= 1e-9 * (abs(s * v) + abs(h * u)):  # on the line: no notch
+                break
+            filled.append((arc[a], arc[c], arc[chain.pop()]))
+        chain.append(c)
+    # steps at the ends that do not lead on belong to the sides next to this one
+    while len(chain) > 1 and plane[chain[1], 0] <= plane[chain[0], 0] + LEADS * reach:
+        chain.pop(0)
+    while len(chain) > 1 and plane[chain[-1], 0] <= plane[chain[-2], 0] + LEADS * reach:
+        chain.pop()
+    return arc[chain], np.array(filled, dtype=np.int64).reshape(-1, 3)
+
+
+def filled_lengths(length: np.ndarray) -> np.ndarray:
+    """Lengths with those that are not known taken from the nearest two, the longer one."""
+    # ranks of the nearest known lengths to the left and right of each row, clipped at the ends
+    known = np.flatnonzero(np.isfinite(length))
+    rows = np.arange(len(length))
+    right = np.minimum(np.searchsorted(known, rows), len(known) - 1)
+    left = np.maximum(np.searchsorted(known, rows, side="right") - 1, 0)
+    both = np.maximum(length[known[left]], length[known[right]])
+    return np.where(np.isfinite(length), length, both)
+
+
+def strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """Two triangles for each step of an arc, facing as the triangles behind it do.
+
+    The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
+    """
+    # near rows of the strip are the arc, far ones are the new vertices n, n + 1, ... in its order
+    a, b = arc[:-1], arc[1:]
+    c, d = n + np.arange(len(arc) - 1), n + np.arange(1, len(arc))
+
+    # squares of both diagonals; ties are decided by coordinates, not by numbering
+    one = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
+    two = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
+    lesser = np.array([tuple(p) < tuple(q) for p, q in pairwise(near)])
+    from_a = (one < two) | ((one == two) & lesser)
+    first = np.where(from_a[:, None], np.stack([b, a, d], 1), np.stack([b, a, c], 1))
+    second = np.where(from_a[:, None], np.stack([a, c, d], 1), np.stack([b, c, d], 1))
+    return np.stack([first, second], axis=1).reshape(-1, 3)
+
 
 _MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
 _TRIALS = 12  # each half as long again, where a new rim cuts across an edge of the box
@@ -274,3 +355,137 @@ def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -
         place=where,
         surfaces=(name,),
     )
+
+
+# ---- lengthen ----------------------------------------
+# A fault that was picked too short -> one that is longer by a given distance, without a box.
+
+
+UNTIL = "the given distance"
+LONGEST = 1e7  # [m], a quarter of the equator: more is a slip
+_HOW = "Give a distance in metres above 0 for all sides, or for some, as {'up': 50, 'strike': 200}."
+
+
+def lengthen_fault(surface: TriSurface, distance: Any) -> ExtendedFault:
+    """Continue a fault along strike and dip by a distance.
+
+    Sticks, and the dip and strike lines of grids, go on by their last step; other meshes go on in
+    the tangent plane at the rim. See `extend_fault`, which continues a fault to the model box.
+
+    Parameters
+    ----------
+    surface : TriSurface
+        One connected piece; `triangulate_fault` makes one of sticks.
+    distance : float, or mapping of str to float
+        [m], along the new lines: for all sides, or for some of ``"strike"`` (both ends),
+        ``"start"``, ``"end"``, ``"up"``, ``"down"``.
+
+    Returns
+    -------
+    ExtendedFault
+        Strike comes first, then up and down, so that the new corners are filled. Vertices and
+        triangles as given come first, bit for bit.
+
+    Raises
+    ------
+    InputError
+        For an unknown side, or a distance that is not a length.
+    SurfaceError
+        If the fault is in several pieces, or its rim is not one line.
+    GeometryError
+        If the continuation would cross itself or the fault; the message has the place.
+
+    Examples
+    --------
+    Two sticks that end 20 m above a horizon at -1620 m:
+
+    >>> from geosurf import FaultSticks, triangulate_fault
+    >>> sticks = [[[0, 0, -1500], [60, 0, -1600]], [[0, 200, -1500], [60, 200, -1600]]]
+    >>> fault = triangulate_fault(FaultSticks("F1", sticks))
+    >>> longer = lengthen_fault(fault, {"down": 50}).surface
+    >>> longer.n_vertex, round(longer.bounds[4], 1)
+    (6, -1642.9)
+    """
+    how = "triangulate_fault makes one"
+    expect(surface, TriSurface, "lengthen_fault takes a TriSurface", how)
+    distances = read_distances(distance, f"lengthen_fault of {surface.name!r}")
+    longer, guides, found = surface, guides_of(surface), []
+    axes = find_rim(surface).axes  # as it was given: a long continuation could turn the mean
+    waiting = list(distances)
+
+    # strike, then dip: the sides of `SIDES` in turn, each from the rim as it is by then
+    while waiting:
+        rim = find_rim(longer, axes)
+        # a side that is but a point waits until its neighbours make it a line
+        side = next((s for s in waiting if len(rim.arcs[s]) > 1), waiting[0])
+        waiting.remove(side)
+
+        def reach(start: np.ndarray, _: np.ndarray, length: float = distances[side]) -> np.ndarray:
+            return np.full(len(start), length)
+
+        longer, guides, made = continue_side(longer, rim, guides, side, reach, UNTIL)
+        found.append(made)
+    return ExtendedFault(longer, surface.n_triangle, tuple(found))
+
+
+def read_distances(distance: Any, what: str) -> dict[str, float]:
+    """Return the distance [m] of each side that is to be continued, in the order of work.
+
+    Examples
+    --------
+    >>> read_distances({"down": 50, "strike": 200}, "lengthen of 'F1'")
+    {'start': 200.0, 'end': 200.0, 'down': 50.0}
+    """
+    # one number for all sides, or a mapping that may say "strike" for both ends
+    given = distance if isinstance(distance, Mapping) else dict.fromkeys(SIDES, distance)
+    if not given:
+        raise InputError(f"{what} is {distance!r}. {_HOW}")
+    found: dict[str, float] = {}
+    for word, length in given.items():
+        if not (is_number(length) and 0 < length < LONGEST):
+            raise InputError(f"{what} is {distance!r}. {_HOW}")
+        for side in read_sides((word,), what):
+            if side in found:
+                raise InputError(
+                    f"{what} gives side {side!r} twice. Leave out 'strike' or the end."
+                )
+            found[side] = float(length)
+    return {side: found[side] for side in SIDES if side in found}
+
+
+def read_lengthen(lengthen: Any, faults: Any) -> dict[str, dict[str, float]]:
+    """Check which faults are to be lengthened, on which sides, by which distances.
+
+    Parameters
+    ----------
+    lengthen : float, or mapping of str to distance
+        One distance for all faults [m], or for some by name, each as for `lengthen_fault`.
+    faults : sequence of str
+        Names that exist.
+
+    Returns
+    -------
+    dict of str to dict of str to float
+        In the order of `faults`.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or side, or a distance that is not a length.
+
+    Examples
+    --------
+    >>> read_lengthen({"F1": {"up": 50}}, ["F1", "F2"])
+    {'F1': {'up': 50.0}}
+    """
+    if lengthen is None:
+        return {}
+    given = lengthen if isinstance(lengthen, Mapping) else dict.fromkeys(faults, lengthen)
+    if not isinstance(lengthen, Mapping):
+        read_distances(lengthen, "lengthen")
+    read_names(given, "lengthen", faults)
+    return {
+        name: read_distances(given[name], f"lengthen of {name!r}")
+        for name in faults
+        if name in given
+    }

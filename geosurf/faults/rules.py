@@ -7,14 +7,21 @@ also end at a horizon: an unconformity above it, a detachment below it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
 from geosurf.conventions import did_you_mean, is_word, known_names
 from geosurf.errors import InputError
-from geosurf.model.expected import listed
+from geosurf.faults.rim import normals_of
+from geosurf.kernels.meshes.mesh import edges, pieces, weld
+from geosurf.model import TriSurface
+from geosurf.model.base import in_crs_of
+from geosurf.model.expected import expect, listed
 from geosurf.model.faults import SIDES
 
 KEEP = ("hanging wall", "footwall", "right", "left", "+", "-", "above", "below")
@@ -100,7 +107,9 @@ def read_truncations(
     if not isinstance(truncations, Mapping):
         raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")
     found = {
-        str(fault): tuple(_rule(str(fault), entry, faults, horizons) for entry in _entries(given))
+        str(fault): tuple(
+            _rule(str(fault), entry, faults, horizons) for entry in _rule_entries(given)
+        )
         for fault, given in truncations.items()
     }
     for fault, rules in found.items():
@@ -113,7 +122,7 @@ def read_truncations(
     return tuple(rule for fault in _ordered(found) for rule in found[fault])
 
 
-def _entries(given: Any) -> Sequence[Any]:
+def _rule_entries(given: Any) -> Sequence[Any]:
     """One rule, or several."""
     many = isinstance(given, list | tuple) and given and not isinstance(given[0], str)
     return given if many else (given,)
@@ -303,3 +312,206 @@ def read_sides(sides: Any, what: str) -> tuple[str, ...]:
     # 'strike' stands for both ends; the order is that of work, not that of the words
     wanted = {"start", "end"} if "strike" in words else set()
     return tuple(side for side in SIDES if side in wanted.union(words))
+
+
+# ---- halves ----------------------------------------
+# Older faults that a younger one offsets: one surface becomes two halves, each a fault of its
+# own.
+#
+# ``truncations={"F2": ("F1", "both")}`` states that F1 is younger. It is whole; F2 ends at it on
+# both sides. The halves are ``F2 (1)``, on the side of the normal of F1 (its hanging wall, if it
+# dips), and ``F2 (2)``. Rules for F2 hold for both halves; a half may have rules of its own.
+
+
+BOTH = "both"
+SIDES_OF_HALVES = ("+", "-")
+
+
+@dataclass(frozen=True)
+class Halves:
+    """Which faults are split, and the truncations of their halves.
+
+    Attributes
+    ----------
+    parts : dict of str to tuple of str
+        Fault as given -> its halves, or quarters where these are split again.
+    truncations : dict of str to rules
+        As for `Scene`, without ``"both"``.
+    """
+
+    parts: dict[str, tuple[str, ...]]
+    truncations: dict[str, Any]
+
+    def whole_of(self, name: str) -> str:
+        """Name of the fault as given that a half is a part of; else the name itself."""
+        return next((whole for whole, parts in self.parts.items() if name in parts), name)
+
+    def names(self, faults: Sequence[str]) -> tuple[str, ...]:
+        """Names of the faults with halves in the place of those that are split."""
+        return tuple(part for name in faults for part in self.parts.get(name, (name,)))
+
+    def spread(self, entries: Any) -> Any:
+        """A mapping, list or single name by fault, with halves in the place of what is split.
+
+        What is stated for one half beats what is stated for the whole.
+        """
+        if isinstance(entries, str):
+            return self.parts.get(entries, entries)
+        if isinstance(entries, Mapping):
+            wide = {
+                part: value for name, value in entries.items() for part in self.parts.get(name, ())
+            }
+            own = {name: value for name, value in entries.items() if name not in self.parts}
+            return {**wide, **own}
+        if isinstance(entries, list | tuple):
+            return tuple(part for name in entries for part in self._parts_of(name))
+        return entries
+
+    def _parts_of(self, name: Any) -> tuple[Any, ...]:
+        """The halves of a fault, or the fault."""
+        return self.parts.get(name, (name,)) if isinstance(name, str) else (name,)
+
+
+def halves_of(truncations: Mapping[str, Any], faults: Sequence[str]) -> Halves:
+    """Return truncations with two halves for each fault that ends at another one on both sides.
+
+    Parameters
+    ----------
+    truncations : mapping of str to rules
+        As for `Scene`; rules that cannot be read stay as they are.
+    faults : sequence of str
+        Names of the faults as given.
+
+    Raises
+    ------
+    InputError
+        If a half has the name of a fault, or a fault is to end at one that is split.
+
+    Examples
+    --------
+    >>> found = halves_of({"F2": ("F1", "both")}, ["F1", "F2"])
+    >>> found.names(["F1", "F2"])
+    ('F1', 'F2 (1)', 'F2 (2)')
+    >>> found.truncations
+    {'F2 (1)': (('F1', '+'),), 'F2 (2)': (('F1', '-'),)}
+    """
+    rules = {str(name): _entries(given) for name, given in truncations.items()}
+    known = list(faults)
+    halves: dict[str, tuple[str, ...]] = {}
+    while True:
+        found = [
+            (name, entry)
+            for name, entries in rules.items()
+            for entry in entries
+            if name in known and _splits(entry) and entry[0] in known
+        ]
+        if not found:
+            break
+        name, entry = found[0]
+        others = tuple(one for one in rules.pop(name) if one is not entry)
+        halves[name] = tuple(f"{name} ({k})" for k in (1, 2))
+        for half, side in zip(halves[name], SIDES_OF_HALVES, strict=True):
+            if half in known:
+                raise InputError(
+                    f"fault {name!r} is split by {entry[0]!r}, and its half would be called "
+                    f"{half!r} as another fault is. Rename that one."
+                )
+            rules[half] = (*others, (entry[0], side, *entry[2:]), *rules.get(half, ()))
+            known.append(half)
+        known.remove(name)
+
+    if not halves:
+        return Halves({}, dict(truncations))
+    _refuse_split_mains(rules, halves)
+    return Halves({name: _leaves(name, halves) for name in faults if name in halves}, rules)
+
+
+def _entries(given: Any) -> tuple[Any, ...]:
+    """The rules of one fault, one or several, as a tuple."""
+    many = isinstance(given, list | tuple) and given and not isinstance(given[0], str)
+    return tuple(given) if many else (given,)
+
+
+def _splits(entry: Any) -> bool:
+    """Whether a rule keeps both parts."""
+    return isinstance(entry, list | tuple) and len(entry) in (2, 3) and entry[1] == BOTH
+
+
+def _refuse_split_mains(
+    rules: Mapping[str, tuple[Any, ...]], halves: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Refuse to let a fault end at one that is split: at which half?"""
+    for name, entries in rules.items():
+        for entry in entries:
+            main = entry[0] if isinstance(entry, list | tuple) and entry else None
+            if isinstance(main, str) and main in halves:
+                raise InputError(
+                    f"truncations: {name} ends at {main!r}, which is split into "
+                    f"{' and '.join(map(repr, halves[main]))}. Name the half that it ends at."
+                )
+
+
+def _leaves(name: str, halves: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """The parts of a fault that are not split again."""
+    if name not in halves:
+        return (name,)
+    return tuple(leaf for half in halves[name] for leaf in _leaves(half, halves))
+
+
+# ---- split ----------------------------------------
+# A fault mesh of several pieces -> one fault for each piece.
+
+
+def split_fault(surface: TriSurface) -> dict[str, TriSurface]:
+    """Return each connected piece of a fault as a fault of its own.
+
+    Pieces are connected over common edges; vertices at one place count as one. A fault in several
+    pieces divides what each piece crosses, but it cannot be extended or lengthened as a whole.
+
+    Parameters
+    ----------
+    surface : TriSurface
+
+    Returns
+    -------
+    dict of str to TriSurface
+        ``F1 (1)``, ``F1 (2)`` ... from the largest area to the smallest, as `Scene` takes faults.
+        Vertices and triangles stay as they are, in their order. A fault in one piece comes back
+        under its own name.
+
+    Raises
+    ------
+    InputError
+        For anything that is not a TriSurface.
+
+    Examples
+    --------
+    >>> corners = [[0, 0, 0], [0, 9, 0], [0, 9, 5], [0, 20, 0], [0, 24, 0], [0, 24, 5]]
+    >>> parts = split_fault(TriSurface("F1", "fault", corners, [[3, 4, 5], [0, 1, 2]]))
+    >>> {name: part.bounds[2:4] for name, part in parts.items()}
+    {'F1 (1)': (0.0, 9.0), 'F1 (2)': (20.0, 24.0)}
+    """
+    expect(surface, TriSurface, "split_fault takes a TriSurface", "read_fault(path) gives one")
+    x, t = surface.vertices, surface.triangles
+    number, n_place = weld(x)
+    at = number[t]
+    piece, n_piece = pieces(at, edges(at, n_place)[0])
+    if n_piece < 2:
+        return {surface.name: surface}
+
+    # the largest first; of equal ones that with the lowest coordinates
+    area = np.linalg.norm(normals_of(x[t]), axis=1)
+    rows = [np.flatnonzero(piece == p) for p in range(n_piece)]
+    low = [tuple(x[t[mine]].min(axis=(0, 1))) for mine in rows]
+    order = sorted(range(n_piece), key=lambda p: (-math.fsum(area[rows[p]]), low[p]))
+    names = [f"{surface.name} ({k})" for k in range(1, n_piece + 1)]
+    return {name: _part(surface, name, rows[p]) for name, p in zip(names, order, strict=True)}
+
+
+def _part(surface: TriSurface, name: str, rows: np.ndarray) -> TriSurface:
+    """Some triangles of a surface, with their vertices in the order as given."""
+    used, t = np.unique(surface.triangles[rows], return_inverse=True)
+    data = {key: values[used] for key, values in surface.vertex_data.items()}
+    vertices = surface.vertices[used]
+    part = TriSurface(name, surface.role, vertices, t.reshape(-1, 3), vertex_data=data)
+    return in_crs_of(part, [surface])

@@ -11,7 +11,7 @@ runs along d. So the question is whether c comes before the main fault's other t
 turn. The sine of the angle from i to j has the sign of (h_i x h_j) . d, that is of way_i way_j
 (n_i x n_j) . d; as n_i x n_j is parallel to d, one component decides. The cosine has the sign of
 way_i way_j n_i . n_j. Only input coordinates enter, no constructed point: the method of
-`geosurf.kernels.meshes.radial_order`, for two surfaces. Floats decide where they can, fractions
+`geosurf.kernels.meshes.seams`, for two surfaces. Floats decide where they can, fractions
 elsewhere.
 """
 

@@ -2,10 +2,10 @@
 
 ==============  =======================================================================
 curves.py       `intersect_surfaces`: contacts of triangles -> curves
+                areas where surfaces coincide, and their outlines
 link.py         segments linked to curves, in one order for any order of the input
-collinear.py    segments on one line that overlap, split at common ends
-overlap.py      areas where surfaces coincide, and their outlines
-shared.py       curves of torn horizons, which end on faults
+                segments on one line that overlap, split at common ends
+                curves of torn horizons, which end on faults
 ==============  =======================================================================
 
 The search follows Lo & Wang (2004, Eng. Comput. 20), the contacts of triangles Guigue & Devillers

@@ -7,16 +7,20 @@ depend on the order in which surfaces, triangles or corners were given.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from geosurf.arrangement.search import Contacts
+from geosurf.arrangement.search import ULP, Contacts
+from geosurf.arrangement.threads import lack_of_room, refusal
+from geosurf.errors import InputError
+from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
-from geosurf.kernels.meshes.chains import link_segments
-from geosurf.kernels.meshes.linking import overlap_free, pairs_of_surfaces
-from geosurf.kernels.meshes.mesh import weld
-from geosurf.kernels.meshes.numbering import number_below
+from geosurf.kernels.exact.predicates import inside_segments
+from geosurf.kernels.meshes.linking import link_segments, overlap_free, pairs_of_surfaces
+from geosurf.kernels.meshes.mesh import number_below, number_keys, weld
+from geosurf.model import Curves, Patches, TriSurface, frozen
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
@@ -226,3 +230,344 @@ def total_cost(costs: Iterable[Mapping[str, int]]) -> dict[str, int]:
         for key, value in cost.items():
             total[key] = total.get(key, 0) + value
     return total
+
+
+# ---- shared ----------------------------------------
+# Read the curves of two rebuilt surfaces from their common edges.
+
+
+def is_torn(surface: TriSurface) -> bool:
+    """Whether a surface is a sheet that was continued beyond its faults to be cut there."""
+    return "ghost" in surface.vertex_data
+
+
+def shared_curves(patches: Patches, first: str, second: str) -> Curves:
+    """
+    Read the curves of two surfaces off their rebuilt meshes.
+
+    A torn sheet ends on its faults: its curves with them are where it ends, not where the mesh
+    that was continued beyond them would cross.
+
+    Parameters
+    ----------
+    patches : Patches
+        Without what lies beyond the faults (`trim_sheets`).
+    first, second : str
+        Names of two surfaces that differ.
+
+    Returns
+    -------
+    Curves
+        Without touching points and overlap areas.
+
+    Raises
+    ------
+    InputError
+        If both are one.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
+    >>> shared_curves(rebuild_surfaces([flat, wall]), "Top", "F1").length
+    6.0
+    """
+    if first == second:
+        raise InputError(
+            f"horizon {first!r} is torn, so it has no intersection lines with itself. Name "
+            "a fault or another horizon."
+        )
+
+    # edges of the mesh that both surfaces own
+    mine, others = (
+        patches.curve_edges_by_surface[patches.names.index(name)] for name in (first, second)
+    )
+    edges = patches.curve_edges[np.intersect1d(mine, others, assume_unique=True)]
+    segments = np.unique(np.sort(edges, axis=1), axis=0)
+    # ends of these edges are points of the pieces: no node of a lattice is listed
+    points, segments, pairs = canonical(
+        patches.pieces.x, segments, np.tile([0, 1], (len(segments), 1))
+    )
+    curves, surfaces_of_curve, closed = link(segments, pairs, len(points))
+    return Curves(
+        names=(first, second),
+        local=frozen(points, np.float64),
+        origin=patches.origin,
+        segments=frozen(segments, np.int64),
+        surfaces_of_segment=frozen(pairs, np.int64),
+        curves=tuple(frozen(curve, np.int64) for curve in curves),
+        surfaces_of_curve=frozen(surfaces_of_curve, np.int64),
+        closed=frozen(closed, np.bool_),
+    )
+
+
+# ---- collinear ----------------------------------------
+# Split overlapping collinear segments, so that each part of a line occurs once.
+#
+# Neighbours in a mesh share whole edges, and their segments share whole ends. A mesh with corners
+# in the middle of edges, or one that crosses itself in a line of the other surface, makes a curve
+# twice: by segments that begin and end at different points of it. Each is split where another one
+# of its pair of surfaces begins or ends, or touches; equal pieces are one then. Nearness is asked
+# of floats with room to spare, what lies on a segment is decided exactly.
+#
+# A point of four faces A, B, C, D that ends the segment of C and D lies in the segment of A and B
+# only if A meets D, and C meets B, in that point, too. So a segment is compared with the points
+# that are known in its own two faces. A point that is found inside a segment is known in both
+# faces from then on, and looked up in their other segments: in that way it reaches all segments
+# that hold it. Hundreds of triangles that straddle one line up to the last digit have all their
+# points near all their segments; compared are those with a face in common.
+
+
+_REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
+_LEAST = 1e-300  # so that nothing divides by 0 where all is at 0
+_PAIR = 150  # bytes of a point beside a segment, through all steps
+_NONE = np.empty(0, dtype=np.int64)
+
+
+def split_overlaps(
+    contacts: Contacts,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+    touching: np.ndarray,
+    in_faces: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Split segments at the points of their pair of surfaces that lie inside them.
+
+    Parameters
+    ----------
+    contacts : Contacts
+    segments : ndarray of int64, shape (n, 2)
+        Rows of `Contacts.x`, once a pair, lower first: of contacts in a line.
+    surfaces : ndarray of int64, shape (n, 2)
+        Rows of the surfaces, sorted.
+    touching : ndarray of int64, shape (n_touching, 3)
+        Surfaces and point of contacts in a single point.
+    in_faces : ndarray of int64, shape (n, 2), optional
+        Faces, and points that lie in them, beyond the corners of contacts.
+
+    Returns
+    -------
+    segments, surfaces : ndarray of int64
+        Pieces may occur more than once.
+    """
+    if len(segments) == 0 or len(segments) + len(touching) < 2:
+        return segments, surfaces
+
+    groups = _groups(contacts, segments, surfaces, touching, in_faces)
+
+    # Rows (segment, point): each point lies strictly inside its segment, decided exactly.
+    hits = _inside(contacts, segments, groups)
+    if len(hits) == 0:
+        return segments, surfaces
+
+    # Segments without a hit stay as they are.
+    whole = np.ones(len(segments), dtype=bool)
+    whole[hits[:, 0]] = False
+
+    # A cut segment is listed with its two ends and its hits: one row of (segment, point) each.
+    cut = np.flatnonzero(~whole)
+    of = np.concatenate([cut, cut, hits[:, 0]])
+    on = np.concatenate([segments[cut, 0], segments[cut, 1], hits[:, 1]])
+
+    # each coordinate rises or falls along a line, rounded ones as well: none alone tells the order
+    way = np.sign(contacts.x[segments[of, 1]] - contacts.x[segments[of, 0]])
+    order = np.lexsort((*(way * contacts.x[on]).T, of))
+    of, on = of[order], on[order]
+
+    # Consecutive points of the same segment bound one piece of it.
+    piece = np.flatnonzero(of[1:] == of[:-1])
+    return (
+        np.concatenate([segments[whole], np.stack([on[piece], on[piece + 1]], axis=1)]),
+        np.concatenate([surfaces[whole], surfaces[of[piece]]]),
+    )
+
+
+@dataclass
+class _Groups:
+    """Segments and points by the face of a pair of surfaces that they lie in.
+
+    Attributes
+    ----------
+    n : int
+        Groups are numbered from 0.
+    lines : ndarray of int64, shape (n_line, 2)
+        Group and row of a segment, sorted.
+    points : ndarray of int64, shape (n_known, 2)
+        Group and point (row of `Contacts.x`), sorted.
+    faces : ndarray of int64, shape (n_segment, 2)
+        Two faces that meet in each segment.
+    """
+
+    n: int
+    lines: np.ndarray
+    points: np.ndarray
+    faces: np.ndarray
+
+
+def _groups(
+    contacts: Contacts,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+    touching: np.ndarray,
+    in_faces: np.ndarray | None,
+) -> _Groups:
+    """What lies in which face, by the contacts that the segments are of."""
+    # A group is one face of one pair of surfaces: a face that meets two surfaces is in two groups.
+    rows, n_surface, n_face = contacts.rows, len(contacts.surfaces), len(contacts.t)
+    n, n_segment = len(contacts.x), len(segments)
+    pair = pairs_of_surfaces(contacts.surface_of_face, rows, n_surface)
+    pair_of_segment = surfaces[:, 0] * n_surface + surfaces[:, 1]
+    two, segment = _of_segments(contacts, pair, segments, pair_of_segment)
+    groups, group = number_keys((pair[two, None] * n_face + rows[two, :2]).ravel())
+
+    # One key per (group, segment); each segment lies in two faces, so it has two groups.
+    lines = _without(group * n_segment + np.repeat(segment, 2), _NONE)
+    faces = np.empty((n_segment, 2), dtype=np.int64)
+    faces[segment] = rows[two, :2]
+
+    # points where segments of the pair begin, end or are touched, in each face that has some
+    stops = np.concatenate([
+        np.repeat(pair_of_segment, 2) * n + segments.ravel(),
+        (touching[:, 0] * n_surface + touching[:, 1]) * n + touching[:, 2],
+    ])  # fmt: skip
+
+    # Candidates are the corners of contacts, by the two faces of each contact (-1: no such corner).
+    mine = np.flatnonzero(np.isin(pair, np.unique(pair_of_segment)))
+    corner = [(pair[mine], rows[mine, side], ids)
+              for side in range(2) for ids in contacts.ids[mine].T]  # fmt: skip
+    # Points known to lie inside a face come from an arrangement: both surfaces of the pair are one.
+    if in_faces is not None:
+        face, point = in_faces.T
+        corner.append((contacts.surface_of_face[face] * (n_surface + 1), face, point))
+
+    # A point counts only in groups that hold a segment, and only if it is a stop of its own pair.
+    of_pair, face, point = map(np.concatenate, zip(*corner, strict=True))
+    key = of_pair * n_face + face
+    at = np.minimum(np.searchsorted(groups, key), len(groups) - 1)
+    known = (groups[at] == key) & (point >= 0)
+    known[known] = np.isin(of_pair[known] * n + point[known], stops)
+    points = _without(at[known] * n + point[known], _NONE)
+
+    # Keys are decoded to rows (group, segment) and (group, point).
+    sorted_lines = np.stack(np.divmod(lines, n_segment), axis=1)
+    return _Groups(len(groups), sorted_lines, np.stack(np.divmod(points, n), axis=1), faces)
+
+
+def _of_segments(
+    contacts: Contacts, pair: np.ndarray, segments: np.ndarray, pair_of_segment: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Contacts in a line (rows) that are among some segments, and the segment of each."""
+    two = np.flatnonzero(n_corners(contacts.rows) == 2)
+
+    # Points are numbered by pairs of ends, so that one integer key names a segment of a pair.
+    ends = np.concatenate([segments, np.sort(contacts.ids[two, :2], axis=1)])
+    _, number = number_keys(ends[:, 0] * len(contacts.x) + ends[:, 1])
+    most = int(number.max()) + 1
+    keys = pair_of_segment * most + number[: len(segments)]
+
+    # Look up each contact among the segments; `segment` is a guess until the keys are compared.
+    order = np.argsort(keys)
+    asked = pair[two] * most + number[len(segments) :]
+    segment = order[np.minimum(np.searchsorted(keys[order], asked), len(keys) - 1)]
+    there = keys[segment] == asked
+    return two[there], segment[there]
+
+
+def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.ndarray:
+    """Rows (segment, point) of points that lie in a segment and are no end of it."""
+    # Offsets of the segments of each group; `groups.lines` is sorted by group.
+    n, n_segment = len(contacts.x), len(segments)
+    first_line = np.searchsorted(groups.lines[:, 0], np.arange(groups.n + 1))
+
+    # where a group has one segment only, what is found in that is of no use to another one
+    several = groups.lines[np.diff(first_line)[groups.lines[:, 0]] > 1]
+    by_segment = several[np.argsort(several[:, 1], kind="stable")]
+    first_group = np.searchsorted(by_segment[:, 1], np.arange(n_segment + 1))
+
+    # `known`, `new`, `tested`: sorted keys of (group, point) and (segment, point). A key is tested
+    # only once, so the loop ends.
+    known = groups.points[:, 0] * n + groups.points[:, 1]
+    new, tested, found = known, _NONE, [_NONE]
+    while len(new):
+        # Only the new points of each group are compared with its segments.
+        group, point = np.divmod(new, n)
+        first_point = np.searchsorted(group, np.arange(groups.n + 1))
+        near = _near(contacts, segments, groups.lines[:, 1], first_line, point, first_point)
+        near = _without(near[:, 0] * n + near[:, 1], tested)
+        tested = np.concatenate([tested, near])
+        hits = near[_lie_inside(contacts, segments, groups, *np.divmod(near, n))]
+        found.append(hits)
+
+        # A hit makes the point known in every group of its segment, which may lead to further hits.
+        # `nth` counts the groups of each segment from 0.
+        segment, point = np.divmod(hits, n)
+        count = first_group[segment + 1] - first_group[segment]
+        nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        group = by_segment[np.repeat(first_group[segment], count) + nth, 0]
+        new = _without(group * n + np.repeat(point, count), known)
+        known = np.concatenate([known, new])
+    return np.stack(np.divmod(np.concatenate(found), n), axis=1)
+
+
+def _without(keys: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Distinct keys, sorted, that are not among others (distinct): by sorts, numpy's fastest."""
+    # The first of equal keys stays; the slice serves the empty array.
+    keys = np.sort(keys)
+    keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
+    if len(others) == 0 or len(keys) == 0:
+        return keys
+    others = np.sort(others)
+    at = np.minimum(np.searchsorted(others, keys), len(others) - 1)
+    return keys[others[at] != keys]
+
+
+def _lie_inside(
+    contacts: Contacts,
+    segments: np.ndarray,
+    groups: _Groups,
+    segment: np.ndarray,
+    point: np.ndarray,
+) -> np.ndarray:
+    """Whether points lie in segments and are no ends of them, exactly."""
+    # Rows (point, end, end, face, face): the kernel takes the line as the meet of the two planes.
+    rows = np.column_stack([point, segments[segment], groups.faces[segment]])
+    out = np.empty(len(rows), dtype=np.int64)
+    if len(rows):
+        m = contacts.m.copy()
+        inside_segments(contacts.x, contacts.t, contacts.e, contacts.d, m, contacts.w, rows, out)
+    return out == 1
+
+
+def _near(
+    contacts: Contacts,
+    segments: np.ndarray,
+    lines: np.ndarray,
+    first_line: np.ndarray,
+    points: np.ndarray,
+    first_point: np.ndarray,
+) -> np.ndarray:
+    """Rows (segment, point) of points next to a segment of their group that are none of its ends.
+
+    `lines` are rows of `segments`.
+    """
+    x = contacts.x
+
+    # Float distances only preselect; the reach exceeds what rounding can move a point.
+    reach = _REACH * float(np.abs(x[segments]).max(initial=0.0)) + _LEAST
+    pairs = np.empty((len(points) + 64, 2), dtype=np.int64)
+    given = (x, segments[lines], first_line, points, first_point, reach)
+
+    # The kernel counts all pairs and writes those that fit: one more call with room for all.
+    n = points_near_segments(*given, pairs)
+    if n > len(pairs):
+        if lack_of_room(n * _PAIR) is not None:
+            names = [surface.name for surface in contacts.surfaces]
+            raise refusal(n, names, _PAIR, "pairs of points and segments that lie along one line")
+        pairs = np.empty((n, 2), dtype=np.int64)
+        points_near_segments(*given, pairs)
+    pairs = pairs[:n]
+
+    # The kernel numbers segments as listed by group; callers number them as in `segments`.
+    pairs[:, 0] = lines[pairs[:, 0]]
+    return pairs

@@ -13,13 +13,187 @@ from functools import cached_property
 
 import numpy as np
 
+from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.location import lattice_units, triangle_bins
-from geosurf.kernels.location.pushed import digits_of, frame_with, sum_from_top
-from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.kernels.location.lattice_units import (
+    OFF,
+    digits_of,
+    find_keys,
+    frame_with,
+    sum_from_top,
+)
+from geosurf.kernels.location.nearest import nearest_distance, point_codes
+from geosurf.kernels.meshes.mesh import number_keys
+from geosurf.kernels.search.rays import rows_in_box
 from geosurf.measure.columns import signs_of_turns
-from geosurf.measure.grid_cells import cell_guess
-from geosurf.model import Lattice, Units
+from geosurf.model import Lattice, Patches, Units
 from geosurf.model.pieces import Pieces, Strips
+from geosurf.model.torn_lattice import TornLattice
+
+# ---- boundaries ----------------------------------------
+# All triangles that bound units, in a tree of boxes: distances to them, lines through them.
+
+
+@dataclass(frozen=True, eq=False)
+class Boundaries:
+    """The boundaries of all units.
+
+    Attributes
+    ----------
+    origin : ndarray of float64, shape (3,)
+    x : ndarray of float64, shape (n_vertex, 3)
+        Local coordinates.
+    triangles : ndarray of int64, shape (n_triangle, 3)
+        Those with different units, or the outside, in front and behind.
+    boxes : ndarray of float64, shape (n_triangle, 6)
+    tree : tuple of ndarray
+    """
+
+    origin: np.ndarray
+    x: np.ndarray
+    triangles: np.ndarray
+    boxes: np.ndarray
+    tree: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distance of points (n, 3), in world coordinates, to the nearest triangle [m]."""
+        local = points - self.origin
+
+        # along a Morton curve: the nearest triangle of one point is a good guess for the next
+        order = np.argsort(point_codes(local, self.tree[1][-1]), kind="stable")
+        found, out = np.empty(len(points)), np.empty(len(points))
+        nearest_distance(self.x, self.triangles, *self.tree, local[order], found)
+        out[order] = found
+        return out
+
+    def near(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 3) of the triangles whose boxes meet a box, local."""
+        box = np.concatenate([low, high])
+
+        # asked once more with room for all, if the first array was too short
+        rows = np.empty(256, dtype=np.int64)
+        n = rows_in_box(*self.tree, self.boxes, box, rows)
+        if n > len(rows):
+            rows = np.empty(n, dtype=np.int64)
+            rows_in_box(*self.tree, self.boxes, box, rows)
+        corners: np.ndarray = self.x[self.triangles[np.sort(rows[:n])]]
+        return corners
+
+
+def boundaries_of(patches: Patches, units: Units) -> Boundaries:
+    """
+    Put all triangles that bound a unit into a tree.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> found = boundaries_of(scene.patches, scene.units)
+    >>> found.distance(np.array([[1000.0, 1000.0, scene.box[5] + 3.0]])).tolist()
+    [3.0]
+    """
+    rows = np.flatnonzero(units.sides[:, 0] != units.sides[:, 1])
+    x, triangles = patches.local, np.ascontiguousarray(patches.triangles[rows])
+    boxes, codes, _, _ = survey_list(x, triangles)
+    return Boundaries(patches.origin, x, triangles, boxes, build_list_tree(boxes, codes))
+
+
+# ---- grid cells ----------------------------------------
+# Find the triangles of grids that vertical lines pass, by coordinates: nothing is searched.
+
+
+MOST_DEVIATION = 0.25  # of a cell, of nodes from a grid of equal cells: a guess is one cell off
+ROW, FIRST, LAST = 0, 1, 2  # columns of runs
+
+
+def keys_at(
+    lattice: Lattice, origin: np.ndarray, feet: np.ndarray, middle: np.ndarray
+) -> np.ndarray | None:
+    """
+    Return the key of the triangle of a grid that each vertical line passes; of those with nodes.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    origin : ndarray of float64, shape (3,)
+    feet : ndarray of float64, shape (n, 2)
+        Local [m].
+    middle : ndarray of float64, shape (2,)
+        Feet on the rim of a triangle count as if they were a little nearer to this.
+
+    Returns
+    -------
+    ndarray of int64, shape (n,), or None
+        -1 outside of the grid. None for a grid that may fold on the map, or whose cells are far
+        from equal. Triangles of a torn grid that are gone have their keys, too; its copies do not
+        count.
+
+    Examples
+    --------
+    >>> lattice = Lattice(np.array([0.0, 5.0, 10.0]), np.array([0.0, 5.0]), np.zeros((2, 3)))
+    >>> keys_at(lattice, np.zeros(3), np.array([[9.0, 1.0], [11.0, 1.0]]), np.ones(2)).tolist()
+    [2, -1]
+    """
+    torn = isinstance(lattice, TornLattice) and lattice.nodes_lie_apart
+    guess = _guess(lattice, origin) if torn else cell_guess(lattice, origin)
+    if guess is None:
+        return None
+    x, y = lattice.easting.ravel() - origin[0], lattice.northing.ravel() - origin[1]
+    m, w = frame_with(digits_of(x, y), digits_of(feet))
+    keys = np.full(len(feet), OFF, dtype=np.int64)
+    turn, rule = 1 if lattice.right_handed else -1, np.append(middle, 0.0)
+    find_keys(x, y, lattice.places, guess, turn, np.ascontiguousarray(feet), rule, m, w, keys)
+    return keys
+
+
+def runs_of_keys(lattice: Lattice, strips: Strips, keys: np.ndarray) -> np.ndarray:
+    """Run of each triangle by key (n,), -1 where a curve touches it or a node is absent."""
+    n_col = 2 * (lattice.shape[1] - 1)
+    row, place = np.divmod(keys, n_col)
+    if lattice.rising:  # halves of a cell come in the other order along a strip
+        place ^= 1
+    runs = strips.runs
+    if not len(runs):
+        return np.full(len(keys), -1)
+
+    # runs come row by row and from west to east: the last one that starts at or before a place
+    at = np.searchsorted(runs[:, ROW] * n_col + runs[:, FIRST], row * n_col + place, "right") - 1
+    held = (keys >= 0) & (at >= 0) & (runs[at, ROW] == row) & (runs[at, LAST] >= place)
+    return np.where(held, at, -1)
+
+
+def cell_guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
+    """How easting and northing lead to rows and columns: empty for axes along those of the map.
+
+    None if the grid may fold on the map, or its cells are too far from equal for a guess.
+    """
+    return _guess(lattice, origin) if lattice.is_graph else None
+
+
+def _guess(lattice: Lattice, origin: np.ndarray) -> np.ndarray | None:
+    """`cell_guess` of nodes that do not fold."""
+    if lattice.easting.ndim == 1:
+        return np.empty(0)
+    x, y = lattice.easting - origin[0], lattice.northing - origin[1]
+    if min(lattice.shape) < 2 or not (np.isfinite(x).all() and np.isfinite(y).all()):
+        return None
+
+    # mean steps along rows and columns, from corner to corner
+    n_row, n_col = lattice.shape
+    first = np.array([x[0, 0], y[0, 0]])
+    along = np.array([[x[-1, 0], x[0, -1]], [y[-1, 0], y[0, -1]]]) - first[:, None]
+    back = np.linalg.inv(along / [n_row - 1, n_col - 1])
+    row, col = (back[k, 0] * (x - first[0]) + back[k, 1] * (y - first[1]) for k in (0, 1))
+    off = max(
+        float(np.abs(row - np.arange(n_row)[:, None]).max()),
+        float(np.abs(col - np.arange(n_col)).max()),
+    )
+    if off > MOST_DEVIATION:
+        return None
+    start = -back @ first
+    return np.array([start[0], *back[0], start[1], *back[1]])
+
 
 AT_ONCE = 1 << 19  # points that are looked up together, by one thread
 TILES = 64  # along each side of the model, in whose order points are looked up

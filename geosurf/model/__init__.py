@@ -31,10 +31,11 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.grids import CornerPointGrid as CornerPointGrid
     from geosurf.model.lattice import Lattice as Lattice
     from geosurf.model.network import FaultNetwork as FaultNetwork
-    from geosurf.model.network_rows import NetworkDecision as NetworkDecision
-    from geosurf.model.network_rows import NetworkRow as NetworkRow
-    from geosurf.model.network_rows import NetworkTrial as NetworkTrial
+    from geosurf.model.network import NetworkDecision as NetworkDecision
+    from geosurf.model.network import NetworkRow as NetworkRow
+    from geosurf.model.network import NetworkTrial as NetworkTrial
     from geosurf.model.patches import Patches as Patches
+    from geosurf.model.patches import TetMesh as TetMesh
     from geosurf.model.sheets import FaultCut as FaultCut
     from geosurf.model.sheets import LostThrow as LostThrow
     from geosurf.model.sheets import Sheet as Sheet
@@ -44,8 +45,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.surfaces import ROLES as ROLES
     from geosurf.model.surfaces import FaultSticks as FaultSticks
     from geosurf.model.surfaces import TriSurface as TriSurface
-    from geosurf.model.tet_mesh import TetMesh as TetMesh
-    from geosurf.model.unit import Unit as Unit
+    from geosurf.model.units import Unit as Unit
     from geosurf.model.units import Units as Units
 else:
     __getattr__, __all__ = lazily(__name__)

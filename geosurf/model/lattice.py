@@ -16,8 +16,7 @@ import numpy as np
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
-from geosurf.model.map_frame import MapFrame
-from geosurf.model.survey import Survey
+from geosurf.model.survey import MapFrame, Survey
 
 # what eastings and northings alone tell, where they are 2-D
 OF_MAP = ("easting", "northing", "map_blocks", "map_frame", "right_handed")

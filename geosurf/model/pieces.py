@@ -113,7 +113,7 @@ class Pieces(Noun):
 
     def listed(self, i: int) -> Listed:
         """Return the triangles of surface `i`: no other surface is listed."""
-        from geosurf.kernels.lattices.strip_triangles import (
+        from geosurf.kernels.lattices.lattice_corners import (
             number_nodes,
             write_labels,
             write_triangles,
@@ -215,7 +215,7 @@ class Expanded(Noun):
     @cached_property
     def _points(self) -> tuple[list[np.ndarray | None], list[int]]:
         """Point of each node of each lattice, and the number of points up to each surface."""
-        from geosurf.kernels.lattices.strip_triangles import number_nodes
+        from geosurf.kernels.lattices.lattice_corners import number_nodes
 
         # for each lattice the point of each node, -1 where unused; points of triangles are numbered
         # already
@@ -251,7 +251,7 @@ class Expanded(Noun):
     @cached_property
     def triangles(self) -> np.ndarray:
         """Corners of all triangles, rows of `local`, int64 (n_triangle, 3)."""
-        from geosurf.kernels.lattices.strip_triangles import write_triangles
+        from geosurf.kernels.lattices.lattice_corners import write_triangles
 
         # runs and cut triangles are merged in the order of cells, so rows run as if nothing had
         # been left out
@@ -269,7 +269,7 @@ class Expanded(Noun):
     @cached_property
     def _labels(self) -> tuple[np.ndarray, np.ndarray]:
         """Key and element of each triangle."""
-        from geosurf.kernels.lattices.strip_triangles import write_labels
+        from geosurf.kernels.lattices.lattice_corners import write_labels
 
         pieces, (cut, rows) = self.pieces, self._rows
         keys, elements = (np.empty(rows[-1], dtype=np.int64) for _ in range(2))

@@ -10,6 +10,52 @@ import numpy as np
 
 from geosurf.model.base import frozen
 
+# ---- map frame ----------------------------------------
+# Steps of a grid with 2-D coordinates in the map, and how far nodes are from even ones.
+
+
+@dataclass(frozen=True)
+class MapFrame:
+    """
+    What one pass over eastings and northings proves of a grid.
+
+    Attributes
+    ----------
+    height : float
+        No triangle is lower in the map [m], and none folds over another; 0: nothing is proven.
+    column, row : (float, float)
+        Mean steps to the next column and to the next row [m].
+    off : float
+        No node is farther from the first one and mean steps [m]; infinite where nothing is proven.
+
+    Examples
+    --------
+    >>> MapFrame(10.0, (40.0, 30.0), (-30.0, 40.0), 1e-9).least_step
+    (49.999999998, 49.999999998)
+    """
+
+    height: float
+    column: tuple[float, float]
+    row: tuple[float, float]
+    off: float
+
+    @classmethod
+    def of(cls, found: np.ndarray) -> MapFrame:
+        """Make one of what `geosurf.kernels.contacts.aligned_grids.map_frame` returns."""
+        height, ux, uy, vx, vy, off = found.tolist()
+        return cls(height, (ux, uy), (vx, vy), off)
+
+    @property
+    def determinant(self) -> float:
+        """Of both steps, columns first [m2]."""
+        return self.column[0] * self.row[1] - self.column[1] * self.row[0]
+
+    @property
+    def least_step(self) -> tuple[float, float]:
+        """No step along columns, and along rows, is shorter [m]; below 0: nothing is proven."""
+        return math.hypot(*self.column) - 2.0 * self.off, math.hypot(*self.row) - 2.0 * self.off
+
+
 # sums over cells, where they were not requested
 _UNKNOWN = np.full(2, np.nan), np.full(2, np.inf), math.inf, 0.0, np.full((2, 3), np.nan)
 
@@ -70,16 +116,16 @@ class Survey:
 
         `coordinates` and `places` are those of `geosurf.model.Lattice`.
         """
-        from geosurf.kernels.lattices import cell_bounds, survey
+        from geosurf.kernels.lattices import survey
 
         nodes, levels, marks, sums = survey.survey_lattice(*coordinates, places, quads)
         counts = marks.tolist()
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:
             found = sums.tolist()  # a few numbers: calls of numpy take longer
-            both = found[cell_bounds.NORMAL : cell_bounds.NORMAL + 3]
+            both = found[survey.NORMAL : survey.NORMAL + 3]
             # Triangles in cells with a missing corner, by the diagonal that they need.
-            alone = (found[k : k + 3] for k in (cell_bounds.ONLY_FALLING, cell_bounds.ONLY_RISING))
+            alone = (found[k : k + 3] for k in (survey.ONLY_FALLING, survey.ONLY_RISING))
 
             # cells with four nodes have the same total for both diagonals, half the cross product
             # of these; `alone` adds the triangles of cells with three nodes, which exist for one
@@ -88,10 +134,10 @@ class Survey:
                 [[0.5 * b + a for b, a in zip(both, one, strict=True)] for one in alone]
             )
             gains, reach = (
-                sums[cell_bounds.GAIN : cell_bounds.GAIN + 2],
-                sums[cell_bounds.REACH : cell_bounds.REACH + 2],
+                sums[survey.GAIN : survey.GAIN + 2],
+                sums[survey.REACH : survey.REACH + 2],
             )
-            edges, margin = found[cell_bounds.EDGES], found[cell_bounds.MARGIN]
+            edges, margin = found[survey.EDGES], found[survey.MARGIN]
         # Shared by all lattices of these nodes, hence read-only.
         for part in (gains, reach, normals):
             part.flags.writeable = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,11 @@ from geosurf.conventions import counted, is_word, known_names, volume_text
 from geosurf.conventions.card import MOST, Card
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.model.base import Shown, frozen, multiblock
+from geosurf.model.base import Shown, frozen, multiblock, polydata
 from geosurf.model.column import Remnant
 from geosurf.model.expected import number_of
 from geosurf.model.pieces import by_unit, sides_seen
 from geosurf.model.slivers import SHARE, MergedSliver, SliverSettings
-from geosurf.model.unit import Unit
-from geosurf.model.unit_table import labels_of, table_of, volumes_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pandas
@@ -27,6 +26,211 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
     from geosurf.model.pieces import Pieces
+
+
+# ---- map area ----------------------------------------
+# Map areas of the upper side of a unit.
+
+
+def upper_area(points: np.ndarray, triangles: np.ndarray) -> float:
+    """
+    Return the map area of the triangles that face upwards [m2].
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [2, 0, 0], [0, 3, 1]])
+    >>> upper_area(points, np.array([[0, 1, 2], [0, 2, 1]]))
+    3.0
+    """
+    # twice the signed map area of each triangle: up-facing ones alone give the upper side
+    a, b, c = (points[triangles[:, k], :2] for k in range(3))
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    up = ux * vy - uy * vx
+    return 0.5 * math.fsum(up[up > 0.0].tolist())
+
+
+def rows_of_contacts(names: Sequence[str], contacts: Sequence[str]) -> list[int]:
+    """
+    Return which surfaces are fluid contacts; those of blocks are named ``OWC in F1+``.
+
+    Examples
+    --------
+    >>> rows_of_contacts(["Top", "OWC", "OWC in F1+"], ["OWC"])
+    [1, 2]
+    """
+    inside = tuple(f"{contact} in " for contact in contacts)
+    return [i for i, name in enumerate(names) if name in contacts or name.startswith(inside)]
+
+
+# ---- unit ----------------------------------------
+# One unit: a closed piece of the model.
+
+
+@dataclass(frozen=True, eq=False)
+class Unit(Shown):
+    """A closed piece of the model: one zone in one fault block, above or below a contact.
+
+    Attributes
+    ----------
+    name : str
+        Zone, the block where faults split the zone, and the contact interval where one counts.
+    zone : str
+        ``above Top``, ``Top/Base``, ``below Base``.
+    zone_index : int
+        0 above the first horizon, counting down.
+    block : str
+        Sides of the faults that separate it: ``F1+`` is the side into which
+        the fault's normal points (the hanging wall of a dipping fault), ``F1-`` the
+        other. ``whole`` where no fault separates the zone. Pieces that no fault
+        separates are numbered by size, then by place: ``F1+``, ``F1+ #2``.
+    local : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_triangle, 3)
+        Outward normals.
+    surface_of_triangle : ndarray of int64, shape (n_triangle,)
+        Row of `surface_names`.
+    bounded_by : tuple of str
+        Names of the surfaces on its boundary.
+    volume, area : float
+        [m3], [m2].
+    contact : str
+        ``above OWC``, ``GOC/OWC``, ``below OWC``; empty where no fluid contact counts.
+    beneath : tuple of str
+        Names of the fluid contacts that count in it and lie above it, from the top down.
+    fault_sides : tuple of str
+        Sides of faults that it lies on: those in `block`, and those of faults that part the model
+        elsewhere. From a unit on ``F1+`` no way leads to the back of F1 but through F1.
+    compartment_of : str
+        Where virtual walls continue faults: the block that it would be a part of without them.
+    """
+
+    name: str
+    zone: str
+    zone_index: int
+    block: str
+    local: np.ndarray
+    origin: np.ndarray
+    triangles: np.ndarray
+    surface_of_triangle: np.ndarray
+    surface_names: tuple[str, ...]
+    volume: float
+    area: float
+    contact: str = ""
+    beneath: tuple[str, ...] = ()
+    fault_sides: tuple[str, ...] = ()
+    compartment_of: str = ""
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """World coordinates [m], float64 (n_vertex, 3)."""
+        return frozen(self.local + self.origin, np.float64)
+
+    @cached_property
+    def middle(self) -> tuple[float, float, float]:
+        """Easting, northing and elevation of the middle of its bounds [m]."""
+        # The middle of the bounds: cheap, the same for any triangulation, and inside for most
+        # units.
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        east, north, up = (0.5 * (low + high)).tolist()
+        return east, north, up
+
+    @cached_property
+    def bounded_by(self) -> tuple[str, ...]:
+        """Names of the surfaces that bound the unit."""
+        return tuple(self.surface_names[i] for i in np.unique(self.surface_of_triangle))
+
+    @cached_property
+    def map_area(self) -> float:
+        """Area of its upper side in the map [m2]; where it lies above itself, that counts twice.
+
+        Volume over it is the mean length of the pieces of vertical lines inside the unit.
+        """
+        return upper_area(self.local, self.triangles)
+
+    @cached_property
+    def n_triangle(self) -> int:
+        """Number of triangles."""
+        return len(self.triangles)
+
+    @cached_property
+    def zone_map_area(self) -> float:
+        """Map area of its upper side where that is not a fluid contact [m2].
+
+        Volume over it, summed over the units of a zone, is the mean thickness of the zone.
+        """
+        contacts = rows_of_contacts(self.surface_names, self.beneath)
+        return upper_area(self.local, self.triangles[~np.isin(self.surface_of_triangle, contacts)])
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Return the shell as `pyvista.PolyData` with the surface row as cell data."""
+        labels = {"surface": self.surface_of_triangle}
+        return polydata(self.vertices, self.triangles, cell_data=labels, crs=self.crs)
+
+    def _card(self) -> Card:
+        """Return zone, block, volume and what bounds the unit."""
+        rows = [("zone", self.zone), ("block", self.block), ("volume", volume_text(self.volume, 5))]
+        rows += [("contact", self.contact)] if self.contact else []
+        rows.append(("bounded by", ", ".join(self.bounded_by)))
+        return Card(f"Unit {self.name}", rows)
+
+    def __repr__(self) -> str:
+        return f"<Unit {self.name!r}: {volume_text(self.volume)}, {self.n_triangle} triangles>"
+
+
+# ---- unit table ----------------------------------------
+# The table of units: volumes, areas and names.
+
+
+def table_of(units: Units) -> xarray.Dataset:
+    """Return volumes and areas of all units; ``sliver`` marks the slivers."""
+    import xarray as xr
+
+    each = list(units.values())
+    columns = {
+        "area": ([u.area for u in each], "m2", "area of the closed shell"),
+        "map_area": ([u.map_area for u in each], "m2", "area of the upper side in the map"),
+        # Where the unit is, as in the picture of the column; a shell without area has no volume.
+        "thickness_mean": (
+            [u.volume / u.map_area if u.map_area > 0 else 0.0 for u in each],
+            "m",
+            "mean vertical thickness where the unit is present: volume over map_area",
+        ),
+    }
+    data = {
+        key: ("unit", np.array(values, dtype=np.float64), {"units": unit, "long_name": name})
+        for key, (values, unit, name) in columns.items()
+    }
+    attrs = {"box": list(units.box), "box_units": "m", **_crs(units)}
+    return xr.Dataset({"volume": volumes_of(units), **data}, labels_of(units), attrs)
+
+
+def volumes_of(units: Units) -> tuple[tuple[str], np.ndarray, dict[str, Any]]:
+    """Return the column of volumes; no area is computed for it."""
+    attrs = {"units": "m3", "long_name": "bulk volume", **_crs(units)}
+    # Float64 even without units, so that an empty model has the same types.
+    return ("unit",), np.array([u.volume for u in units.values()], dtype=np.float64), attrs
+
+
+def labels_of(units: Units) -> dict[str, tuple[str, np.ndarray]]:
+    """Return name, zone and block of each unit, and contact where there are some."""
+    each = list(units.values())
+    labels = {
+        "zone": ("unit", np.array([u.zone for u in each], dtype=object)),
+        "block": ("unit", np.array([u.block for u in each], dtype=object)),
+        "zone_index": ("unit", np.array([u.zone_index for u in each], dtype=np.int64)),
+    }
+    if any(u.contact for u in each):
+        labels["contact"] = ("unit", np.array([u.contact for u in each], dtype=object))
+    if any(u.compartment_of for u in each):
+        within = np.array([u.compartment_of for u in each], dtype=object)
+        labels["compartment_of"] = ("unit", within)
+    # Marked rather than left out, so that volumes of the table add up to the model.
+    labels["sliver"] = ("unit", np.array([u.name in units._small for u in each], dtype=bool))
+    return {"unit": ("unit", np.array([u.name for u in each], dtype=object)), **labels}
+
+
+def _crs(units: Units) -> dict[str, str]:
+    """The reference system as an attribute of tables, if there is one."""
+    return {} if units.crs is None else {"crs": units.crs}
 
 
 MOST_ROWS = 40  # of units that are printed

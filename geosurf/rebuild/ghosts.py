@@ -11,24 +11,213 @@ sheet states the walls of its vertices (`wall_sides`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.kept import kept_triangles
-from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.kernels.meshes.sheet_parts import join_past_others
-from geosurf.kernels.sheets.sheet_trim import classify_parts
-from geosurf.model import Patches, frozen
+from geosurf.errors import GeosurfWarning
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.meshes.mesh import join_pairs, kept_triangles, number_below
+from geosurf.kernels.meshes.parts import balance_at_fault, join_past_others
+from geosurf.kernels.sheets.torn_links import classify_parts, sides_of_edges
+from geosurf.model import Patches, TriSurface, frozen
 from geosurf.model.expected import expect
 from geosurf.model.pieces import Pieces, Strips
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild.listed import Listed
-from geosurf.rebuild.wall_sides import on_wrong_side
+
+# ---- listed ----------------------------------------
+# Patches as their listed triangles: all but the runs of gridded surfaces that no curve touches.
+
+
+@dataclass(frozen=True, eq=False)
+class SheetFaces:
+    """The triangles of a torn sheet that have parts in patches.
+
+    Attributes
+    ----------
+    parent : ndarray of int64, shape (n,)
+        Of each listed triangle of the sheet, as row of `faces`.
+    faces : ndarray of int64, shape (n_face, 3)
+        As rows of `places`.
+    places : ndarray of float64, shape (n_vertex, 3)
+        World coordinates.
+    vertex : ndarray of int64, shape (n_vertex,)
+        Vertices of the sheet, rising.
+    """
+
+    parent: np.ndarray
+    faces: np.ndarray
+    places: np.ndarray
+    vertex: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """Triangles of patches, surface by surface; names of arrays are those of `Patches`.
+
+    Attributes
+    ----------
+    sources : sequence of TriSurface
+    origin : ndarray of float64, shape (3,)
+    local : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_triangle, 3)
+    surface_of_triangle, parent_of_triangle, patch_of_triangle : ndarray of int64
+    curve_edges : ndarray of int64, shape (n_edge, 2)
+    n_patch : int
+    """
+
+    sources: Sequence[TriSurface]
+    origin: np.ndarray
+    local: np.ndarray
+    triangles: np.ndarray
+    surface_of_triangle: np.ndarray
+    parent_of_triangle: np.ndarray
+    patch_of_triangle: np.ndarray
+    curve_edges: np.ndarray
+    n_patch: int
+
+    @classmethod
+    def all_of(cls, patches: Patches) -> Listed:
+        """Every triangle of some patches."""
+        return cls(
+            patches.sources, patches.origin, patches.local, patches.triangles,
+            patches.surface_of_triangle, patches.parent_of_triangle, patches.patch_of_triangle,
+            patches.curve_edges, patches.n_patch,
+        )  # fmt: skip
+
+    @classmethod
+    def without_runs(cls, patches: Patches) -> Listed:
+        """The triangles that are listed already; parents in a grid are keys, not rows.
+
+        Of torn sheets they are rows.
+        """
+        pieces = patches.pieces
+        parent = pieces.key.copy()
+        cut = np.searchsorted(pieces.surface, np.arange(len(patches.sources) + 1))
+        for i, source in enumerate(patches.sources):
+            if isinstance(source.lattice, TornLattice):
+                mine = slice(cut[i], cut[i + 1])
+                parent[mine] = source.rows_of_keys(parent[mine])
+        return cls(
+            patches.sources, patches.origin, pieces.x, pieces.triangles, pieces.surface,
+            parent, pieces.patch[: len(pieces.triangles)], patches.curve_edges, patches.n_patch,
+        )  # fmt: skip
+
+    @cached_property
+    def _first(self) -> list[int]:
+        found: list[int] = np.searchsorted(
+            self.surface_of_triangle, np.arange(len(self.sources) + 1)
+        ).tolist()
+        return found
+
+    def rows(self, surface: int) -> slice:
+        """The triangles of a surface: they follow each other."""
+        return slice(self._first[surface], self._first[surface + 1])
+
+    def sheet(self, surface: int) -> SheetFaces:
+        """The triangles of a torn sheet that have parts here, without a list of all."""
+        known = self._sheets.get(surface)
+        if known is not None:
+            return known
+        source, parent = self.sources[surface], self.parent_of_triangle[self.rows(surface)]
+        used, row = number_below(parent, source.n_triangle)
+        if source.lattice is None:
+            corners = source.corners_of_keys(used)
+        else:  # parents are rows
+            nodes = source.lattice.corners_of_keys(source.lattice.keys_of_rows(used))
+            corners = source.lattice.vertex_of_node.ravel()[nodes]
+        vertex, number = number_below(corners.ravel(), source.n_vertex)
+        node = vertex
+        if isinstance(source.lattice, TornLattice):
+            node = source.lattice.node_of_vertex[vertex]
+        found = SheetFaces(
+            row, number.reshape(-1, 3), source.places_of_nodes(node), vertex,
+        )  # fmt: skip
+        self._sheets[surface] = found
+        return found
+
+    @cached_property
+    def _sheets(self) -> dict[int, SheetFaces]:
+        return {}
+
+    @cached_property
+    def is_fault(self) -> np.ndarray:
+        """Whether each surface is a fault, bool (n_surface,)."""
+        return np.array([source.role == "fault" for source in self.sources], dtype=bool)
+
+    @cached_property
+    def on_fault(self) -> np.ndarray:
+        """Vertices on any fault: there a sheet may end, bool (n_vertex,)."""
+        found = np.zeros(len(self.local), dtype=bool)
+        for i in np.flatnonzero(self.is_fault).tolist():
+            found[self.triangles[self.rows(i)]] = True
+        return found
+
+    @cached_property
+    def at_curves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Half-edges on curves: number of the curve edge, triangle; and whether a fault is there.
+
+        The third is by curve edge.
+        """
+        edge, triangle = sides_of_edges(self.triangles, self.curve_edges, len(self.local))
+        fault = np.zeros(len(self.curve_edges), dtype=bool)
+        fault[edge[self.is_fault[self.surface_of_triangle[triangle]]]] = True
+        return edge, triangle, fault
+
+
+# ---- wall sides ----------------------------------------
+# On which side of a fault a part of a torn sheet lies, and on which it belongs.
+#
+# A sheet that was moved by throw states the wall of each vertex (``vertex_data["wall of F1"]``: 1
+# in the hanging wall, the front of the fault; -1 in the footwall). Where two faults cross close
+# to a horizon, the piece of one wedge may lie in another one. It is cut there like any other, and
+# may reach the next fault without an outer vertex.
+
+
+WALL = "wall of "  # before the name of the fault
+
+
+def on_wrong_side(mesh: Listed, surface: int, part_of: np.ndarray) -> np.ndarray:
+    """
+    Return which parts of a sheet lie on the other side of a fault than their vertices belong to.
+
+    Parameters
+    ----------
+    mesh : Listed
+    surface : int
+        Row of its sources. Without walls of vertices no part is on a wrong side.
+    part_of : ndarray of int64, shape (n_patch,)
+        Part of each patch of the sheet; as many as there are patches, at most.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_patch,)
+    """
+    source, (edge, triangle, _) = mesh.sources[surface], mesh.at_curves
+    found = np.zeros(len(part_of), dtype=bool)
+    faults = [k for k, other in enumerate(mesh.sources)
+              if other.role == "fault" and WALL + other.name in source.vertex_data]  # fmt: skip
+    if not faults:
+        return found
+    frame = frame_of(mesh.local)
+    part = part_of[mesh.patch_of_triangle]
+    sheet, parent = mesh.sheet(surface), np.zeros(len(part), dtype=np.int64)
+    parent[mesh.rows(surface)] = sheet.parent
+    for k in faults:
+        # a part has to be on its own side of each fault; slivers may be turned over by rounding,
+        # so that the longer part of its edges decides
+        wall = source.vertex_data[WALL + mesh.sources[k].name][sheet.vertex].astype(np.int64)
+        balance = balance_at_fault(
+            mesh.local, mesh.triangles, mesh.curve_edges, edge, triangle, mesh.surface_of_triangle,
+            part, parent, wall, sheet.faces, surface, k, len(part_of), *frame,
+        )  # fmt: skip
+        found |= balance < 0.0
+    return found
 
 
 def trim_sheets(patches: Patches) -> Patches:
@@ -319,3 +508,55 @@ def _area(corners: np.ndarray) -> np.ndarray:
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     area: np.ndarray = 0.5 * np.sqrt(x * x + y * y + z * z)
     return area
+
+
+# ---- moves ----------------------------------------
+# Warn of input vertices that a repair moved.
+
+
+_REPORTED = 1e-6  # metres: smaller moves are below any measurement; most repairs move by 2 nm
+
+
+def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[GeosurfWarning, ...]:
+    """
+    Return a warning if a repair moved input vertices, because rounding would break triangles.
+
+    Parameters
+    ----------
+    given : sequence of TriSurface
+        Input surfaces of the rebuild.
+    patches : Patches
+
+    Returns
+    -------
+    tuple of GeosurfWarning
+        At most one, for moves of more than 1 micrometre, with the place of the largest move.
+        ``patches.report`` has all moves.
+    """
+    if patches.report["largest_move"] <= _REPORTED:
+        return ()
+
+    names, far, place = [], 0.0, None
+    for old, new in zip(given, patches.sources, strict=True):
+        before = old.vertices
+        steps = np.linalg.norm(new.vertices - before, axis=1)
+        if not steps.any():
+            continue
+        names.append(old.name)
+        row = int(steps.argmax())
+        if steps[row] > far:
+            far, place = float(steps[row]), before[row]
+
+    n = patches.report["moved_vertices"]
+    count = "1 vertex" if n == 1 else f"{n} vertices"
+    listed = ", ".join(repr(name) for name in names[:4]) + (" and others" if len(names) > 4 else "")
+    warning = GeosurfWarning(
+        "moved",
+        names[0],
+        f"{count} of {listed} moved by up to {far:.1e} m: surfaces almost touch there, "
+        "and float64 cannot represent the exact result.",
+        "To avoid this, round the coordinates of these surfaces and of the box: "
+        "np.round(x * 1024) / 1024.",
+        place,
+    )
+    return (warning,)

@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.conventions import counted, volume_text
 from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
-from geosurf.kernels.meshes.numbering import first_seen, number_keys
+from geosurf.kernels.meshes.mesh import first_seen, number_keys
 from geosurf.model import (
     Curves,
     FaultNetwork,
@@ -23,7 +23,7 @@ from geosurf.model import (
     Unit,
     Units,
 )
-from geosurf.model.view3d import Body, View3D
+from geosurf.model.protocols import Body, View3D
 from geosurf.render import palette
 from geosurf.render.surface_layers import rim
 from geosurf.render.thin_units import UnitMesh, mesh_to_draw, shells_to_draw, thinned

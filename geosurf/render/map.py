@@ -12,7 +12,7 @@ import numpy as np
 from geosurf.conventions import counted, length_text, real_numbers
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
-from geosurf.model.compartments import fault_of
+from geosurf.model.column import fault_of
 from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism

@@ -14,8 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.kernels.lattices.run_blocks import find_blocks
-from geosurf.kernels.meshes.numbering import number_keys, renumbered
+from geosurf.kernels.lattices.run_checks import find_blocks
+from geosurf.kernels.meshes.mesh import number_keys, renumbered
 from geosurf.model import Lattice, TriSurface, Units
 from geosurf.model.pieces import Pieces, Strips, by_unit
 from geosurf.model.protocols import DrawnModel

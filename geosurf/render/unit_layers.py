@@ -10,8 +10,7 @@ import numpy as np
 
 from geosurf.conventions import counted, is_number, volume_text
 from geosurf.errors import InputError
-from geosurf.kernels.meshes.mesh import edges, ends_of
-from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.kernels.meshes.mesh import edges, ends_of, number_keys
 from geosurf.model import Units
 from geosurf.render import palette
 from geosurf.render.colouring import Selection, colour_units

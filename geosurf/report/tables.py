@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.model import Clipped, Curves, Remnant, TriSurface, Units
-from geosurf.model.compartments import VirtualWall
+from geosurf.model.column import VirtualWall
 from geosurf.model.protocols import ReportedModel
 from geosurf.model.slivers import MergedSliver
 from geosurf.report.page import NOTHING, Table, number

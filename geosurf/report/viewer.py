@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.model.view3d import Body, View3D
+from geosurf.model.protocols import Body, View3D
 from geosurf.report.assets import asset, document, viewer_script
 
 STEPS = 65_535

@@ -191,7 +191,7 @@ def _with_network(scenario: Scenario, scene: Scene, on_step: OnStep) -> Scene:
     """The scene with the proposals for its faults, where these are to be applied."""
     if not scenario.network.apply:
         return scene
-    from geosurf.model.network_rows import fault_words, proposal_words  # loaded by those who apply
+    from geosurf.model.network import fault_words, proposal_words  # loaded by those who apply
 
     trial = scene.propose_fault_network(reach=scenario.network.reach_m).trial(scene)
     for one in trial.decisions:

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import METRES_PER_UNIT
-from geosurf.faults.halves import BOTH
-from geosurf.faults.rules import KEEP
+from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
 from geosurf.model.slivers import SliverSettings
-from geosurf.model.tie import RANGE, TOLERANCE, TieSettings
+from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
 from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput

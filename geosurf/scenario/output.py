@@ -17,7 +17,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
-from geosurf.arrangement.memory_limit import gigabytes, lack_of_room
+from geosurf.arrangement.threads import gigabytes, lack_of_room
 from geosurf.errors import DependencyError, GeosurfWarning, OutputError, ScenarioError
 from geosurf.files.atomic import PREFIX, random_digits, remove_abandoned
 from geosurf.files.folders import (

@@ -57,7 +57,7 @@ def wells_of_scenario(scenario: Scenario) -> dict[str, Any]:
 
 def _read(scenario: Scenario, entry: Any, file: Path) -> dict[str, Any]:
     """The wells of one file by their names."""
-    from geosurf.measure.well_intervals import wells_of
+    from geosurf.measure.places import wells_of
     from geosurf.read import read_wells  # loaded by those who have wells
 
     # several files share these words: they hold where a file states nothing
@@ -77,7 +77,7 @@ def drawn_wells(scenario: Scenario) -> dict[str, Any]:
     -------
     dict of str to xarray.Dataset
     """
-    from geosurf.measure.well_intervals import wells_of
+    from geosurf.measure.places import wells_of
     from geosurf.read import read_wells
     from geosurf.read.file_info import kind_of_file  # loaded by those who draw wells
 

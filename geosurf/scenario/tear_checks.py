@@ -7,9 +7,8 @@ from dataclasses import replace
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
-from geosurf.faults.halves import halves_of
-from geosurf.faults.rules import Rule, faults_at, read_truncations
-from geosurf.model.empty_blocks import filling_by_horizon
+from geosurf.faults.rules import Rule, faults_at, halves_of, read_truncations
+from geosurf.model.faults import filling_by_horizon
 from geosurf.scenario.fault_keys import FaultInput
 from geosurf.scenario.keys import Scenario, ThrowInput, TruncationInput
 from geosurf.scenario.values import KeyPath
@@ -45,7 +44,7 @@ def with_halves(scenario: Scenario) -> Scenario:
     Raises
     ------
     InputError
-        As `geosurf.faults.halves.halves_of`.
+        As `geosurf.faults.rules.halves_of`.
     """
     # `keep = "both"` splits the older fault; its name stands for both halves everywhere else.
     halves = halves_of(truncations_of(scenario), [entry.name for entry in scenario.faults])

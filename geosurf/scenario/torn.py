@@ -187,7 +187,7 @@ def _as_picked(
     cache: ResultCache | None,
 ) -> Made:
     """A sheet from data that smear the horizon over its faults, or the faults that it needs."""
-    from geosurf.sheets.mesh.too_short import TooShort  # loaded by those who tear
+    from geosurf.sheets.mesh.tear_ends import TooShort  # loaded by those who tear
     from geosurf.sheets.tear import tear_from
     from geosurf.sheets.tie import tied_sheet
 

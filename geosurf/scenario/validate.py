@@ -16,8 +16,7 @@ from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import did_you_mean, shared_name
 from geosurf.errors import InputError, ScenarioError
-from geosurf.model.column import ELSEWHERE
-from geosurf.model.compartments import read_compartments
+from geosurf.model.column import ELSEWHERE, read_compartments
 from geosurf.model.expected import path_of
 from geosurf.read._guard import opened
 from geosurf.scenario.ensemble_keys import check_uncertain

@@ -16,7 +16,7 @@ from typing import Any, NoReturn, Protocol
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.model.empty_blocks import WAYS
+from geosurf.model.faults import WAYS
 from geosurf.read._guard import is_zarr
 from geosurf.render.views import LARGEST, SMALLEST, check_size
 

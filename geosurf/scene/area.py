@@ -13,8 +13,7 @@ from geosurf.model.expected import box_of_sides
 from geosurf.scene.inputs import Box
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls
-from geosurf.triangulate.box import are_unrotated, propose_box
-from geosurf.triangulate.footprint import Footprint, footprints_of
+from geosurf.triangulate.footprint import Footprint, are_unrotated, footprints_of, propose_box
 from geosurf.triangulate.rims import off_the_rims
 from geosurf.triangulate.shared_area import SharedArea, shared_area
 from geosurf.warning import warn

@@ -6,7 +6,7 @@ from typing import Any
 
 from geosurf.conventions import counted
 from geosurf.conventions.card import Card
-from geosurf.model.compartments import ENDS
+from geosurf.model.column import ENDS
 
 MOST_WARNINGS = 5
 

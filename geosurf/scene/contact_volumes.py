@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING
 
-from geosurf.carve.level_parts import parts_at_levels
+from geosurf.carve.fluids import parts_at_levels
 from geosurf.conventions import counted, is_number, shared_name
 from geosurf.model import Units
 from geosurf.scene.graph import Graph

@@ -12,7 +12,7 @@ from geosurf.conventions import counted
 from geosurf.errors import GeosurfWarning
 from geosurf.faults.rules import Rule
 from geosurf.model import Patches
-from geosurf.model.compartments import VirtualWall
+from geosurf.model.column import VirtualWall
 from geosurf.model.faults import Truncation
 from geosurf.scene.inputs import SceneInputs
 

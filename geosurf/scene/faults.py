@@ -15,8 +15,7 @@ from geosurf.arrangement import find_contacts
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
-from geosurf.faults.bridge import bridge_to
-from geosurf.faults.propose import check_reach, propose_network
+from geosurf.faults.propose import bridge_to, check_reach, propose_network
 from geosurf.faults.rules import Rule
 from geosurf.model import Patches, TriSurface
 from geosurf.model.expected import name_of

@@ -126,7 +126,7 @@ def _shortened(array: np.ndarray) -> bytes:
     arrays which differ in one number of a lane have different states. States of lanes that differ
     in more numbers are equal in one of 2**64 cases.
     """
-    from geosurf.kernels.lattices.content import AT_ONCE, mix_into
+    from geosurf.kernels.lattices.decimate import AT_ONCE, mix_into
 
     content = array.reshape(-1).view(np.uint8)
     step = 8 * AT_ONCE * _LANES

@@ -12,7 +12,7 @@ from geosurf.conventions import rising_diagonal
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfWarning, HorizonError
 from geosurf.model import Lattice, Sheet, TriSurface
-from geosurf.model.empty_blocks import in_order
+from geosurf.model.faults import in_order
 from geosurf.scene.inputs import SceneInputs
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.triangulate.stored import is_stored, read_stored

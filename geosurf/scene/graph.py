@@ -34,20 +34,17 @@ import numpy as np
 from geosurf.arrangement import KnownPairs, find_contacts
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
-from geosurf.carve.order import warnings_of_order
-from geosurf.carve.slivers import warnings_of_slivers
-from geosurf.carve.thin import warnings_of_thin_units
+from geosurf.carve.slivers import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.faults.outside import lies_beside, warning_of_fault
-from geosurf.faults.short_of_side import warnings_of_rims
-from geosurf.intersect.shared import is_torn, shared_curves
+from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
+from geosurf.intersect.link import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
-from geosurf.model.compartments import VirtualWall, fault_of
+from geosurf.model.column import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, Truncation
 from geosurf.rebuild import patches_from, trim_sheets
-from geosurf.rebuild.moves import warnings_of_moves
+from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
 from geosurf.scene.area import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_all, remembered_curves
@@ -63,8 +60,7 @@ from geosurf.triangulate import build_walls
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.faults.virtual.walls import Wall
-    from geosurf.model.tie import TieReport
-    from geosurf.model.tops import Tops
+    from geosurf.model.tops import TieReport, Tops
     from geosurf.triangulate.shared_area import SharedArea
 
 

@@ -18,12 +18,12 @@ from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.horizon_sides import FaultSides, HorizonSides, horizon_sides, outside_of_model
 from geosurf.conventions import area_text, counted, length_text, place, toml_key
 from geosurf.errors import GeometryError, GeosurfWarning
+from geosurf.faults.dangling import areas_of, edge_keys, edges_of, pieces_between, rows_of
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import Rule, part_in_words
-from geosurf.faults.virtual.edges import areas_of, edge_keys, edges_of, pieces_between, rows_of
 from geosurf.faults.virtual.walls import Wall
 from geosurf.model import Patches
-from geosurf.model.compartments import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
+from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
 from geosurf.model.faults import Truncation
 from geosurf.rebuild import drop_triangles
 

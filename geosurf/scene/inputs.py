@@ -16,15 +16,14 @@ from geosurf.conventions import (
     shared_name,
 )
 from geosurf.errors import InputError
-from geosurf.faults.halves import Halves, halves_of
-from geosurf.faults.lengthen import read_lengthen
-from geosurf.faults.rules import Rule, faults_at, read_extend, read_truncations
+from geosurf.faults.extend import read_lengthen
+from geosurf.faults.rules import Halves, Rule, faults_at, halves_of, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
-from geosurf.model.compartments import read_compartments
-from geosurf.model.empty_blocks import filling_by_horizon
+from geosurf.model.column import read_compartments
 from geosurf.model.expected import box_of_sides, flag_of, name_of
+from geosurf.model.faults import filling_by_horizon
 from geosurf.model.slivers import sliver_settings
-from geosurf.model.tie import tie_settings
+from geosurf.model.tops import tie_settings
 from geosurf.triangulate.neighbours import own_form
 
 Box = tuple[float, float, float, float, float, float]

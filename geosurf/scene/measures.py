@@ -25,8 +25,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
     import xarray
 
-    from geosurf.measure.boundaries import Boundaries
-    from geosurf.measure.locate import Locator
+    from geosurf.measure.locate import Boundaries, Locator
 
 Lines = list[np.ndarray]
 Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
@@ -62,7 +61,7 @@ def volume_error_bound(graph: Graph) -> float:
     few = [one for one in few if "volume_error" in one.vertex_data]
     if not few:
         return 0.0
-    from geosurf.triangulate.volume_change import bound_of_change  # loaded where nodes are left out
+    from geosurf.triangulate.decimate import bound_of_change  # loaded where nodes are left out
 
     sides, names = graph.box[:4], {one.name for one in few}
     others = [one for one in graph.enclosed if one.name not in names] + few
@@ -140,8 +139,8 @@ def sample(graph: Graph, where: Any, cell: Any, codes: bool, distance: bool) -> 
 
 def well_intervals(graph: Graph, path: Any, md: Any) -> xarray.Dataset:
     """Return the units that a well goes through; see `Scene.well_intervals`."""
-    from geosurf.measure.well_intervals import intervals_of_wells, wells_of
-    from geosurf.measure.well_intervals import well_intervals as intervals
+    from geosurf.measure.places import intervals_of_wells, wells_of
+    from geosurf.measure.places import well_intervals as intervals
 
     wells = wells_of(path)
     boundaries = _boundaries(graph)
@@ -168,7 +167,7 @@ def _locator(graph: Graph) -> Locator:
 
 def _boundaries(graph: Graph) -> Boundaries:
     """Return all triangles that bound units, from memory if they are there."""
-    from geosurf.measure.boundaries import boundaries_of
+    from geosurf.measure.locate import boundaries_of
 
     return graph.memory.get_or_compute(
         "measure", "boundaries of units", ("boundaries", graph.units_key),
@@ -247,7 +246,7 @@ def _down_dip(
     graph: Graph, horizon: str, fault: str, found: xarray.Dataset, hanging: Lines, foot: Lines
 ) -> Callable[[np.ndarray], np.ndarray] | None:
     """How lines down the dip of a fault lead to the mean level of cut-offs; None: straight."""
-    from geosurf.sheets.faults.dip_lines import cell_of, to_level
+    from geosurf.sheets.faults.fault_profile import cell_of, to_level
 
     sources = {source.name: source for source in graph.patches.sources}
 

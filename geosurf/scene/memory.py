@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from geosurf.arrangement.known_pairs import KnownPairs
+from geosurf.arrangement.candidates import KnownPairs
 from geosurf.conventions import counted
 from geosurf.conventions.memory import most_memory_so_far
 from geosurf.conventions.running import count_of, running

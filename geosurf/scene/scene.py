@@ -17,13 +17,12 @@ from geosurf.conventions import counted
 from geosurf.conventions.running import running
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
-from geosurf.model.compartments import VirtualWall
+from geosurf.model.column import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
-from geosurf.model.tie import TieReport
-from geosurf.model.tops import Tops
-from geosurf.model.view3d import View3D
+from geosurf.model.protocols import View3D
+from geosurf.model.tops import TieReport, Tops
 from geosurf.rebuild import trim_sheets
 from geosurf.scene import contact_volumes, measures
 from geosurf.scene.card import card_of

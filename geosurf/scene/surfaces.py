@@ -27,10 +27,16 @@ from geosurf.triangulate import (
     triangulate_horizon,
 )
 from geosurf.triangulate.horizon import decimated_horizons, horizon_over, never_changes
-from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
-from geosurf.triangulate.stored import cropped, is_stored, lack_of_memory, read_stored, refusal
+from geosurf.triangulate.stored import (
+    check_horizon_mesh,
+    cropped,
+    is_stored,
+    lack_of_memory,
+    read_stored,
+    refusal,
+)
 
 Options = Mapping[str, Any]
 Lookup = Callable[[str], TriSurface]

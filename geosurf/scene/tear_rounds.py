@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.errors import GeosurfError, InvariantError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.empty_blocks import in_order
+from geosurf.model.faults import in_order
 from geosurf.model.sheets import NeededFaults
 from geosurf.scene.memory import OnStart, silent
 from geosurf.warning import collected
@@ -168,7 +168,7 @@ class _Lengths:
 
         None where one cannot be continued as it is now.
         """
-        from geosurf.sheets.mesh.too_short import extended  # loaded by those who tear
+        from geosurf.sheets.mesh.tear_ends import extended  # loaded by those who tear
 
         longer = {}
         for one in needed.extensions:
@@ -200,7 +200,7 @@ class _Lengths:
         }
         if all(len(known) == 1 for known in some.values()):
             return self.now
-        from geosurf.sheets.faults.longer_faults import as_near  # loaded by those who tear
+        from geosurf.sheets.faults.tips import as_near  # loaded by those who tear
 
         return as_near(untorn(horizon), some)
 
@@ -219,7 +219,7 @@ def _fill(torn: Mapping[str, _Torn], fill: bool | str) -> bool | Sheet:
 
 def _is_valid(torn: Mapping[str, _Torn], name: str, fill: bool | str, faults: Faults) -> bool:
     """Whether a horizon is torn, at faults that are no longer near it than they were."""
-    from geosurf.sheets.faults.longer_faults import is_unchanged  # loaded by those who tear
+    from geosurf.sheets.faults.tips import is_unchanged  # loaded by those who tear
 
     known = torn.get(name)
     if known is None or _fill(torn, fill) is not known.fill:

@@ -136,8 +136,11 @@ def warnings_of(given: Faults, faults: Faults, sheets: Mapping[str, Sheet]) -> l
     for name, fault in faults.items():
         # how far the fault was continued beyond what was given, by the numbers that lengthen it
         if not np.array_equal(fault.vertices, given[name].vertices):
-            from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
-            from geosurf.sheets.report.remedies import WAYS  # loaded by those who tear
+            from geosurf.sheets.report.remedies import (
+                WAYS,  # loaded by those who tear
+                how_to_lengthen,
+                longer_by,
+            )
 
             far = longer_by(given[name], fault)
             ways = [f"{length:.0f} m {WAYS[side]}" for side, length in far.items()]
@@ -188,7 +191,7 @@ def _torn(plain: Graph, tear: Tear) -> Made:
 
     def make() -> Made:
         """Read the data and tear them."""
-        from geosurf.sheets.mesh.too_short import TooShort  # loaded by those who tear
+        from geosurf.sheets.mesh.tear_ends import TooShort  # loaded by those who tear
         from geosurf.sheets.tear import tear_from
         from geosurf.sheets.tie import tied_sheet
 
@@ -227,7 +230,7 @@ def warnings_of_passed_faults(
     given, faults : mapping of str to TriSurface
         All faults as rules left them, and as tears made them longer.
     """
-    from geosurf.sheets.report.lengthening import how_to_lengthen, longer_by
+    from geosurf.sheets.report.remedies import how_to_lengthen, longer_by
 
     found = []
     for rule in rules:

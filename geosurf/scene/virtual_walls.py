@@ -8,10 +8,9 @@ import numpy as np
 
 from geosurf.arrangement import find_contacts
 from geosurf.conventions import counted
-from geosurf.faults.virtual.edges import edges_of
-from geosurf.faults.virtual.tips import model_of
+from geosurf.faults.dangling import edges_of, model_of
 from geosurf.faults.virtual.walls import Wall, build_virtual_walls
-from geosurf.measure.lines import chains_of
+from geosurf.measure.section import chains_of
 from geosurf.model import Patches, TriSurface
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs

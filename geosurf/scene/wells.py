@@ -11,8 +11,7 @@ import numpy as np
 from geosurf.conventions import counted, did_you_mean, length_text
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.tie import TieReport, TieSettings
-from geosurf.model.tops import Tops, tops_of
+from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.scene.memory import Memory
 from geosurf.warning import collected, warn
 

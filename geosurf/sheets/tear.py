@@ -18,12 +18,20 @@ from geosurf.model.lattice import Lattice
 from geosurf.model.sheets import NeededFaults, TearPlan
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.inputs import Trims
-from geosurf.sheets.heights.stand_in import StandIn, parts_of
-from geosurf.sheets.lattice.data import has_fewer_nodes, picks_or_points
+from geosurf.sheets.heights.missing import StandIn, parts_of
+from geosurf.sheets.lattice.data import Scattered, has_fewer_nodes, picks_or_points
 from geosurf.sheets.lattice.frame import frame_of_lattice
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.close import Closed, Filling, close, close_at_any_cost, with_needed
+from geosurf.sheets.mesh.close import (
+    Closed,
+    Filling,
+    close,
+    close_as_planned,
+    close_at_any_cost,
+    fits,
+    plan_of,
+    with_needed,
+)
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
@@ -32,7 +40,6 @@ from geosurf.sheets.mesh.finish import (
     remedy_of_overlap,
     sheet_of,
 )
-from geosurf.sheets.mesh.planned import close_as_planned, fits, plan_of
 from geosurf.sheets.mesh.tear_ends import lost_throw
 from geosurf.sheets.report.describe import fault_cuts, make_report
 from geosurf.sheets.report.propose_trim import shows_smear, trims_alike, trims_of

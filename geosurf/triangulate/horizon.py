@@ -18,14 +18,15 @@ from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of
-from geosurf.triangulate.horizon_checks import (
+from geosurf.triangulate.mesh import (
     check_array,
     check_axis,
     check_cells,
     check_values,
     coordinates_of,
+    refuse_flat_triangles,
+    triangulate_mesh,
 )
-from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
 from geosurf.triangulate.neighbours import own_form
 from geosurf.triangulate.stored import (
     StoredGrid,

@@ -26,7 +26,7 @@ import numpy as np
 
 from benchmarks.stress.shapes import grid
 from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surfaces
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import GeosurfError, InvariantError
 from tests import laws, oracles
 from tests.field_data import checked

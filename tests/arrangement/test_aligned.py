@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
-from geosurf.arrangement.lattice_pairs import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.search import ULP, find_contacts
-from geosurf.arrangement.tree import tree_of
+from geosurf.arrangement.tree import needed, of_one_map, pairs_of_one_map, tree_of
 from geosurf.model import Lattice
 
 BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")

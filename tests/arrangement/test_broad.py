@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geosurf import intersect_surfaces
 from geosurf.arrangement import search_voxels
-from geosurf.arrangement.broad import candidate_pairs, fit_voxels
+from geosurf.arrangement.candidates import candidate_pairs, fit_voxels
 from geosurf.arrangement.search import find_contacts
 from geosurf.errors import InputError
 from geosurf.kernels.search.voxels import triangle_boxes
@@ -137,7 +137,7 @@ def test_search_for_the_picture(rng):
 
 def test_the_size_that_is_chosen_is_never_refused(monkeypatch):
     """Large models have more faces than voxels may be; flat ones round an axis up."""
-    monkeypatch.setattr("geosurf.arrangement.broad._MOST_VOXELS", 1000)
+    monkeypatch.setattr("geosurf.arrangement.candidates._MOST_VOXELS", 1000)
     rng = np.random.default_rng(3)
     for height in (1e-3, 1.0, 30.0, 1000.0):
         low = rng.random((5000, 3)) * (1000.0, 1000.0, height)

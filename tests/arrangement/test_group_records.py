@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from geosurf.kernels.cutting.record_groups import group_records
+from geosurf.kernels.cutting.cut_faces import group_records
 
 
 def oracle(records):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geosurf.arrangement.crossing import crossing_pairs, near_triangles
+from geosurf.arrangement.triangles import crossing_pairs, near_triangles
 from geosurf.kernels.search.voxels import triangle_boxes
 
 

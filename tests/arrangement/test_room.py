@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geosurf import intersect_surfaces
-from geosurf.arrangement import memory_limit, search
+from geosurf.arrangement import search, threads
 from geosurf.conventions import memory
 from geosurf.errors import InputError
 from tests import laws
@@ -48,8 +48,8 @@ def test_a_limit_of_the_process_is_met_before_memory_is_taken():
 
 @pytest.mark.parametrize("method", ["tree", "voxels"])
 def test_candidates_beyond_what_is_free_are_an_error(method, monkeypatch):
-    monkeypatch.setattr(memory_limit, "_SMALL", 0)
-    monkeypatch.setattr(memory_limit, "free_memory", lambda: 1_000_000)
+    monkeypatch.setattr(threads, "_SMALL", 0)
+    monkeypatch.setattr(threads, "free_memory", lambda: 1_000_000)
     with pytest.raises(
         InputError, match=r"'A' and 'B' have .* pairs .* free\. Remove dup"
     ) as caught:
@@ -58,21 +58,21 @@ def test_candidates_beyond_what_is_free_are_an_error(method, monkeypatch):
 
 
 def test_contacts_beyond_what_is_free_are_an_error(monkeypatch):
-    monkeypatch.setattr(memory_limit, "_SMALL", 0)
-    monkeypatch.setattr(memory_limit, "free_memory", lambda: 80_000)
+    monkeypatch.setattr(threads, "_SMALL", 0)
+    monkeypatch.setattr(threads, "free_memory", lambda: 80_000)
     with pytest.raises(InputError, match=r"'Salt' has .* pairs of triangles that meet, which need"):
         intersect_surfaces([crossing(45)], self_intersections=True)
 
 
 def test_points_along_a_line_beyond_what_is_free_are_an_error(monkeypatch):
-    monkeypatch.setattr(memory_limit, "_SMALL", 200_000)
-    monkeypatch.setattr(memory_limit, "free_memory", lambda: 400_000)
+    monkeypatch.setattr(threads, "_SMALL", 200_000)
+    monkeypatch.setattr(threads, "free_memory", lambda: 400_000)
     with pytest.raises(InputError, match=r"'A' has .* points and segments that lie along one line"):
         intersect_surfaces(seam(30), self_intersections=True)
 
 
 def test_nothing_is_asked_of_the_system_for_usual_scenes(monkeypatch):
-    monkeypatch.setattr(memory_limit, "free_memory", None)
+    monkeypatch.setattr(threads, "free_memory", None)
     assert intersect_surfaces([fan(300)], self_intersections=True).n_curve == 0
 
 

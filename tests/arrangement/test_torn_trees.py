@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf.arrangement.search import find_contacts
 from geosurf.model.surfaces import torn_sheet
-from geosurf.rebuild.equal_vertices import first_of_equals
+from geosurf.rebuild.assemble import first_of_equals
 from geosurf.triangulate.rims import off_the_rims
 from geosurf.warning import silenced
 

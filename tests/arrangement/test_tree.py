@@ -15,7 +15,7 @@ from geosurf.arrangement.tree import (
     tree_of,
 )
 from geosurf.errors import SurfaceError
-from geosurf.kernels.lattices.triangle_list import build_list_tree, survey_list
+from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
 from geosurf.kernels.search.voxels import triangle_boxes
 from geosurf.model import Lattice
 from tests.strategies import faulted_worlds, grid, sheet, soup, soups

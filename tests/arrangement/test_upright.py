@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
-from geosurf.arrangement import lattice_pairs
+from geosurf.arrangement import tree
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import Tree, apart
 from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT, cells_in_interval
@@ -24,7 +24,7 @@ from geosurf.kernels.contacts.packed_contact import (
 )
 from geosurf.kernels.contacts.triangle_contact import FACE
 from geosurf.kernels.exact.constructed_points import lpi_in_doubles
-from geosurf.kernels.meshes.numbering import number_below, number_in_place
+from geosurf.kernels.meshes.mesh import number_below, number_in_place
 from geosurf.model import Lattice
 
 
@@ -94,7 +94,7 @@ def test_nearly_all_pairs_are_settled_by_floats(rng, turned, monkeypatch):
     wall = Lattice(40 + 3 * v + 0.2 * u, u, v + 0.01 * u, True, False)
     surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
     seen = []
-    monkeypatch.setattr(lattice_pairs, "settled_pairs", watched(lattice_pairs.settled_pairs, seen))
+    monkeypatch.setattr(tree, "settled_pairs", watched(tree.settled_pairs, seen))
     found = find_contacts(surfaces[::-1] if turned else surfaces)
     assert len(found.rows) == len(seen[0]) > 100
     assert (seen[0][:, 2] != NEEDS_EXACT).all()

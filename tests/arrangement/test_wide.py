@@ -8,11 +8,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf.arrangement import crossing
-from geosurf.arrangement.broad import fit_voxels
+from geosurf.arrangement import triangles
+from geosurf.arrangement.candidates import fit_voxels
 from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.search.large_triangles import large_triangle_pairs
+from geosurf.kernels.search.separation import large_triangle_pairs
 from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
 
 corner = st.tuples(*[st.integers(0, 12)] * 3)
@@ -79,7 +79,7 @@ def test_walls_of_a_turned_area_ask_few_triangles():
     )
     x = np.concatenate([x, wall])
     t = np.concatenate([low, high, n * n + np.arange(6).reshape(2, 3)])
-    pairs = crossing._near_pairs(x, t, len(t), np.full(len(t), -1))
+    pairs = triangles._near_pairs(x, t, len(t), np.full(len(t), -1))
     walls = (pairs >= len(t) - 2).any(axis=1).sum()
     assert n < walls < 12 * n
-    assert len(crossing.crossing_pairs(x, t)) > n
+    assert len(triangles.crossing_pairs(x, t)) > n

@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geosurf import TriSurface, build_contacts, build_walls, carve_units, rebuild_surfaces
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify
 from geosurf.errors import RoundingError
 from tests.carve.half_spaces import Pieces

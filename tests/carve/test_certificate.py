@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
-from geosurf.arrangement import memory_limit
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement import threads
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.certificate.elements import matched, numbered, partition
 from geosurf.carve.certificate.names import named
-from geosurf.carve.certificate.partition import matched, numbered, partition
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.shells import unit_name
 from geosurf.errors import InputError
@@ -391,9 +391,9 @@ def test_a_gap_of_one_bit_is_no_crossing_and_an_overlap_of_one_bit_is():
 
 
 def test_a_certificate_beyond_what_is_free_is_an_error_with_numbers(patches, units, monkeypatch):
-    monkeypatch.setattr(memory_limit, "_SMALL", 0)
-    monkeypatch.setattr(memory_limit, "free_memory", lambda: 20_000)
+    monkeypatch.setattr(threads, "_SMALL", 0)
+    monkeypatch.setattr(threads, "free_memory", lambda: 20_000)
     with pytest.raises(InputError, match=r"triangles needs .* GB are free\. Check"):
         certify(patches, units)
-    monkeypatch.setattr(memory_limit, "free_memory", lambda: 10**9)
+    monkeypatch.setattr(threads, "free_memory", lambda: 10**9)
     assert certify(patches, units).ok

@@ -12,7 +12,7 @@ import pytest
 
 from geosurf import Lattice, Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify, certify_repeated, same_bytes
-from geosurf.carve.certificate.by_runs import checks_by_runs
+from geosurf.carve.certificate.certify import checks_by_runs
 from geosurf.carve.shells import _Carved
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.kernels.lattices.strips import FIRST, LAST, ROW

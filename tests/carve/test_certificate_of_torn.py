@@ -8,7 +8,7 @@ import pytest
 import geosurf as gs
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.carve.certificate.by_runs import checks_by_runs
+from geosurf.carve.certificate.certify import checks_by_runs
 from geosurf.carve.certificate.facts import Facts
 from geosurf.model.torn_lattice import TornLattice
 from tests.carve.test_certificate_by_runs import lines

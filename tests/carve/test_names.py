@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.blocks import name_blocks
 from geosurf.carve.certificate import certify
+from geosurf.carve.zones import name_blocks
 from geosurf.model import FluidContact, Units
 from tests.carve.test_units import level, upright, volumes
 from tests.strategies import BOX, grid, sheet

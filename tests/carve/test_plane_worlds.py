@@ -9,7 +9,7 @@ import pytest
 
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
-from geosurf.carve.volume import exact_volume, volume_of
+from geosurf.carve.measures import exact_volume, volume_of
 from geosurf.errors import GeosurfWarning
 from tests import oracles
 from tests.carve.half_spaces import Pieces

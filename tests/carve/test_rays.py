@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve import rays
+from geosurf.carve import outside
 from geosurf.carve.cells import find_cells
-from geosurf.carve.rays import NO_HIT, Rays
+from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.errors import GeosurfError
 from tests.growth import islands
 
@@ -45,7 +45,7 @@ def all_unsure(*given):
 def test_cells_are_those_of_fractions(seed, monkeypatch):
     patches = rebuild_surfaces(pieces(seed))
     by_floats = find_cells(patches)
-    monkeypatch.setattr(rays, "cast_rays", all_unsure)
+    monkeypatch.setattr(outside, "cast_rays", all_unsure)
     by_fractions = find_cells(patches)
     assert by_floats.n_cell == by_fractions.n_cell > 1
     np.testing.assert_array_equal(by_floats.cell_of_side, by_fractions.cell_of_side)

@@ -369,8 +369,8 @@ NOT_FOR_ALL = (
     *(f"geosurf.render.{part}" for part in ("backend", "compose", "map.", "overlay", "section")),
     *(f"geosurf.scenario.{part}" for part in ("grid.", "new", "region_units", "sealed")),
     *(f"geosurf.scene.{part}" for part in ("horizon_ends", "virtual_walls")),
-    *("geosurf.faults.split", "geosurf.faults.virtual", "geosurf.model.distributions"),
-    *("geosurf.triangulate.fault_polygons", "geosurf.triangulate.reprojection"),
+    *("geosurf.faults.rules", "geosurf.faults.virtual", "geosurf.model.distributions"),
+    *("geosurf.triangulate.fault", "geosurf.triangulate.reprojection"),
 )
 
 

@@ -7,11 +7,10 @@ import pytest
 import xarray as xr
 
 from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import GeometryError, InputError, SurfaceError
-from geosurf.faults.box_exits import segments_meet_box
-from geosurf.faults.notches import without_notches
-from geosurf.faults.rim import find_rim, find_rims
+from geosurf.faults.extend import without_notches
+from geosurf.faults.rim import find_rim, find_rims, segments_meet_box
 from tests.faults.worlds import BOX, triangles_of, turned
 from tests.strategies import grid, sheet, shuffled
 

@@ -10,16 +10,16 @@ import pytest
 
 from geosurf import intersect_surfaces
 from geosurf.arrangement.search import find_contacts
-from geosurf.intersect import collinear
-from geosurf.intersect.collinear import split_overlaps
+from geosurf.intersect import link
 from geosurf.intersect.link import (
     line_contacts,
     of_pairs,
     pairs_of_rows,
     pairs_with_areas,
+    split_overlaps,
     touching_points,
 )
-from geosurf.kernels.contacts.near_segments import points_near_segments
+from geosurf.kernels.contacts.aligned_grids import points_near_segments
 from tests import oracles
 from tests.growth import chords, planes_through_a_line, seam
 from tests.rebuild.worlds import world
@@ -146,11 +146,11 @@ def test_a_point_reaches_segments_through_faces_that_it_does_not_end_in():
 def test_pairs_asked_exactly_grow_with_the_cube(monkeypatch):
     """Of n triangles that straddle a line but for the last digit: n**4 are near one another."""
     asked = {}
-    exact = collinear._lie_inside
+    exact = link._lie_inside
     for n in (12, 24):
         with monkeypatch.context() as patch:
             patch.setattr(
-                collinear, "_lie_inside",
+                link, "_lie_inside",
                 lambda *given, n=n: asked.update({n: len(given[-1])}) or exact(*given),
             )  # fmt: skip
             intersect_surfaces(seam(n), self_intersections=True)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.errors import InputError, SurfaceError
-from geosurf.intersect.shared import shared_curves
+from geosurf.intersect.link import shared_curves
 from tests import laws, oracles
 from tests.strategies import UTM, grid, moved, relief, sheet, shuffled, soup, soups
 

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from geosurf import Scene, synthetic
 from geosurf.arrangement.search import find_contacts
 from geosurf.intersect import intersect_surfaces
-from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
     are_plain,
     line_contacts,
@@ -17,6 +16,7 @@ from geosurf.intersect.link import (
     pairs_with_areas,
     sort_places_and_segments,
     sort_segments,
+    split_overlaps,
     touching_points,
 )
 from tests import laws

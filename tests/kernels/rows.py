@@ -9,10 +9,18 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import RUNNER, entry
 from geosurf.kernels.cutting.cut_faces import N_EXTRA, rank_points
-from geosurf.kernels.cutting.face_circles import exact_circle, filtered_circle, in_circle
-from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, FacePoints, add_local, turn
-from geosurf.kernels.cutting.symbolic import KNOWN_LINE
-from geosurf.kernels.exact.double_double import point_dd
+from geosurf.kernels.cutting.face_signs import (
+    AXIS,
+    KNOWN_LINE,
+    N_STATE,
+    FacePoints,
+    add_local,
+    exact_circle,
+    filtered_circle,
+    in_circle,
+    turn,
+)
+from geosurf.kernels.exact.constructed_points import point_dd
 from geosurf.kernels.exact.exact_signs import Frame
 
 

@@ -8,7 +8,7 @@ import sys
 
 SAID = """
 import gc
-from geosurf.kernels.meshes import numbering
+from geosurf.kernels.meshes import (mesh)
 from geosurf.kernels.compile.numba_runner import JitKernel
 for kernel in gc.get_objects():
     if isinstance(kernel, JitKernel) and kernel._compiled.__name__ == "number_by_bits":

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.sheets.column_products import products_of_columns, sums_of_columns
+from geosurf.kernels.sheets.node_bands import products_of_columns, sums_of_columns
 
 
 @given(st.integers(0, 9), st.integers(0, 4), st.integers(0, 3), st.integers(0, 2**32 - 1))

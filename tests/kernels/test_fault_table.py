@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.sheets.fault_table import values_on_triangles
+from geosurf.kernels.sheets.fault_trace import values_on_triangles
 
 INSIDE = -1e-9
 

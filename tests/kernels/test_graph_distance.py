@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.kernels.sheets.graph_distance import steps_from
+from geosurf.kernels.sheets.smooth_surface import steps_from
 from geosurf.sheets.lattice import solve
 
 N = 5

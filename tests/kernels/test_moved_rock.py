@@ -15,7 +15,7 @@ from geosurf.kernels.sheets.moved_rock import (
     settle,
     values_in_table,
 )
-from geosurf.sheets.faults.dip_lines import DipLines
+from geosurf.sheets.faults.fault_profile import DipLines
 
 
 def bilinear(table, u, v):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Lattice, TriSurface
-from geosurf.arrangement.named import name_contacts
+from geosurf.arrangement.gather import name_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.packed_contact import n_corners
 from geosurf.kernels.contacts.placing import LANES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf.kernels.lattices.near_cells import near_cells
+from geosurf.kernels.lattices.decimate import near_cells
 
 NO_PLANES = np.empty((0, 4))
 

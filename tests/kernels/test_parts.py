@@ -13,14 +13,17 @@ from hypothesis.extra.numpy import arrays
 
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.parts import open_edges, parts_of
-from geosurf.kernels.meshes.radial_order import (
+from geosurf.kernels.meshes.seams import (
+    DONE,
     N_AROUND,
+    NEEDS_EXACT,
+    join_seams,
     main_axis,
     sort_around,
     sort_by_floats,
+    sort_seams,
     sort_two_by_floats,
 )
-from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams
 
 small = st.integers(-3, 3).map(float)
 PAIRED, FREE = -2, -1

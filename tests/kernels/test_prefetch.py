@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geosurf.kernels.compile.jit import RUNNER, entry, scalar
-from geosurf.kernels.lattices.prefetch import prefetch
+from geosurf.kernels.lattices.lattice_corners import prefetch
 
 
 @scalar

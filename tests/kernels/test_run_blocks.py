@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf.kernels.lattices.run_blocks import find_blocks
+from geosurf.kernels.lattices.run_checks import find_blocks
 
 
 def runs_of(kinds: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, ...]:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf.arrangement import crossing
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement import triangles
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.search.separation import undecided_pairs
@@ -147,7 +147,7 @@ def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
         asked.append(len(pairs))
         return meet_pairs(x, triangles, pairs, *rest)
 
-    monkeypatch.setattr("geosurf.arrangement.crossing.meet_pairs", counted)
+    monkeypatch.setattr("geosurf.arrangement.triangles.meet_pairs", counted)
     assert len(crossing_pairs(x, t)) == 0
     assert asked == [0]
     x[2 * n + 20, 2] = x[n + 20, 2] - 1.0  # the second curve below the first one
@@ -161,7 +161,7 @@ def test_any_number_of_threads_finds_the_same_pairs(seed, monkeypatch):
     t = np.concatenate([rng.permuted(np.arange(600).reshape(200, 3)), [[0, 30, 60]]])
     area = np.linalg.norm(np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]]), axis=1)
     t = t[area > 0]
-    monkeypatch.setattr(crossing, "_MANY", 0)
+    monkeypatch.setattr(triangles, "_MANY", 0)
     found = []
     for n in ("1", "2", "5"):
         monkeypatch.setenv("GEOSURF_THREADS", n)

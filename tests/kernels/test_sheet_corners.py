@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.sheets.sheet_corners import are_over_nodes, edges_over_ghosts, overlap_in_map
+from geosurf.kernels.sheets.torn_links import are_over_nodes, edges_over_ghosts, overlap_in_map
 from tests import oracles
 from tests.strategies import UTM, triangles
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.sheet_parts import balance_at_fault, join_past_others
+from geosurf.kernels.meshes.parts import balance_at_fault, join_past_others
 
 
 def half_edges(rng, n_triangle, n_edge):

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.meshes.kept import kept_triangles
-from geosurf.kernels.meshes.mesh import edges
-from geosurf.kernels.sheets.sheet_trim import classify_parts, sides_of_edges
+from geosurf.kernels.meshes.mesh import edges, kept_triangles
+from geosurf.kernels.sheets.torn_links import classify_parts, sides_of_edges
 from geosurf.model.pieces import FREE, PAIRED
 
 N = 6

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from geosurf.arrangement.crossing import crossing_pairs
-from geosurf.kernels.meshes.numbering import renumbered
-from geosurf.kernels.meshes.parent_checks import copies_of_parents
+from geosurf.arrangement.triangles import crossing_pairs
+from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.kernels.meshes.shells import (
+    copies_of_parents,
     count_open_edges,
     number_triangles,
     sums_of_triangles,

@@ -10,8 +10,14 @@ import numpy as np
 import pytest
 
 from geosurf.kernels.cutting.cached_predicates import face_workspace
-from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, FacePoints, add_local, precedes
-from geosurf.kernels.cutting.symbolic import equal_by_construction
+from geosurf.kernels.cutting.face_signs import (
+    AXIS,
+    N_STATE,
+    FacePoints,
+    add_local,
+    equal_by_construction,
+    precedes,
+)
 from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, LIMBS, Frame
 from geosurf.kernels.exact.predicates import frame_of
 from tests.kernels.rows import point_dd_rows, sign_rows

@@ -12,13 +12,17 @@ from hypothesis import strategies as st
 from geosurf.conventions import rising_diagonal
 from geosurf.conventions.axes import _rising_by_every_cell
 from geosurf.errors import SurfaceError
-from geosurf.kernels.lattices.cell_bounds import TILE
+from geosurf.kernels.lattices.survey import TILE
 from geosurf.kernels.search.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_fault
-from geosurf.triangulate.cells import bounds_of_normals, corners_are_open, fault_diagonal
-from geosurf.triangulate.degenerate import find_zero_area
-from geosurf.triangulate.orient import orient_fault
+from geosurf.triangulate.mesh import find_zero_area
+from geosurf.triangulate.orient import (
+    bounds_of_normals,
+    corners_are_open,
+    fault_diagonal,
+    orient_fault,
+)
 
 
 @st.composite

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from geosurf import TriSurface, intersect_surfaces
 from geosurf.arrangement.tree import look_at_list, tree_of
 from geosurf.errors import SurfaceError
-from geosurf.kernels.lattices.triangle_list import LARGEST, SMALLEST, survey_list
-from geosurf.triangulate.degenerate import find_zero_area
+from geosurf.kernels.lattices.lattice_corners import LARGEST, SMALLEST, survey_list
+from geosurf.triangulate.mesh import find_zero_area
 
 
 @st.composite

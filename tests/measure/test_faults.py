@@ -238,7 +238,7 @@ def test_contacts_that_meet_at_a_fault_are_both_there():
 
 def test_a_ring_around_a_hole():
     """A lens of another zone leaves a hole, whose ring runs the other way."""
-    from geosurf.measure.lines import rings_of
+    from geosurf.measure.section import rings_of
 
     x = np.array([[i, j, 0.0] for j in range(4) for i in range(4)])
     cells = [(i, j) for j in range(3) for i in range(3) if (i, j) != (1, 1)]

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.model.excerpt import model_near
+from geosurf.model.excerpt import Boxes, Line, model_near
 from geosurf.model.lattice import Lattice
-from geosurf.model.regions import Boxes, Line
 
 
 def curvilinear(seed, n_row, n_col):

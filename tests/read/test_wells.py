@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, GeosurfError
-from geosurf.measure.well_intervals import wells_of
+from geosurf.measure.places import wells_of
 from geosurf.read.wells.paths import SAG, along_arcs
 
 PETREL = """# WELL TRACE FROM PETREL

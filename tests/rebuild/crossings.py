@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.stress.catalogue import random_turn, turned
 from geosurf import Lattice, TriSurface, rebuild_surfaces
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.errors import RoundingError, SurfaceError
 from tests.rebuild.test_soundness import degenerate, found_and_there, hinged, through_one_point
 from tests.strategies import soup

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from geosurf.model import Lattice, TriSurface
-from geosurf.rebuild.equal_vertices import _rows_are_apart, first_of_equals
+from geosurf.rebuild.assemble import _rows_are_apart, first_of_equals
 
 SHAPE = (3, 3)
 NODES = arrays(np.float64, (3, *SHAPE), elements=st.integers(0, 7).map(float))

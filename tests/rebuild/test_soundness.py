@@ -10,9 +10,9 @@ import pytest
 from benchmarks.stress.catalogue import random_turn, turned
 from geosurf import TriSurface, intersect_triangles
 from geosurf.arrangement.arrange import cut_contacts
-from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.contacts.stable_pairs import unstable_pairs
+from geosurf.arrangement.triangles import crossing_pairs
+from geosurf.kernels.contacts.placing import unstable_pairs
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld
 from geosurf.rebuild.repair import crossing_faces, near_pairs

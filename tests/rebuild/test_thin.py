@@ -10,7 +10,7 @@ from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
-from geosurf.kernels.cutting.thin_pieces import thin_children
+from geosurf.kernels.cutting.cut_faces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.model import Lattice
 

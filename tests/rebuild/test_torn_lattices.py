@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.model.torn_lattice import TornLattice
-from geosurf.rebuild import patches as rebuilding
+from geosurf.rebuild import repair
 
 
 def holed(horizon):
@@ -55,7 +55,7 @@ WORLDS = {
 
 
 def as_lists(monkeypatch):
-    monkeypatch.setattr(rebuilding, "with_torn_lattices", lambda contacts: contacts)
+    monkeypatch.setattr(repair, "with_torn_lattices", lambda contacts: contacts)
 
 
 def surfaces_of(world):

@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.conventions.colours import FAULTS, STRATA, unit_colours
-from geosurf.model.view3d import View3D
+from geosurf.model.protocols import View3D
 from geosurf.render import views
 from geosurf.render._plot import draw_layers
 from geosurf.render.interactive import view_of_units

@@ -11,7 +11,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.model import TriSurface
-from geosurf.model.view3d import Body, View3D
+from geosurf.model.protocols import Body, View3D
 from geosurf.render.interactive import view_of_surfaces, view_of_units
 from geosurf.report.viewer import pack, viewer_html
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeosurfWarning, SurfaceError
-from geosurf.triangulate.horizon_mesh import check_horizon_mesh
+from geosurf.triangulate.stored import check_horizon_mesh
 
 BOX = (0.0, 5000.0, 0.0, 4000.0, -2600.0, -1800.0)
 

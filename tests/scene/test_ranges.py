@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.arrangement import arrange, gather, named, search
+from geosurf.arrangement import arrange, gather, search
 from geosurf.arrangement.threads import map_threads
-from geosurf.carve import half_faces, measures, seams
+from geosurf.carve import cells, measures
 from geosurf.errors import GeosurfError
 from geosurf.rebuild import assemble, repair
 from tests.scene.test_moved_surfaces import BOX, COARSE, fault, horizon, result
@@ -23,17 +23,17 @@ pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 LEAST = [
     (arrange, "_RECORDS_OF_A_THREAD"),
     (gather, "_PAIRS_IN_THREADS"),
-    (named, "_POINTS"),
-    (named, "_SUSPECTS"),
-    (named, "_CONTACTS"),
+    (gather, "_POINTS"),
+    (gather, "_SUSPECTS"),
+    (gather, "_CONTACTS"),
     (search, "_PAIRS_OF_A_THREAD"),
     (search, "_CONTACTS_OF_A_THREAD"),
     (assemble, "_MANY"),
     (repair, "_MANY"),
-    (seams, "_TRIANGLES"),
-    (seams, "_EDGES"),
-    (seams, "_PARENTS"),
-    (half_faces, "_SEAMS"),
+    (cells, "_TRIANGLES"),
+    (cells, "_EDGES"),
+    (cells, "_PARENTS"),
+    (cells, "_SEAMS"),
     (measures, "_TRIANGLES"),
     (measures, "_MANY_RUNS"),
 ]
@@ -130,15 +130,15 @@ def test_no_two_ranges_write_one_number(step, monkeypatch):
 def test_every_seam_joins(n_thread, n_edge, monkeypatch):
     """Each edge of a chain of parts is all that joins the parts on both sides of it."""
     monkeypatch.setenv("GEOSURF_THREADS", n_thread)
-    monkeypatch.setattr(half_faces, "_SEAMS", 1)
+    monkeypatch.setattr(cells, "_SEAMS", 1)
     n = n_edge + 1
     pieces = SimpleNamespace(triangles=np.zeros((n, 3), int), strips=[])
-    parts = half_faces.Parts(np.arange(n), np.arange(n), np.zeros(n, int))
+    parts = cells.Parts(np.arange(n), np.arange(n), np.zeros(n, int))
 
     # parts k and k + 1 meet at edge k, both with their fronts up
     start, ends = 2 * np.arange(n_edge + 1), np.arange(n_edge)
     around = np.stack([2 * ends, 2 * ends + 3], axis=1).ravel()
-    seen, piece = half_faces._joined(pieces, parts, start, around)
+    seen, piece = cells._joined(pieces, parts, start, around)
     assert piece.tolist() == [0] * n
     assert (seen == seen[0]).all()
     assert seen[0, 0] != seen[0, 1]

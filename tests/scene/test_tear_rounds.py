@@ -11,10 +11,10 @@ import geosurf as gs
 from geosurf.errors import GeometryError, InputError
 from geosurf.faults import lengthen_fault
 from geosurf.scene.tear_rounds import same, sheets_on
-from geosurf.sheets.faults import longer_faults
-from geosurf.sheets.faults.longer_faults import is_unchanged
-from geosurf.sheets.mesh import too_short
-from geosurf.sheets.mesh.too_short import TooShort
+from geosurf.sheets.faults import tips
+from geosurf.sheets.faults.tips import is_unchanged
+from geosurf.sheets.mesh import tear_ends
+from geosurf.sheets.mesh.tear_ends import TooShort
 from geosurf.sheets.tear import tear_from
 
 BOX = (100.0, 1400.0, 100.0, 1400.0, -2000.0, -1600.0)
@@ -118,7 +118,7 @@ def test_the_limit_of_twelve_cells_bites(world, whole, monkeypatch):
         change = float(np.abs(one.surface.vertices - other.surface.vertices).max())
         with monkeypatch.context() as patch:
             spared += [change] if is_unchanged(one, {"F1": fault}, {"F1": longer}) else []
-            patch.setattr(longer_faults, "NEAR", 0.1)
+            patch.setattr(tips, "NEAR", 0.1)
             missed += [change] if is_unchanged(one, {"F1": fault}, {"F1": longer}) else []
     assert spared == [0.0]  # what is spared is equal
     assert 0.05 < max(missed) < 0.2  # a smaller limit would keep heights that are wrong by 0.1 m
@@ -156,7 +156,7 @@ def test_who_asked_at_a_shorter_fault_asks_again_where_this_one_cannot_grow(
     def refuse(*_):
         raise GeometryError("it folds over")
 
-    monkeypatch.setattr(too_short, "extended", refuse)
+    monkeypatch.setattr(tear_ends, "extended", refuse)
     log = []
     sheets, faults = sheets_on(
         {"F1": fault}, dict.fromkeys(horizons, False), make_sheets(horizons, log), untorn(horizons)

@@ -10,8 +10,7 @@ import xarray
 
 import geosurf as gs
 from geosurf.model import Lattice
-from geosurf.triangulate.decimate import Frame, measure_differences
-from geosurf.triangulate.volume_change import bound_of_change
+from geosurf.triangulate.decimate import Frame, bound_of_change, measure_differences
 
 N = 201  # the smallest grid of which every second node is enough
 

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
-from geosurf.kernels.lattices.sets import distinct, is_among
-from geosurf.kernels.lattices.third_differences import third_differences
+from geosurf.kernels.lattices.decimate import third_differences
+from geosurf.kernels.lattices.strips import distinct, is_among
 from geosurf.kernels.sheets import link_lines, node_bands
-from geosurf.kernels.sheets.fault_distance import distance_at_elevation
 from geosurf.kernels.sheets.fault_trace import block_bounds
+from geosurf.kernels.sheets.link_lines import distance_at_elevation
 from geosurf.sheets.faults.fault_distance import (
     NearTrace,
     blocks_between,
@@ -26,8 +26,7 @@ from geosurf.sheets.faults.traces import FaultMesh, Trace, _numbered, mesh_in_fr
 from geosurf.sheets.heights.grid_solver import WorkingGrid
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
-from geosurf.sheets.report.cutoffs import profile, undirected_chains
-from geosurf.sheets.report.describe import _misfit
+from geosurf.sheets.report.describe import _misfit, profile, undirected_chains
 
 
 def frame_of(n_row: int, n_col: int) -> Frame:

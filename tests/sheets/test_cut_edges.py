@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.sheets.fault_distance import UNIT, cut_links
+from geosurf.kernels.sheets.link_lines import UNIT, cut_links
 
 N_ROW, N_COL = 4, 5
 # ends off all lines of the lattice, some of them outside of it

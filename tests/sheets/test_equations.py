@@ -8,15 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.sheets.envelope_solver import fill_envelope, places_in_order
-from geosurf.kernels.sheets.smooth_surface import energy_gradient, normal_equations
-from geosurf.sheets.lattice.drape import around, without_absent
+from geosurf.kernels.sheets.smooth_surface import (
+    energy_gradient,
+    fill_envelope,
+    normal_equations,
+    places_in_order,
+)
 from geosurf.sheets.lattice.solve import (
+    around,
     equations,
     fourth_order,
     lattice_graph,
     smoothest,
     weights_of,
+    without_absent,
 )
 
 LINE = [(-1, 1), (1, -2, 1), (-1, 3, -3, 1), (1, -4, 6, -4, 1)]

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets.faults import last_edges
+from geosurf.sheets.faults import cut_edges
 from geosurf.sheets.faults.fault_distance import side_of_few, side_over
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.mesh.close import _lengthened
-from geosurf.sheets.mesh.holes import _links
-from geosurf.sheets.mesh.tear_ends import Ends
-from geosurf.sheets.mesh.too_short import Short
+from geosurf.sheets.mesh.cut import _links
+from geosurf.sheets.mesh.tear_ends import Ends, Short
 
 
 def squares(n):
@@ -106,7 +105,7 @@ def test_four_halvings_at_once_end_where_one_after_the_other_do():
             n_call += 1
             return ((z >= change) == up).tolist()
 
-        found = last_edges._between(own, height, other, 0.01)
+        found = cut_edges._between(own, height, other, 0.01)
         good, bad = other, height
         for _ in range(60):
             middle = 0.5 * (good + bad)

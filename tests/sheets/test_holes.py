@@ -17,7 +17,7 @@ from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.mesh import build as building
 from geosurf.sheets.mesh import close as closing
-from geosurf.sheets.mesh.holes import _minimum_cut
+from geosurf.sheets.mesh.cut import _minimum_cut
 from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.table import measure
 

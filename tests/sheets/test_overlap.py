@@ -8,7 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError
-from geosurf.sheets.heights.tip_residual import AT_MOST, paying_shares
+from geosurf.sheets.heights.tip_solve import AT_MOST, paying_shares
 
 CELL, MIDDLE, LEVEL = 40.0, 2003.0, -1500.0
 RUN = float(1.0 / np.tan(np.radians(30.0)))

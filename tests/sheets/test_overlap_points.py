@@ -9,7 +9,7 @@ import pytest
 
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.lattice.solve import BEND, lattice_graph, weights_of
-from geosurf.sheets.mesh.overlap_points import _drawn_to, points_beyond_trace
+from geosurf.sheets.mesh.finish import _drawn_to, points_beyond_trace
 
 SIDE = 4  # nodes
 

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.kernels.sheets.envelope_solver import add_squares
+from geosurf.kernels.sheets.smooth_surface import add_squares
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights import grid_solver, point_solver
+from geosurf.sheets.heights import grid_solver, passes
 from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.relief import ORDERS, common_relief
@@ -164,7 +164,7 @@ def test_scattered_points_gain_by_it(monkeypatch):
     found = []
     for share in (True, False):
         if not share:
-            monkeypatch.setattr(point_solver, "common_relief", lambda *_: None)
+            monkeypatch.setattr(passes, "common_relief", lambda *_: None)
         errors = []
         for seed in (1, 2):
             world = gs.synthetic.torn("through", 61)

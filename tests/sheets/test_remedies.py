@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets.lattice import noise
+from geosurf.sheets.lattice import picks
 from geosurf.sheets.mesh import build, close
-from geosurf.sheets.mesh.too_short import extended
-from geosurf.sheets.report.lengthening import longer_by
-from geosurf.sheets.report.remedies import _remedy_at_branch
+from geosurf.sheets.mesh.tear_ends import extended
+from geosurf.sheets.report.remedies import _remedy_at_branch, longer_by
 from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.junctions import CELL, junction, misses
 
@@ -35,7 +34,7 @@ def test_a_fault_without_throw_is_no_reason_to_refuse(dip, monkeypatch):
     top, faults = folded(0.01, dip)
     exact = gs.tear_horizon(top, faults, name="Top", trim=1.5)  # fourth differences: none left out
     assert np.nanmax(np.abs(exact.cuts["F1"].throw), initial=0.0) < 2.5
-    monkeypatch.setattr(noise, "FAINT", 0.0)  # third differences, as for data with noise
+    monkeypatch.setattr(picks, "FAINT", 0.0)  # third differences, as for data with noise
     sheet = gs.tear_horizon(top, faults, name="Top", trim=1.5)
     assert np.nanmax(np.abs(sheet.cuts["F1"].throw), initial=0.0) < 2.5
     left_out = [one for one in sheet.report.remedies if one.kind == "tear left out"]

@@ -10,11 +10,17 @@ import pytest
 import geosurf as gs
 from geosurf.errors import GeometryError
 from geosurf.sheets.faults.fault_profile import section_of
-from geosurf.sheets.faults.given_throw import slips_of
+from geosurf.sheets.faults.slip import slips_of
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.throw import displacement
-from geosurf.sheets.throw.displacement import SPARE, InWalls, moved_places, sheet_heights
-from geosurf.sheets.throw.movement import Branches, movement_of
+from geosurf.sheets.throw.displacement import (
+    SPARE,
+    Branches,
+    InWalls,
+    moved_places,
+    movement_of,
+    sheet_heights,
+)
 
 BRANCHES = [
     Branches(({}, {}), (True, True)),

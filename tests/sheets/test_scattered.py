@@ -11,9 +11,8 @@ from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.sheets.faults.cut_edges import FALLING
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.inputs import Trims, inputs_of
-from geosurf.sheets.heights.passes import rebuild
-from geosurf.sheets.heights.point_solver import PointSolver
-from geosurf.sheets.lattice.scattered import proposed_spacing, scattered
+from geosurf.sheets.heights.passes import PointSolver, rebuild
+from geosurf.sheets.lattice.data import proposed_spacing, scattered
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets import held_out
 from tests.sheets.table import measure

@@ -11,10 +11,10 @@ import geosurf as gs
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import rebuild, solver_of
-from geosurf.sheets.heights.smear import BIN, Smear, distances, smear_of
-from geosurf.sheets.lattice import noise
+from geosurf.sheets.heights.state import BIN, Smear, distances, smear_of
+from geosurf.sheets.lattice import picks
 from geosurf.sheets.lattice.data import picks_of
-from geosurf.sheets.lattice.noise import Noise
+from geosurf.sheets.lattice.picks import Noise
 from geosurf.sheets.lattice.solve import lattice_graph, on_the_way, steps_to_known
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets.table import measure
@@ -92,7 +92,7 @@ def test_what_is_on_the_way_starts_where_it_is_far_and_ends_at_data(cut, known, 
 
 def test_a_wedge_hears_the_good_data_on_its_way(monkeypatch):
     """Four steps from trusted data, one that was right held nothing; a step more, and it did."""
-    monkeypatch.setattr(noise, "FAINT", 0.0)  # third differences, as for data with noise
+    monkeypatch.setattr(picks, "FAINT", 0.0)  # third differences, as for data with noise
     world = gs.synthetic.torn("acute X", 81)
     worst = []
     for trim in (1.9, 2.0, 2.1):

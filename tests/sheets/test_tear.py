@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets.lattice.noise import noise_of, weight_of
+from geosurf.sheets.lattice.picks import noise_of, weight_of
 from tests.sheets import held_out
 from tests.sheets.table import CELL, WORLDS, measure, open_edges
 

@@ -11,8 +11,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import GeometryError
 from geosurf.measure import separation
-from geosurf.sheets.faults.dip_lines import to_level
-from geosurf.sheets.faults.fault_profile import overlapping
+from geosurf.sheets.faults.fault_profile import overlapping, to_level
 from tests.sheets.test_throw_turning import AXIS, RADIUS, cone
 
 BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1300.0)

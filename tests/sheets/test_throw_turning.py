@@ -8,8 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
-from geosurf.sheets.faults.dip_lines import dip_lines
-from geosurf.sheets.faults.fault_profile import section_of
+from geosurf.sheets.faults.fault_profile import dip_lines, section_of
 from geosurf.synthetic.world import make_fault, make_horizon
 from tests.sheets.test_throw import BOX, along, horizon, wall
 

@@ -7,10 +7,9 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
-from geosurf.model.tie import TieSettings, tie_settings
-from geosurf.model.tops import tops_of
+from geosurf.model.tops import TieSettings, tie_settings, tops_of
 from geosurf.sheets.tie import data_to_tie, tie_horizon
-from geosurf.sheets.tie.cut_horizon import cut_horizon
+from geosurf.sheets.tie.controls import cut_horizon
 from geosurf.sheets.tie.tie_horizon import map_distances
 from geosurf.synthetic.torn_horizon import side_of
 
@@ -123,7 +122,7 @@ def test_law_a_well_moves_its_own_side_of_a_fault_only(form):
         raw = data_to_tie(given, "Top", positive="up", length_unit="m")
         make = lambda one: gs.tear_horizon(one, [fault], name="Top")  # noqa: E731
     cut = cut_horizon(make(raw), [fault])
-    from geosurf.measure.well_columns import columns_through
+    from geosurf.measure.columns import columns_through
 
     height = columns_through(cut.patches, east[None], cut.rows).elevation[0]
     tops = tops_of(table([[*east[:2], height + 9.0]]))

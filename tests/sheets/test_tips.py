@@ -11,9 +11,9 @@ from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.tips import TERMS, tips_of
 from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.tip_residual import _pays, paying_shares, smoothest_residual
+from geosurf.sheets.heights.tip_solve import _pays, paying_shares, smoothest_residual
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.noise import scale_of
+from geosurf.sheets.lattice.picks import scale_of
 from geosurf.sheets.lattice.solve import BEND, lattice_graph, smoothest, weights_of
 from tests.sheets import held_out
 from tests.sheets.table import measure

@@ -19,7 +19,7 @@ from geosurf.triangulate import (
     build_walls,
     triangulate_horizon,
 )
-from geosurf.triangulate.degenerate import find_zero_area, map_turns
+from geosurf.triangulate.mesh import find_zero_area, map_turns
 
 UP = {"positive": "up", "units": "m"}
 

@@ -19,7 +19,7 @@ from geosurf.triangulate import (
     triangulate_horizon,
     triangulate_sticks,
 )
-from geosurf.triangulate.degenerate import find_zero_area
+from geosurf.triangulate.mesh import find_zero_area
 
 DIMS = ("down_dip", "along_strike")
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 import geosurf as gs
 from geosurf.errors import FormatError, InputError
-from geosurf.measure.sample import sample_units
+from geosurf.measure.places import sample_units
 from geosurf.read.model3d import read_model3d, read_regions
 from geosurf.write.model3d import model3d, parts_of
 from tests.strategies import BOX, faulted_worlds, grid, sheet

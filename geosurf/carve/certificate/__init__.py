@@ -2,15 +2,15 @@
 
 ===================  ==================================================================
 certify.py           `certify`, and `same_bytes` of two runs
+                     the lines without a list of all triangles
+                     the lines from all triangles, with what is wrong, and where
 lines.py             the lines of a certificate in their order
-by_runs.py           the lines without a list of all triangles
-by_triangles.py      the lines from all triangles, with what is wrong, and where
-checks.py            checks from their facts
+                     checks from their facts
 facts.py             facts from runs of lattices
 elements.py          triangles and runs, as checks read them
-partition.py         check: units fill the box without overlap
+                     check: units fill the box without overlap
 names.py             check: names of units match their bounding surfaces
-adjacency.py         adjacency of units, recomputed for the checks
+                     adjacency of units, recomputed for the checks
 ===================  ==================================================================
 """
 

@@ -12,12 +12,12 @@ from itertools import groupby
 
 import numpy as np
 
-from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.triangles import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, SurfaceError
-from geosurf.faults.notches import strip
+from geosurf.faults.dangling import Model, Tip, crossed_by, met_by, tips_of
+from geosurf.faults.extend import strip
 from geosurf.faults.rim import Rim
-from geosurf.faults.virtual.edges import crossed_by
 from geosurf.faults.virtual.joins import (
     Join,
     Target,
@@ -25,11 +25,10 @@ from geosurf.faults.virtual.joins import (
     join_to_boundary,
     joins_by_length,
 )
-from geosurf.faults.virtual.tips import Model, Tip, met_by, tips_of
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import Patches, TriSurface
-from geosurf.model.compartments import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
+from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
 
 LEVELS = {"up": "top", "down": "base"}
 

@@ -23,7 +23,7 @@ def kernel_files(folder: Path) -> list[Path]:
     Examples
     --------
     >>> [path.name for path in kernel_files(ROOT) if path.parent.name == "search"][:2]
-    ['large_triangles.py', 'marked_voxels.py']
+    ['rays.py', 'separation.py']
     """
     # A flat folder, as in tests, or rooms.
     found = [*folder.glob("*.py"), *folder.glob("*/*.py")]

@@ -5,15 +5,15 @@ file                question                                                   s
 ==================  =========================================================  ==================
 `triangle_contact`  How do two triangles meet?                                 Guigue & Devillers
 `packed_contact`    How is a contact stored in three numbers?
-`contact_table`     Which codes has a contact? A table without branches.
 `cell_contacts`     How do triangles of two cells meet? Heights of corners.
-`column_pairs`      Which cells of a patch may meet a cell? Heights of nodes.
+                    Which codes has a contact? A table without branches.
+                    Which cells of a patch may meet a cell? Heights of nodes.
 `axis_grids`        Where does a grid with straight axes meet another grid?
 `aligned_grids`     Where do horizons with equal map coordinates meet?
-`stable_pairs`      Which contacts could change when points are rounded?
+                    Which points are near a segment?
 `naming`            Which named points and segments follow?
-`merging`           Which named points are equal?
+                    Which named points are equal?
 `placing`           Where are the points? 64 at a time.                        Dekker 1971
-`near_segments`     Which points are near a segment?
+                    Which contacts could change when points are rounded?
 ==================  =========================================================  ==================
 """

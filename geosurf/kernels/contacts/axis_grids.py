@@ -17,10 +17,17 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.contacts.cell_contacts import N_TERM, NEEDS_EXACT, corners_of_cell
-from geosurf.kernels.contacts.column_pairs import AxisGrid, CellQuery, Work, pairs_in_columns
-from geosurf.kernels.contacts.contact_table import contact_codes
-from geosurf.kernels.lattices.prefetch import prefetch
+from geosurf.kernels.contacts.cell_contacts import (
+    N_TERM,
+    NEEDS_EXACT,
+    AxisGrid,
+    CellQuery,
+    Work,
+    contact_codes,
+    corners_of_cell,
+    pairs_in_columns,
+)
+from geosurf.kernels.lattices.lattice_corners import prefetch
 from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, low_high
 
 __all__ = ["NEEDS_EXACT", "axis_grid_pairs"]

@@ -27,11 +27,12 @@ from typing import NamedTuple
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.cutting.face_circles import exact_in_circle, filtered_circle
 from geosurf.kernels.cutting.face_signs import (
     START,
     TRIANGLES,
+    exact_in_circle,
     exact_turn,
+    filtered_circle,
     filtered_turn,
 )
 

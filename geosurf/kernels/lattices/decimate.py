@@ -32,7 +32,17 @@ WIDTH = 512  # columns that are looked at together: their scratch rows fit into 
 
 # scratch rows, by column: part s; heights at t = 0 and their change up to t = 1, below and above
 # the diagonal; the largest differences, all nodes higher or lower; and the sum of elevations
-_S, _BELOW, _BELOW_UP, _ABOVE, _ABOVE_UP, _HIGHER, _LOWER, _SUM, _N_WORK = 0, 1, 2, 3, 4, 5, 6, 7, 8
+_S, _BELOW, _BELOW_UP, _ABOVE, _ABOVE_UP, _HIGHER, _LOWEST, _SUM, _N_WORK = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+)
 
 
 @scalar
@@ -55,7 +65,7 @@ def _prepare(z, i, k, cols, first, last, work, low, high):
             work[_ABOVE * WIDTH + at] = a + s * (c - d)
             work[_ABOVE_UP * WIDTH + at] = d - a
             work[_HIGHER * WIDTH + at] = 0.0
-            work[_LOWER * WIDTH + at] = 0.0
+            work[_LOWEST * WIDTH + at] = 0.0
             work[_SUM * WIDTH + at] = 0.0
 
 
@@ -69,9 +79,9 @@ def _add_rows(one, two, t, u, first, second, n, work):
         off = one[k] - (below + t * below_up if s >= t else above + t * above_up)
         more = two[k] - (below + u * below_up if s >= u else above + u * above_up)
         high, low = max(off, more), min(off, more)
-        most, least = work[_HIGHER * WIDTH + k], work[_LOWER * WIDTH + k]
+        most, least = work[_HIGHER * WIDTH + k], work[_LOWEST * WIDTH + k]
         work[_HIGHER * WIDTH + k] = high if high > most else most
-        work[_LOWER * WIDTH + k] = low if low < least else least
+        work[_LOWEST * WIDTH + k] = low if low < least else least
         work[_SUM * WIDTH + k] += first * one[k] + second * two[k]
 
 
@@ -113,7 +123,7 @@ def _cell_of_work(work, j, q):
     """
     high, low, total = 0.0, 0.0, 0.0
     for k in range(j, j + q + 1):
-        high, low = max(high, work[_HIGHER * WIDTH + k]), min(low, work[_LOWER * WIDTH + k])
+        high, low = max(high, work[_HIGHER * WIDTH + k]), min(low, work[_LOWEST * WIDTH + k])
         total += work[_SUM * WIDTH + k]
     return high, low, total - 0.5 * (work[_SUM * WIDTH + j] + work[_SUM * WIDTH + j + q])
 
@@ -228,3 +238,163 @@ def bounds_of_cells(
             if largest[i, j] > most:
                 most, worst = largest[i, j], i
     return largest, between, signed, doubt, most, worst
+
+
+# ---- near cells ----------------------------------------
+# Cells of a lattice whose boxes meet other boxes: pyramids of boxes, joined four by four.
+
+
+_SLACK = 1e-9  # [m], above the rounding of coordinates
+
+
+@scalar
+def _pyramid(cells, n_row, n_col):
+    """(first box, rows, columns) of each level, the cells first, and the boxes of all levels."""
+    levels = np.empty((40, 3), dtype=np.int64)
+    total, n = 0, 0
+    while True:
+        levels[n, 0], levels[n, 1], levels[n, 2] = total, n_row, n_col
+        n, total = n + 1, total + n_row * n_col
+        if n_row * n_col <= 1:
+            break
+        n_row, n_col = (n_row + 1) // 2, (n_col + 1) // 2
+
+    boxes = np.empty((total, 6))
+    boxes[: cells.shape[0]] = cells
+    boxes[cells.shape[0] :, :3], boxes[cells.shape[0] :, 3:] = np.inf, -np.inf
+    for level in range(1, n):
+        first, rows, cols = levels[level - 1]
+        for i in range(rows):
+            for j in range(cols):
+                box = boxes[levels[level, 0] + i // 2 * levels[level, 2] + j // 2]
+                for axis in range(3):
+                    child = boxes[first + i * cols + j]
+                    box[axis] = min(box[axis], child[axis])
+                    box[3 + axis] = max(box[3 + axis], child[3 + axis])
+    return levels[:n], boxes
+
+
+@scalar
+def _meet(p, i, q, j):
+    """Whether box i of p meets box j of q; an empty or undefined box meets none."""
+    # no short circuit: which comparison fails is unpredictable
+    return (
+        (p[i, 0] <= q[j, 3]) & (q[j, 0] <= p[i, 3])
+        & (p[i, 1] <= q[j, 4]) & (q[j, 1] <= p[i, 4])
+        & (p[i, 2] <= q[j, 5]) & (q[j, 2] <= p[i, 5])
+    )  # fmt: skip
+
+
+@scalar
+def _off_plane(boxes, row, planes, item):
+    """Whether a box lies on one side of a plane (a, b, c, d)."""
+    middle, reach = -planes[item, 3], _SLACK
+    for axis in range(3):
+        # Distance of the centre, and extent along the normal.
+        middle += planes[item, axis] * 0.5 * (boxes[row, axis] + boxes[row, 3 + axis])
+        reach += abs(planes[item, axis]) * 0.5 * (boxes[row, 3 + axis] - boxes[row, axis])
+    return abs(middle) > reach
+
+
+@entry("d2 l l d2 d2 -> b2")
+def near_cells(cells, n_row, n_col, items, planes):
+    """Which cells (n_row, n_col) have boxes `cells` (n_row * n_col, 6) that meet one of `items`.
+
+    `planes` (n_item, 4): unit normals and distances of items that are flat; none if they are not.
+    """
+    near = np.zeros((n_row, n_col), dtype=np.bool_)
+    levels, boxes = _pyramid(cells, n_row, n_col)
+    flat = planes.shape[0] > 0
+    stack = np.empty((256, 3), dtype=np.int64)
+
+    # depth first from the root for each item
+    for item in range(items.shape[0]):
+        stack[0, 0], stack[0, 1], stack[0, 2] = levels.shape[0] - 1, 0, 0
+        top = 1
+        while top > 0:
+            top -= 1
+            level, i, j = stack[top, 0], stack[top, 1], stack[top, 2]
+            row = levels[level, 0] + i * levels[level, 2] + j
+            if not _meet(boxes, row, items, item) or (
+                flat and _off_plane(boxes, row, planes, item)
+            ):
+                continue
+            if level == 0:
+                near[i, j] = True
+                continue
+            for k in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
+                for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
+                    stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, k, col
+                    top += 1
+    return near
+
+
+# ---- content ----------------------------------------
+# Many numbers mixed into a few, which stand for them in a fingerprint.
+#
+# Number k goes into lane k modulo the number of lanes. Each step of a lane is one-to-one in its
+# state and in the number that comes in: a product with an odd number, which takes low bits to
+# high ones, and an exclusive or of the upper half with the lower one, which takes them back.
+
+
+AT_ONCE = 4  # numbers of a lane: its state is read and written once for them
+_ODD = np.int64(-0x61C8864680B583EB)  # 2**64 over the golden ratio
+_LOWER = 0xFFFFFFFF
+
+
+@scalar
+def _mixed(state, number):
+    product = (state ^ number) * _ODD
+    return product ^ ((product >> 32) & _LOWER)
+
+
+@entry("l1* l1 -> .")
+def mix_into(state, numbers):
+    """Mix numbers into the state of some lanes, as many as fill all lanes AT_ONCE times."""
+    n = state.shape[0]
+    for i in range(0, numbers.shape[0] - AT_ONCE * n + 1, AT_ONCE * n):
+        a, b = numbers[i : i + n], numbers[i + n : i + 2 * n]
+        c, d = numbers[i + 2 * n : i + 3 * n], numbers[i + 3 * n : i + 4 * n]
+        for k in range(n):
+            state[k] = _mixed(_mixed(_mixed(_mixed(state[k], a[k]), b[k]), c[k]), d[k])
+
+
+# ---- third differences ----------------------------------------
+# Third differences of a grid, along some of its rows and columns, none of them across a hole.
+
+
+@entry("d2 l l l -> d1")
+def third_differences(heights, step, every_row, every_col):
+    """Absolute values |d - 3 c + 3 b - a| of heights a, b, c, d, `step` nodes apart, in any order.
+
+    Columns are evaluated row by row too, in memory order.
+    """
+    n_row, n_col = heights.shape
+    rows, cols = (n_row - 1) // every_row + 1, (n_col - 1) // every_col + 1
+    # A line of n nodes has n - 3 step differences, fewer where it has holes.
+    out = np.empty(rows * max(n_col - 3 * step, 0) + cols * max(n_row - 3 * step, 0))
+    whole = np.zeros(cols, dtype=np.int64)  # heights without a hole up to here
+    one, two, three = step, 2 * step, 3 * step
+    count = 0
+    for i in range(n_row):
+        # Along the row: count consecutive nodes without a hole.
+        if i % every_row == 0:
+            along = 0
+            for j in range(n_col):
+                d = heights[i, j]
+                along = 0 if np.isnan(d) else along + 1
+                if along > three:
+                    a, b, c = heights[i, j - three], heights[i, j - two], heights[i, j - one]
+                    out[count] = abs((d - a) - 3.0 * (c - b))
+                    count += 1
+
+        # Along the columns: one count per column.
+        for k in range(cols):
+            j = k * every_col
+            d = heights[i, j]
+            whole[k] = 0 if np.isnan(d) else whole[k] + 1
+            if whole[k] > three:
+                a, b, c = heights[i - three, j], heights[i - two, j], heights[i - one, j]
+                out[count] = abs((d - a) - 3.0 * (c - b))
+                count += 1
+    return out[:count].copy()

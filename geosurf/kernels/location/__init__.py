@@ -8,11 +8,11 @@ is the nearest one.
 ===================  ==========================================================  ===============
 file                 question                                                    source
 ===================  ==========================================================  ===============
-`pushed`             On which side of an edge, or of a plane, is a point?        Edelsbrunner &
-                                                                                 Mücke 1990
 `lattice_units`      Which runs of gridded surfaces are above a point?
+                     On which side of an edge, or of a plane, is a point?        Edelsbrunner &
+                                                                                 Mücke 1990
 `triangle_bins`      Which triangles are above a point?
 `nearest`            How far is the nearest triangle?
-`vertical_distance`  How far is the nearest triangle straight above or below?
+                     How far is the nearest triangle straight above or below?
 ===================  ==========================================================  ===============
 """

@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.location.pushed import count_levels, side_of_edge, side_of_plane
+from geosurf.kernels.location.lattice_units import count_levels, side_of_edge, side_of_plane
 
 _MARGIN = 1e-6  # of a bin: far more than rounding moves the corner of a bin, or a crossing
 

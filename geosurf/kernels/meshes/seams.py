@@ -11,15 +11,288 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.prefetch import prefetch
+from geosurf.kernels.exact.bigint import clear, mul_add, sign
+from geosurf.kernels.exact.exact_signs import _MISC, LIMBS, _cross, _dot, _vector
+from geosurf.kernels.exact.predicates import TINY
+from geosurf.kernels.lattices.lattice_corners import prefetch
 from geosurf.kernels.meshes.mesh import join
-from geosurf.kernels.meshes.radial_order import (
-    N_AROUND,
-    main_axis,
-    sort_around,
-    sort_by_floats,
-    sort_two_by_floats,
-)
+
+# ---- radial order ----------------------------------------
+# In which order are triangles around an edge? Exactly, by the input triangles that contain them.
+#
+# Notation
+#     x        rounded vertices
+#     order    triangles around an edge, and `directions` in which they run along it
+#     parent   row of the input triangle (in pt) that contains each triangle
+#     px, pt   corners of the input triangles, three rows of px each
+#     d        direction of an edge u -> v; n the normal of a triangle
+#     direction  +1 where the triangle runs along u -> v, -1 where it runs back
+#     around   a row for each triangle around an edge: normal, magnitudes, parent, half turn
+#
+# Half-planes h = direction n x d are sorted by angle. The sine has the sign of (n1 x n2) . d; as
+# n1 x n2 is parallel to d, one component decides, with the sign of that component of d. The cosine
+# has the sign of n1 . n2. So only input coordinates enter (degree 4), no constructed point (Weiler
+# 1985).
+#
+# Doubles mostly suffice: projected along the axis on which d is longest, normals become plane
+# vectors that turn as the half-planes do. A number that increases with their angle orders them
+# where all are farther apart than the rounding error.
+
+
+OF, HALF, N_AROUND = 6, 7, 8  # columns of `around` behind the normal
+# Rounding with u = 2**-53: 4 u of the magnitudes for components of normals, twice that over the
+# length plus 7 u for shares, so 46 u times the worst ratio for differences of pseudo-angles.
+_TURN_BOUND = 1e-14
+
+
+@scalar
+def main_axis(x, u, v):
+    """The axis on which an edge is longest, and whether it increases (1) or decreases (-1)."""
+    axis = 0
+    for k in range(1, 3):
+        if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
+            axis = k
+    return axis, 1 if x[v, axis] > x[u, axis] else -1
+
+
+@scalar
+def _pseudo_angle(p, q):
+    """A number in [0, 4) that increases with the angle of a vector."""
+    # The L1 norm replaces the angle: monotone and without trigonometry.
+    share = q / (abs(p) + abs(q))
+    if p < 0.0:
+        return 2.0 - share
+    return share if share >= 0.0 else 4.0 + share
+
+
+@scalar
+def _across_axis(px, i, axis):
+    """Two components of the normal of an input triangle, across an axis, and their magnitudes."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
+    qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
+    one, two, three, four = po * qa, pa * qo, pa * qk, pk * qa
+    return one - two, three - four, abs(one) + abs(two), abs(three) + abs(four)
+
+
+@scalar
+def sort_two_by_floats(px, parent, axis, heading, order, directions):
+    """Sort four triangles around an edge in which two input triangles cross, as along each curve.
+
+    False if it is another edge, or doubles do not decide. Both parts of one input triangle lie
+    opposite to each other, so one sign tells on which side of the first one the second one has
+    which part.
+    """
+    i = parent[order[0]]
+    if parent[order[1]] == i:
+        at = 1
+    else:
+        at = 2 if parent[order[2]] == i else 3
+    one, two = (2 if at == 1 else 1), (2 if at == 3 else 3)
+    j = parent[order[one]]
+    if parent[order[at]] != i or parent[order[two]] != j or i == j:
+        return False
+    if directions[at] == directions[0] or directions[one] == directions[two]:
+        return False
+
+    # Filter with the magnitudes of both normals.
+    ak, ao, size_ak, size_ao = _across_axis(px, 3 * i, axis)
+    bk, bo, size_bk, size_bo = _across_axis(px, 3 * j, axis)
+    value, size = ak * bo - ao * bk, size_ak * size_bo + size_ao * size_bk
+    if not (size > TINY and abs(value) > 2e-15 * size):
+        return False
+    if (value > 0) != (directions[0] * directions[one] * heading > 0):
+        one, two = two, one
+    first, second, third = order[one], order[at], order[two]
+    order[1], order[2], order[3] = first, second, third
+    first, second, third = directions[one], directions[at], directions[two]
+    directions[1], directions[2], directions[3] = first, second, third
+    return True
+
+
+@scalar
+def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
+    """Sort n triangles around an edge behind the first; False if doubles do not decide."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    worst_ratio = 1.0
+    first = 0.0
+    for a in range(n):
+        # Two components of the normal across the axis, and their error ratio.
+        i = 3 * parent[order[a]]
+        pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
+        qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
+        normal_k, normal_o = po * qa - pa * qo, pa * qk - pk * qa
+        length = abs(normal_k) + abs(normal_o)
+        if not length > TINY:
+            return False
+        size = abs(po * qa) + abs(pa * qo) + abs(pa * qk) + abs(pk * qa)
+        worst_ratio = max(worst_ratio, size / length)
+
+        # Pseudo-angle relative to the first half-plane.
+        # Turned by its direction along the edge, the normal is at a right angle to the half-plane,
+        # the same for all triangles.
+        turn = _pseudo_angle(directions[a] * normal_k, directions[a] * heading * normal_o)
+        first = turn if a == 0 else first
+        turns[a] = turn - first if turn >= first else turn - first + 4.0
+
+    # Insertion sort; then the smallest gap has to exceed the error bound.
+    for a in range(2, n):
+        b = a
+        while b > 1 and turns[b] < turns[b - 1]:
+            turns[b - 1], turns[b] = turns[b], turns[b - 1]
+            order[b - 1], order[b] = order[b], order[b - 1]
+            directions[b - 1], directions[b] = directions[b], directions[b - 1]
+            b -= 1
+
+    # The gap between the last half-plane and the first counts too.
+    least = 4.0 - turns[n - 1]
+    for a in range(1, n):
+        least = min(least, turns[a] - turns[a - 1])
+    return least > _TURN_BOUND * worst_ratio
+
+
+@scalar
+def _normal(x, t, i):
+    """Normal of a triangle and the sum of the magnitudes of its terms, as six doubles."""
+    a, b, c = t[i, 0], t[i, 1], t[i, 2]
+    px, py, pz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    qx, qy, qz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    return (
+        py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx,
+        abs(py * qz) + abs(pz * qy), abs(pz * qx) + abs(px * qz), abs(px * qy) + abs(py * qx),
+    )  # fmt: skip
+
+
+@scalar
+def _exact_normals(x, t, m, w, i, j, r):
+    """Exact normals of triangles i and j, 3 x 2 units each, at r."""
+    n = m[LIMBS]
+    u = _MISC * n
+    for k in range(2):
+        tri = i if k == 0 else j
+        _vector(x, m, w, u, t[tri, 0], t[tri, 1])
+        _vector(x, m, w, u + 3 * n, t[tri, 0], t[tri, 2])
+        _cross(w, r + k * 6 * n, 2 * n, u, n, u + 3 * n, n)
+
+
+@scalar
+def _exact_cross(x, t, m, w, i, j, axis):
+    """Sign of component `axis` of n_i x n_j, in exact numbers."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    n = m[LIMBS]
+    r = (_MISC + 100) * n
+    _exact_normals(x, t, m, w, i, j, r)
+    acc = r + 12 * n
+
+    # One component of the cross product of the two normals.
+    clear(w, acc, 4 * n + 1)
+    mul_add(w, acc, 4 * n + 1, r + k * 2 * n, 2 * n, r + (3 + o) * 2 * n, 2 * n, 1)
+    mul_add(w, acc, 4 * n + 1, r + o * 2 * n, 2 * n, r + (3 + k) * 2 * n, 2 * n, -1)
+    return sign(w, acc, 4 * n + 1)
+
+
+@scalar
+def _exact_dot(x, t, m, w, i, j):
+    """Sign of n_i . n_j, in exact numbers."""
+    n = m[LIMBS]
+    r = (_MISC + 100) * n
+    _exact_normals(x, t, m, w, i, j, r)
+    acc = r + 12 * n
+    _dot(w, acc, 4 * n + 1, r, 2 * n, r + 6 * n, 2 * n)
+    return sign(w, acc, 4 * n + 1)
+
+
+@scalar
+def _cross_sign(x, t, m, w, around, a, b, axis):
+    """Sign of component `axis` of the cross product of the normals of two triangles `around`."""
+    i, j = int(around[a, OF]), int(around[b, OF])
+    if i == j:  # two parts of one triangle, as along each curve
+        return 0
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+
+    # Filter with the magnitudes of both normals, then exact integers.
+    value = around[a, k] * around[b, o] - around[a, o] * around[b, k]
+    size = around[a, 3 + k] * around[b, 3 + o] + around[a, 3 + o] * around[b, 3 + k]
+    if size > TINY and abs(value) > 2e-15 * size:
+        return 1 if value > 0 else -1
+    return _exact_cross(x, t, m, w, i, j, axis)
+
+
+@scalar
+def _dot_sign(x, t, m, w, around, a, b):
+    """Sign of the scalar product of the normals of two triangles `around`."""
+    i, j = int(around[a, OF]), int(around[b, OF])
+    # Two parts of one triangle have the same normal.
+    if i == j:
+        return 1
+
+    # Filter, then exact integers.
+    value = size = 0.0
+    for k in range(3):
+        value += around[a, k] * around[b, k]
+        size += around[a, 3 + k] * around[b, 3 + k]
+    if size > TINY and abs(value) > 2e-15 * size:
+        return 1 if value > 0 else -1
+    return _exact_dot(x, t, m, w, i, j)
+
+
+@scalar
+def _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, heading):
+    """Fill `around`: normals, and the half turn behind the first that holds each half-plane.
+
+    False if one coincides with the first half-plane.
+    """
+    for a in range(n):
+        i = parent[order[a]]
+        normal = _normal(px, pt, i)
+        for k in range(6):
+            around[a, k] = normal[k]
+        around[a, OF] = i
+        half = 0
+        if a > 0:
+            # The side of the first half-plane decides the half turn.
+            direction = directions[0] * directions[a]
+            s = direction * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
+            # Parallel and on the same side: one half-plane twice.
+            if s == 0 and direction * _dot_sign(px, pt, m, w, around, 0, a) > 0:
+                return False
+            # Behind the first half-plane, or opposite to it.
+            if s <= 0:
+                half = 1
+        around[a, HALF] = half
+    return True
+
+
+@scalar
+def _swap(order, directions, around, a, b):
+    order[a], order[b] = order[b], order[a]
+    directions[a], directions[b] = directions[b], directions[a]
+    for k in range(N_AROUND):
+        around[a, k], around[b, k] = around[b, k], around[a, k]
+
+
+@scalar
+def sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
+    """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
+    axis, heading = main_axis(x, u, v)
+    if not _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, heading):
+        return False
+
+    # Insertion sort by half turn, then by the sign of the cross product.
+    for a in range(2, n):
+        b = a
+        while b > 1 and around[b, HALF] <= around[b - 1, HALF]:
+            if around[b, HALF] == around[b - 1, HALF]:
+                turn = directions[b - 1] * directions[b] * heading
+                turn *= _cross_sign(px, pt, m, w, around, b - 1, b, axis)
+                if turn == 0:
+                    return False
+                if turn > 0:
+                    break
+            _swap(order, directions, around, b - 1, b)
+            b -= 1
+    return True
+
 
 DONE, NEEDS_EXACT = -1, -2
 _FULL = -1

@@ -6,8 +6,8 @@ file               question                                                  sou
 `tree`             Which triangles are near each other? Trees of boxes.      min/max pyramid
 `voxels`           Which triangles are near each other? Equal voxels.        Lo & Wang 2004
 `separation`       Which neighbours meet in common corners and edges only?   separating plane
-`large_triangles`  Which triangles are near one that is far larger?
-`marked_voxels`    Which triangles may meet some few others?
+                   Which triangles are near one that is far larger?
+                   Which triangles may meet some few others?
 `rays`             Which surface does a ray along an axis hit first?
 =================  ========================================================  ================
 """

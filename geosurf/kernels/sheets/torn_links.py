@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.exact.predicates import orient2d
 
 EAST, NORTH, RISING, FALLING = range(4)
 
@@ -181,3 +182,228 @@ def divided_triangles(near, cut, rising, present, n_row, n_col):
         triangle[:n].copy(), corners[:n].copy(), real[:n].copy(), across[:n].copy(),
         exists[:n].copy(),
     )  # fmt: skip
+
+
+# ---- sheet corners ----------------------------------------
+# Which triangles of a torn sheet overlap in the map, and which may cross there?.
+#
+# Vertices of a sheet lie over nodes of its lattice, next to its faults several over one.
+
+
+@entry("l1 d2 l -> b1")
+def are_over_nodes(node, vertices, n_node):
+    """Whether all vertices over one node are at one place in the map, (1,)."""
+    out = np.ones(1, dtype=np.bool_)
+    first = np.full(n_node, -1, dtype=np.int64)
+    for i in range(node.shape[0]):
+        j = first[node[i]]
+        if j < 0:
+            first[node[i]] = i
+        elif vertices[i, 0] != vertices[j, 0] or vertices[i, 1] != vertices[j, 1]:
+            out[0] = False
+    return out
+
+
+@entry("l2 l1 b1 l -> l1 l1 l1")
+def edges_over_ghosts(t, node, ghost, n_node):
+    """Half-edges of a sheet over nodes below some triangle with a ghost.
+
+    Nothing overlaps elsewhere. Their triangles, and both vertices, that over the lower node first.
+    """
+    under = np.zeros(n_node, dtype=np.bool_)
+    for i in range(t.shape[0]):
+        if ghost[t[i, 0]] or ghost[t[i, 1]] or ghost[t[i, 2]]:
+            for c in range(3):
+                under[node[t[i, c]]] = True
+    near = np.empty(node.shape[0], dtype=np.bool_)
+    for v in range(node.shape[0]):
+        near[v] = under[node[v]]
+    size, n = 1024, 0
+    found = np.empty((3, size), dtype=np.int64)
+    for i in range(t.shape[0]):
+        if n + 3 > size:
+            longer = np.empty((3, 2 * size), dtype=np.int64)
+            longer[:, :n] = found[:, :n]
+            found, size = longer, 2 * size
+        for c in range(3):
+            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+            if near[a] and near[b]:
+                back = node[a] > node[b]
+                found[0, n], found[1, n], found[2, n] = i, b if back else a, a if back else b
+                n += 1
+    return found[0, :n].copy(), found[1, :n].copy(), found[2, :n].copy()
+
+
+@scalar
+def _continues(x, a, b, p, q):
+    """Whether pq, on the line of ab, has only a corner of the mesh in common with ab."""
+    # The same edge.
+    if (p == a or p == b) and (q == a or q == b):
+        return True
+    if q == a or q == b:
+        p, q = q, p
+    if p != a and p != b:
+        return False
+
+    # Both segments leave the common corner in opposite directions.
+    end = b if p == a else a
+    axis = 0 if x[a, 0] != x[b, 0] else 1
+    return (x[q, axis] > x[p, axis]) != (x[end, axis] > x[p, axis])
+
+
+@scalar
+def _separated_by_edge(x, t, m, w, f, own, g):
+    """Whether an edge of triangle f, with turn `own`, has g on its other side.
+
+    There g may share a corner with that edge, or the edge itself, but no other edge on the same
+    line.
+    """
+    for k in range(3):
+        a, b = t[f, k], t[f, (k + 1) % 3]
+        separated, on = True, 0
+        p = q = -1
+        for i in range(3):
+            c = t[g, i]
+
+            # Corners of the edge itself are on its line; others have an exact sign.
+            turn = 0
+            if c != a and c != b:
+                turn = orient2d(x, m, w, a, b, c, 0, 1)
+            # On the side of f: the edge does not separate.
+            if turn == own:
+                separated = False
+                break
+            if turn == 0:
+                p, q = q, c
+                on += 1
+
+        # Two corners on the line: an edge of g over the line of this edge.
+        if separated and (on < 2 or _continues(x, a, b, p, q)):
+            return True
+    return False
+
+
+@entry("d2 l2 l2 l1* l1* -> b1")
+def overlap_in_map(x, t, pairs, m, w):
+    """Whether two triangles (rows of `t`) may overlap except in a corner or an edge of the mesh.
+
+    In the map they share an area, or part of an edge that is not an edge of the mesh. Exact: two
+    disjoint triangles of the plane are separated by a line along an edge of one of them. True if
+    one is vertical.
+    """
+    out = np.ones(pairs.shape[0], dtype=np.bool_)
+    for k in range(pairs.shape[0]):
+        # A vertical triangle has no turn in the map and stays True.
+        f, g = pairs[k, 0], pairs[k, 1]
+        one = orient2d(x, m, w, t[f, 0], t[f, 1], t[f, 2], 0, 1)
+        two = orient2d(x, m, w, t[g, 0], t[g, 1], t[g, 2], 0, 1)
+        if one != 0 and two != 0:
+            out[k] = not (
+                _separated_by_edge(x, t, m, w, f, one, g)
+                or _separated_by_edge(x, t, m, w, g, two, f)
+            )
+    return out
+
+
+# ---- sheet trim ----------------------------------------
+# Which triangles of a torn sheet are at a curve, and what do corners say about its parts?.
+
+
+@entry("l2 l2 l -> l1 l1")
+def sides_of_edges(triangles, edges, n_point):
+    """Edge (row of `edges`, in either direction) and triangle of each side that is one of the
+    edges.
+
+    `edges` (n, 2) are distinct pairs of points 0 .. n_point - 1; sides come triangle by triangle.
+    """
+    n = edges.shape[0]
+
+    # Few points are ends of an edge: most triangles are passed over by these marks.
+    end = np.zeros(n_point, dtype=np.bool_)
+    for e in range(n):
+        end[edges[e, 0]] = end[edges[e, 1]] = True
+
+    # Edges by their lower point.
+    start = np.zeros(n_point + 1, dtype=np.int64)
+    for e in range(n):
+        start[min(edges[e, 0], edges[e, 1]) + 1] += 1
+    for v in range(n_point):
+        start[v + 1] += start[v]
+    free = start[:n_point].copy()
+    row, other = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    for e in range(n):
+        v = min(edges[e, 0], edges[e, 1])
+        row[free[v]], other[free[v]] = e, max(edges[e, 0], edges[e, 1])
+        free[v] += 1
+    size = 4 * n + 64
+    edge, triangle = np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64)
+    count = 0
+    for t in range(triangles.shape[0]):
+        one, two, three = end[triangles[t, 0]], end[triangles[t, 1]], end[triangles[t, 2]]
+        if not ((one and two) or (one and three) or (two and three)):
+            continue
+        # Grow both arrays; each triangle adds at most three sides.
+        if count + 3 > size:
+            edge = np.concatenate((edge, np.empty_like(edge)))
+            triangle = np.concatenate((triangle, np.empty_like(triangle)))
+            size *= 2
+        for k in range(3):
+            a, b = triangles[t, k], triangles[t, (k + 1) % 3]
+            v, w = min(a, b), max(a, b)
+            # Few edges have the same lower point.
+            for at in range(start[v], start[v + 1]):
+                if other[at] == w:
+                    edge[count], triangle[count] = row[at], t
+                    count += 1
+    return edge[:count].copy(), triangle[:count].copy()
+
+
+@scalar
+def _vertex_at(local, p, vertices, origin, faces, face):
+    """The corner of a triangle of the sheet that a point is, to the last digit, or -1."""
+    for d in range(3):
+        v = faces[face, d]
+        if (
+            local[p, 0] == vertices[v, 0] - origin[0]
+            and local[p, 1] == vertices[v, 1] - origin[1]
+            and local[p, 2] == vertices[v, 2] - origin[2]
+        ):
+            return v
+    return -1
+
+
+@entry("d2 l2 l1 l2 d2 d1 b1 b1 b1 l1 l1 l l2* -> b1 b1")
+def classify_parts(
+    local, triangles, parent, faces, vertices, origin, on_fault, ghost, outer, patch, part_of,
+    n_part, named,
+):  # fmt: skip
+    """Whether each part holds original data, and whether it holds something beyond a fault.
+
+    For the triangles of a sheet in patches: `parent` are their rows in its own `faces`,
+    `vertices` its vertices in the world, `part_of` the part of each patch. A point on a fault is
+    on the boundary of both parts and decides nothing. If `named` (n, 3) has rows, the vertex at
+    each corner is written to it, -1 for points that were made.
+    """
+    held, beyond = np.zeros(n_part, dtype=np.bool_), np.zeros(n_part, dtype=np.bool_)
+    for k in range(triangles.shape[0]):
+        of, part = parent[k], part_of[patch[k]]
+        a, b, c = faces[of, 0], faces[of, 1], faces[of, 2]
+        # A parent without ghost corners is original.
+        if not (ghost[a] or ghost[b] or ghost[c]):
+            held[part] = True
+
+        # Nearly all triangles can tell nothing more: what they hold is known.
+        if named.shape[0] == 0 and held[part] and not (outer[a] or outer[b] or outer[c]):
+            continue
+        for i in range(3):
+            # Corners off the faults: real ones hold the part, outer ones lie beyond.
+            p = triangles[k, i]
+            v = _vertex_at(local, p, vertices, origin, faces, of)
+            if named.shape[0] > 0:
+                named[k, i] = v
+            if v >= 0 and not on_fault[p]:
+                if outer[v]:
+                    beyond[part] = True
+                if not ghost[v]:
+                    held[part] = True
+    return held, beyond

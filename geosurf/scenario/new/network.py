@@ -13,8 +13,8 @@ from geosurf.conventions.checks import are_points
 from geosurf.conventions.text import length_text
 from geosurf.errors import GeosurfError
 from geosurf.model import Lattice, TriSurface
-from geosurf.model.compartments import ENDS, VirtualWall
-from geosurf.model.network_rows import NetworkRow
+from geosurf.model.column import ENDS, VirtualWall
+from geosurf.model.network import NetworkRow
 from geosurf.scenario.new.found import Found, thinned
 from geosurf.scenario.new.judge import Ready
 from geosurf.scene import Scene

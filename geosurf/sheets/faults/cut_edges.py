@@ -1,19 +1,21 @@
 """Links of the lattice that faults cut: one table, from which solve and mesh take their parts.
 
-One predicate makes it (`geosurf.kernels.sheets.fault_distance.cut_links`), so that a triangle has
+One predicate makes it (`geosurf.kernels.sheets.link_lines.cut_links`), so that a triangle has
 an odd number of cut edges exactly where a trace ends in it. The solve tears past the ends of a
 fault, the mesh never does: a tear that is longer than its fault is a hole.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from geosurf.kernels.sheets.fault_distance import UNIT, cut_links
-from geosurf.sheets.faults.traces import Trace
+from geosurf.kernels.sheets.link_lines import UNIT, cut_links
+from geosurf.sheets.faults.fault_distance import NearTrace, side_over
+from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.frame import Frame
 
 EAST, NORTH, RISING, FALLING = range(4)
@@ -175,3 +177,206 @@ def is_torn(cuts: Cuts, untorn: Sequence[Part], traces: Sequence[Trace]) -> np.n
         low, high = np.interp([first, last], along, vertex)
         out &= (cuts.trace != trace) | (cuts.place < low) | (cuts.place > high)
     return out
+
+
+# ---- heave ----------------------------------------
+# Where the cut-offs of both walls of a fault lie: how wide the gap, or the overlap, along a
+# trace.
+#
+# They are read off the heights of each side at the links that the trace cuts.
+
+
+@dataclass(eq=False)
+class Walls:
+    """Along one trace: how far each wall's cut-off lies from it, into its own side [cells].
+
+    `place` (vertex numbers); `left` and `right`, positive where the horizon has a gap on that
+    side, negative where it overlaps the trace; `throw` [m], left side down positive.
+    """
+
+    place: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    throw: np.ndarray
+
+    def gap(self, place: np.ndarray, side: np.ndarray) -> np.ndarray:
+        """Signed gap at places on one side or the other."""
+        if len(self.place) == 0:
+            return np.zeros(len(place))
+        left = np.interp(place, self.place, self.left)
+        return np.where(side > 0, left, np.interp(place, self.place, self.right))
+
+    def heave(self, place: np.ndarray) -> np.ndarray:
+        """Gap of both sides together: negative where the horizon overlaps."""
+        return self.gap(place, np.ones(len(place))) + self.gap(place, -np.ones(len(place)))
+
+
+def walls_of(
+    heights: np.ndarray, every: Cuts, traces: Sequence[Trace], frame: Frame
+) -> list[Walls]:
+    """Where the two walls' cut-offs lie, from the heights of each side at the cut links."""
+    shape, stretch, cell = frame.shape, frame.stretch, frame.cell
+    bits = every.bits(len(heights))
+    found = []
+    for number, trace in enumerate(traces):
+        rows = np.flatnonzero((every.trace == number) & (every.kind < RISING))
+        cuts = every.take(rows[np.argsort(every.place[rows], kind="stable")])
+        vertex = np.arange(len(trace.line))
+
+        # at each cut link: place [cells], height of the trace [m], normal of the fault
+        x, y, middle, nx, ny, nz = (np.interp(cuts.place, vertex, c) for c in trace.line.T)
+        at = np.stack([x, y], axis=1) / stretch
+
+        # height of both sheets where the trace cuts each link [m]
+        left, right = (_at_cut(heights, bits, cuts, at, shape, side) for side in (1, -1))
+
+        # a running median of 15 links: single links next to a contact or a tip do not count
+        known = np.isfinite(left) & np.isfinite(right)
+        left, right = _median(left[known], 15), _median(right[known], 15)
+
+        # distance across strike = height above the trace times the slope [cells per m]
+        slope = (nz / np.maximum(np.hypot(nx, ny), 1e-9) / cell)[known]
+        left_gap, right_gap = (middle[known] - left) * slope, (right - middle[known]) * slope
+        found.append(Walls(cuts.place[known], left_gap, right_gap, right - left))
+    return found
+
+
+def _at_cut(
+    heights: np.ndarray,
+    bits: np.ndarray,
+    cuts: Cuts,
+    at: np.ndarray,
+    shape: tuple[int, int],
+    side: int,
+) -> np.ndarray:
+    """Height of one side's sheet where a trace cuts each link, extrapolated along the link."""
+    n_col = shape[1]
+    first, second = cuts.ends(n_col)
+
+    # here: the end of the link on the asked side, there: its other end, across the fault
+    here = np.where(cuts.left == side, first, second)
+    there = np.where(cuts.left == side, second, first)
+
+    # extrapolate along the link, unless it is cut behind, too
+    behind = 2 * here - there
+    row, col = np.divmod(here, n_col)
+    row2, col2 = np.divmod(np.clip(behind, 0, len(heights) - 1), n_col)
+
+    # behind is one link further on the same row or column; at the border it may not be a node
+    whole = (behind >= 0) & (behind < len(heights)) & (abs(row2 - row) + abs(col2 - col) == 1)
+    behind = np.where(whole, behind, here)
+    whole &= bits[np.minimum(here, behind)] & (1 << cuts.kind) == 0
+    away = np.hypot(*(at - np.stack([col, row], axis=1)).T)
+    return np.where(whole, heights[here] + away * (heights[here] - heights[behind]), np.nan)
+
+
+def _median(values: np.ndarray, width: int) -> np.ndarray:
+    """Running median; beyond the ends the last value goes on, so that throw may die there."""
+    n = len(values)
+    if n == 0:
+        return values
+    half = min(width // 2, (n - 1) // 2)
+    windows = sliding_window_view(np.pad(values, half, mode="edge"), 2 * half + 1)
+    found: np.ndarray = np.partition(windows, half, axis=1)[:, half]
+    return found
+
+
+def throw_beside(heights: np.ndarray, near: NearTrace, block: np.ndarray) -> float:
+    """Size of a fault's throw next to some nodes, from the data on its two sides [m]."""
+    at = near.look_up(block)
+
+    # 20 vertices more to both sides, and data within six cells: enough for a median
+    places = near.place[at[at >= 0]]
+    if len(places) == 0:
+        return np.inf
+    low, high = places.min() - 20.0, places.max() + 20.0
+    beside = near.within(6.0)
+    beside = beside[(near.place[beside] >= low) & (near.place[beside] <= high)]
+    beside = beside[np.isfinite(heights[near.node[beside]])]
+    sides = [heights[near.node[beside[near.side[beside] == side]]] for side in (1.0, -1.0)]
+    if not len(sides[0]) or not len(sides[1]):
+        return np.inf
+    return float(abs(np.median(sides[0]) - np.median(sides[1])))
+
+
+# ---- last edges ----------------------------------------
+# The last link of a tear: both of its nodes on their own sides of the fault, or the sheet leaks.
+#
+# There the walls are one again, so that throw dies there. Between the cut-offs of a fault that
+# leaves a gap, neither wall has rock, and a node has the height of one of them extrapolated past
+# the fault. That is cut off again, except at the last link, whose nodes both walls have: one that
+# is beyond the fault, or on it, goes to the fault, on its own side. A trace along a line of nodes
+# has such nodes only.
+
+
+CLEAR = 1e-4  # cells above and below a node within which it is still on its own side
+HALVINGS = 60  # of the way between both walls, until the fault is found
+AT_ONCE = 4  # halvings for which the fault is asked once
+
+
+def last_link(
+    cuts: Cuts, trace: int, end: int, limit: float, rising: bool, n_col: int
+) -> tuple[int, ...]:
+    """Both nodes of the link of the mesh at which a tear ends: the first one outside of a limit."""
+    rows = np.flatnonzero((cuts.trace == trace) & (cuts.kind != (FALLING if rising else RISING)))
+
+    # distance of each link outside of the limit, as vertex numbers; the nearest one is the last
+    past = limit - cuts.place[rows] if end == 0 else cuts.place[rows] - limit
+    rows, past = rows[past > 0], past[past > 0]
+    if not len(rows) or not np.isfinite(limit):
+        return ()
+    one, two = cuts.take(rows[[past.argmin()]]).ends(n_col)
+    return int(one[0]), int(two[0])
+
+
+def on_own_side(
+    mesh: FaultMesh, frame: Frame, node: int, side: float, height: float, other: float
+) -> float:
+    """Height at which a node is on a side (+1 hanging wall) of a fault, as near as can be.
+
+    `height` is that of its own wall, `other` that of the other one, extrapolated to it.
+    """
+    cells = frame.cells_of_node(np.array([node]))[0]
+    reach = 1.0 + abs(other - height) / frame.cell
+    clear = CLEAR * frame.cell
+
+    side_at = side_over(mesh, cells, reach)
+    above, below = (side_at(np.array([height + clear, height - clear])) == side).tolist()
+
+    # on its side, or within `clear` of the fault: a small step away from it decides
+    if above and below:
+        return height
+    if above or below:
+        return height + 2.0 * clear if above else height - 2.0 * clear
+
+    def own(z: np.ndarray) -> list[bool]:
+        """Whether the node is on its side at some elevations."""
+        found: list[bool] = (side_at(z) == side).tolist()
+        return found
+
+    return _between(own, height, other, clear)
+
+
+def _between(
+    own: Callable[[np.ndarray], list[bool]], height: float, other: float, clear: float
+) -> float:
+    """The elevation nearest to a height, on the way to another one, that is on its own side."""
+    if not own(np.array([other]))[0]:
+        return height
+
+    # bisection: the side changes once between both heights; 60 halvings reach the last digit
+    good, bad = other, height
+    for _ in range(HALVINGS // AT_ONCE):
+        if 0.5 * (good + bad) in (good, bad):
+            break
+        # all elevations that the next halvings can come to; k is halved into 2 k + 1 and 2 k + 2
+        ends, middles = [(good, bad)], list[float]()
+        for one, two in ends:
+            middles.append(0.5 * (one + two))
+            if len(ends) < 2**AT_ONCE - 1:
+                ends += [(middles[-1], two), (one, middles[-1])]
+        is_own, k = own(np.array(middles)), 0
+        while k < len(middles):
+            good, bad = (middles[k], bad) if is_own[k] else (good, middles[k])
+            k = 2 * k + (1 if is_own[k] else 2)
+    return good + float(np.clip(other - good, -2.0 * clear, 2.0 * clear))

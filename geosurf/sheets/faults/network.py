@@ -14,10 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.kernels.lattices.sets import distinct, is_among
-from geosurf.kernels.sheets.fault_distance import UNIT
+from geosurf.kernels.lattices.strips import distinct, is_among
 from geosurf.kernels.sheets.fault_trace import block_bounds
-from geosurf.kernels.sheets.link_lines import line_crossings
+from geosurf.kernels.sheets.link_lines import UNIT, line_crossings
 from geosurf.sheets.faults.cut_edges import Cuts, Joint, cut_at_joints, cuts_of, whole_units
 from geosurf.sheets.faults.fault_distance import (
     NearTrace,
@@ -26,9 +25,8 @@ from geosurf.sheets.faults.fault_distance import (
     side_of_few,
 )
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
-from geosurf.sheets.lattice.drape import around, without_absent
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.lattice.solve import grounded, lattice_graph, smoothest
+from geosurf.sheets.lattice.solve import around, grounded, lattice_graph, smoothest, without_absent
 
 EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into
 TIP = 1.0  # cells past a free tip that the solve tears: less, and the last link may be whole

@@ -13,11 +13,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.kernels.meshes.mesh import number_keys
 from geosurf.kernels.sheets.fault_trace import block_bounds, may_meet, zero_line_pieces
 from geosurf.kernels.sheets.link_lines import directed_lines
 from geosurf.model import TriSurface
-from geosurf.model.content import Content
+from geosurf.model.surfaces import Content
 from geosurf.sheets.lattice.frame import Frame
 
 Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]

@@ -2,17 +2,17 @@
 
 ===============  =================================================================================
 passes.py        the two passes, in order: start here
+                 which picks a pass uses
+                 heights from scattered points: each is a row of the equations
+                 what a finished pass shows: picks in gaps, misfits of ignored data
 state.py         what passes exchange: tears, selection of picks, evidence, heights
+                 how far off ignored data are, and the weight that leaves them in wedges
 inputs.py        picks and faults of one horizon, and the picks near each fault
-selection.py     which picks a pass uses
 grid_solver.py   heights of gridded picks: only nodes near faults are unknown
-point_solver.py  heights from scattered points: each is a row of the equations
-evidence.py      what a finished pass shows: picks in gaps, misfits of ignored data
-smear.py         how far off ignored data are, and the weight that leaves them in wedges
-tip_residual.py  shapes of throw at tips, taken where they pay (in the sense of Bayes, MacKay 1992)
+                 blocks between faults without data: joined to a neighbour, or refused
 tip_solve.py     the solve with those shapes, and with what walls have in common
+                 shapes of throw at tips, taken where they pay (in the sense of Bayes, MacKay 1992)
 relief.py        what both walls have in common under noise (partial splines, Wahba 1990)
 missing.py       blocks next to a fault without data: filled, or refused
-empty_blocks.py  blocks between faults without data: joined to a neighbour, or refused
 ===============  =================================================================================
 """

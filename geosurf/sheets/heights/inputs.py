@@ -20,8 +20,8 @@ from geosurf.sheets.faults.fault_distance import (
 )
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import FaultMesh
-from geosurf.sheets.lattice.drape import draped
 from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.solve import draped
 
 FIRST_TRIM = 3.0  # cells
 NEARER = 0.5  # of a trim within which data are ignored that the base case of an ensemble used

@@ -12,14 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geosurf.conventions import place
-from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.sets import distinct
+from geosurf.errors import GeometryError, InputError
+from geosurf.kernels.lattices.strips import distinct
+from geosurf.model import Sheet
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.grid_solver import FILL
 from geosurf.sheets.heights.state import Heights
-from geosurf.sheets.lattice.drape import around, draped
+from geosurf.sheets.lattice.frame import frame_of_lattice
 from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.solve import around, draped
 
 REMEDY = (
     "Add data there, set fill_empty_blocks=True to continue the horizon across the fault, or leave "
@@ -148,3 +150,163 @@ def continued(picks: Picks, missing: Sequence[Missing]) -> tuple[Picks, list[dic
     z = np.concatenate([picks.z, heights[fill]])
     order = np.argsort(node, kind="stable")
     return replace(picks, given_node=node[order], z=z[order]), notes
+
+
+# ---- stand in ----------------------------------------
+# Blocks in which a horizon is missing, given the heights of the horizon that it coincides with.
+#
+# The other horizon is torn already. Its mesh falls apart into blocks where faults cut through, so
+# it shows how far the missing part goes.
+
+
+SHARE = 0.2  # of nodes next to a fault: fewer of one block are on the other side of it
+
+
+@dataclass(frozen=True, eq=False)
+class StandIn:
+    """A horizon that another one coincides with where that is missing.
+
+    Attributes
+    ----------
+    sheet : Sheet
+    heights : ndarray of float64, shape (n_node,)
+        [m]; NaN where it has no node.
+    block_of_vertex : ndarray of int64, shape (n_vertex,)
+        Connected part of its mesh that each vertex of ``sheet.surface`` is in.
+    block : ndarray of int64, shape (n_node,)
+        The same for nodes of the lattice; -1 where there is none.
+    """
+
+    sheet: Sheet
+    heights: np.ndarray
+    block_of_vertex: np.ndarray
+    block: np.ndarray
+
+    @classmethod
+    def of(cls, sheet: Sheet, picks: Picks) -> StandIn:
+        """The stand-in for a horizon on the same lattice.
+
+        Raises
+        ------
+        InputError
+            If the horizon is not a grid, or on another lattice.
+        """
+        frame, heights = frame_of_lattice(sheet.lattice, f"horizon {sheet.name!r}")
+        own = picks.frame
+        same = picks.on_nodes and own.shape == frame.shape
+        if same:
+            corners = np.array([0, own.shape[1] - 1, own.shape[0] * own.shape[1] - 1])
+            off = np.abs(own.node_places(corners) - frame.node_places(corners)).max()
+            same = bool(off <= 1e-6 * own.cell)
+        if not same:
+            raise InputError(
+                f"horizon {picks.name!r} cannot be pinched out onto {sheet.name!r}, since the two "
+                "are on different grids. Resample one of them to the nodes of the other."
+            )
+        number = _vertex_of_nodes(sheet)
+        block_of_vertex = parts_of(sheet)
+        block = np.where(number >= 0, block_of_vertex[np.maximum(number, 0)], -1)
+        return cls(sheet, heights.ravel(), block_of_vertex, block)
+
+
+def _vertex_of_nodes(sheet: Sheet) -> np.ndarray:
+    """Vertex of the mesh of a sheet at each node of its lattice, int64 (n_node,); -1 for none."""
+    number: np.ndarray = sheet.lattice.vertex_of_node.ravel()
+    if sheet.mesh is None:  # vertices are nodes, in order
+        return number
+
+    # parts of the mesh are those of another horizon: nodes are found by place, to the last digit
+    rows = [np.ascontiguousarray(one + 0.0).view("V24").ravel() for one in (
+        sheet.mesh.vertices, sheet.lattice.build_vertices())]  # fmt: skip
+    order = np.argsort(rows[0])
+    at = np.minimum(np.searchsorted(rows[0], rows[1], sorter=order), len(order) - 1)
+    vertex = np.where(rows[0][order[at]] == rows[1], order[at], -1)
+    found: np.ndarray = np.where(number >= 0, vertex[np.maximum(number, 0)], -1)
+    return found
+
+
+def parts_of(sheet: Sheet) -> np.ndarray:
+    """Connected part of the mesh of a sheet that each of its vertices is in, int64 (n_vertex,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    surface = sheet.surface
+    t, n = surface.triangles, surface.n_vertex
+    one, two = np.concatenate([t[:, [0, 1]], t[:, [1, 2]]]).T
+    links = coo_array((np.ones(len(one)), (one, two)), shape=(n, n))
+    label: np.ndarray = connected_components(links, directed=False)[1].astype(np.int64)
+    return label
+
+
+def nodes_to_stand_in(
+    picks: Picks,
+    state: Heights,
+    missing: Sequence[Missing],
+    meshes: Sequence[FaultMesh],
+    other: StandIn,
+) -> np.ndarray:
+    """
+    Absent nodes of the blocks in which a horizon has no data, int64 (n,), rising.
+
+    Parameters
+    ----------
+    picks : Picks
+    state : Heights
+        Of a pass without these blocks.
+    missing : sequence of Missing
+        Sides of faults without data and without a trace.
+    meshes : sequence of FaultMesh
+    other : StandIn
+    """
+    absent = np.isnan(picks.means) & np.isfinite(other.heights)
+    blocks: set[int] = set()
+    for one in missing:
+        mesh = next(mesh for mesh in meshes if mesh.name == one.fault)
+        nodes = _on_side(one.nodes[absent[one.nodes]], one.side[-1], mesh, picks, other)
+        found, times = np.unique(other.block[nodes], return_counts=True)
+        blocks |= set(found[times >= SHARE * len(nodes)].tolist())
+
+    # parts between traces that no datum reaches; one with ignored data is not without data
+    if len(state.stray) and np.isnan(picks.means[state.stray]).all():
+        for part in _parts_of_nodes(state.stray, picks.frame.shape):
+            found, times = np.unique(other.block[part], return_counts=True)
+            blocks.add(int(found[times.argmax()]))  # a few nodes are across a dipping fault
+
+    # blocks farther on, of which data have at most a rim: the same faults at other heights
+    if blocks:
+        listed, number = np.unique(other.block, return_inverse=True)
+        share = np.bincount(number, np.isfinite(picks.means)) / np.bincount(number)
+        blocks |= set(listed[share < SHARE].tolist())
+
+    # nodes next to faults that data of their own side have given a height keep it
+    solved = np.isfinite(state.values).ravel()
+    blocks.discard(-1)
+    return np.flatnonzero(np.isin(other.block, list(blocks)) & absent & ~solved)
+
+
+def _on_side(
+    nodes: np.ndarray, side: str, mesh: FaultMesh, picks: Picks, other: StandIn
+) -> np.ndarray:
+    """Those of some nodes that are on a side of a fault at the heights of the other horizon."""
+    there = np.column_stack([picks.frame.cells_of_node(nodes), other.heights[nodes]])
+    far, of = side_at_own_height(mesh, mesh_blocks(mesh, FILL), there, FILL)
+    return nodes[(of == (1 if side == "+" else -1)) & (far < FILL)]
+
+
+def _parts_of_nodes(nodes: np.ndarray, shape: tuple[int, int]) -> list[np.ndarray]:
+    """Connected parts of some nodes of a lattice."""
+    from scipy.ndimage import label
+
+    mask = np.zeros(shape, dtype=bool)
+    mask.ravel()[nodes] = True
+    part, n = label(mask, np.ones((3, 3)))
+    return [np.flatnonzero(part.ravel() == k) for k in range(1, n + 1)]
+
+
+def stood_in(picks: Picks, nodes: np.ndarray, other: StandIn) -> Picks:
+    """The picks with heights of the other horizon at some nodes that had none."""
+    node = np.concatenate([picks.node, nodes])
+    z = np.concatenate([picks.z, other.heights[nodes]])
+    present = np.isfinite(z)
+    order = np.argsort(node[present], kind="stable")
+    return replace(picks, given_node=node[present][order], z=z[present][order])

@@ -13,18 +13,435 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.sheets.faults.cut_edges import Part
-from geosurf.sheets.faults.fault_distance import near_traces
-from geosurf.sheets.faults.traces import FaultMesh
-from geosurf.sheets.heights.evidence import overlapping_traces, picks_in_gaps, smear_seen
-from geosurf.sheets.heights.grid_solver import GridSolver, far_from_data
-from geosurf.sheets.heights.inputs import Trims, inputs_of
-from geosurf.sheets.heights.point_solver import PointSolver
-from geosurf.sheets.heights.selection import select
-from geosurf.sheets.heights.state import Evidence, Heights, Selection, Tears
-from geosurf.sheets.lattice.noise import Noise, weight_of
-from geosurf.sheets.lattice.picks import Picks
+from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.sheets.node_bands import products_of_columns, sums_of_columns
+from geosurf.model import frozen
+from geosurf.model.sheets import BaseHeights, TearPlan
+from geosurf.sheets.faults.cut_edges import Cuts, Part, Walls
+from geosurf.sheets.faults.fault_distance import near_traces, rows_near
+from geosurf.sheets.faults.network import Network
+from geosurf.sheets.faults.tips import Tips, tips_of
+from geosurf.sheets.faults.traces import FaultMesh, Trace
+from geosurf.sheets.heights.grid_solver import FILL, GridSolver, bridge, far_from_data
+from geosurf.sheets.heights.inputs import Inputs, NearPicks, Trims, inputs_of
+from geosurf.sheets.heights.relief import common_relief
+from geosurf.sheets.heights.state import (
+    SENSE,
+    Evidence,
+    Heights,
+    Selection,
+    Smear,
+    Tears,
+    distances,
+    smear_of,
+)
+from geosurf.sheets.heights.tip_solve import (
+    Bent,
+    Solved,
+    groups_of,
+    likely_shares,
+    losing,
+    paying_shares,
+    shapes_of,
+    shared_unless,
+)
+from geosurf.sheets.lattice.data import Scattered, noise_of_points
+from geosurf.sheets.lattice.picks import Noise, Picks, signal_of, weight_of
+from geosurf.sheets.lattice.solve import (
+    BEND,
+    CHOLESKY,
+    EXACT,
+    Common,
+    Graph,
+    energy_of,
+    lattice_graph,
+    narrow_gaps,
+    reached,
+    steps_to_known,
+    weights_of,
+    without_absent,
+)
+
+# ---- evidence ----------------------------------------
+# What a finished pass shows: picks in gaps, and how far off the data are that it ignored.
+
+
+def picks_in_gaps(inputs: Inputs, state: Heights) -> np.ndarray:
+    """Picks that lie between the cut-offs of a fault in the map."""
+    found = [np.empty(0, dtype=np.int64)]
+    for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
+        # in the gap: nearer to the trace than the cut-off of the wall on its own side of the map
+        rows = inputs.nearby[trace.fault].rows
+        at = near.look_up(inputs.picks.nodes_of(rows))
+        rows, at = rows[at >= 0], at[at >= 0]
+        gap = walls.gap(near.place[at], near.side[at])
+        found.append(rows[near.distance[at] < gap])
+    return distinct(*found)
+
+
+def ignored_misfits(
+    picks: Picks, near: Sequence[NearPicks], state: Heights, in_gap: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Misfits of ignored data outside of gaps, of nodes with a single pick.
+
+    Returns
+    -------
+    rows : ndarray of int64 (n,)
+        Picks.
+    far : ndarray (n,)
+        Distance from the nearest fault, at their own height [cells].
+    misfit : ndarray (n,)
+        From the sheet of their side of the map [m].
+    """
+    # only data that were not used can test the sheet; several picks of a node are of two walls
+    rows, far = distances(near)
+    empty = np.zeros(len(picks.z), dtype=bool)
+    empty[in_gap] = True
+    chosen = state.ignored[rows] & ~empty[rows]
+    if picks.several is not None:
+        chosen &= ~picks.several[picks.nodes_of(rows)]
+    rows, far = rows[chosen], far[chosen]
+    misfit = picks.misfit(state.values, rows)
+    known = np.isfinite(misfit)
+    return rows[known], far[known], misfit[known]
+
+
+def smear_seen(inputs: Inputs, state: Heights, reach: float) -> Smear | None:
+    """The smear of ignored data at nodes within some steps of trusted data of their side."""
+    if not len(state.unknown):
+        return None
+    in_gap = picks_in_gaps(inputs, state)
+    rows, far, misfit = ignored_misfits(inputs.picks, inputs.nearby, state, in_gap)
+
+    # far extrapolation errs by itself, and would be taken for smear
+    nodes = inputs.picks.nodes_of(rows)
+    at = np.minimum(np.searchsorted(state.unknown, nodes), len(state.unknown) - 1)
+    close = (state.unknown[at] == nodes) & (state.extrapolation[at] <= reach)
+    return smear_of(far[close], misfit[close])
+
+
+def overlapping_traces(state: Heights) -> frozenset[int]:
+    """Traces at which the horizon overlaps: picks beyond the trace show the ends of the walls."""
+    heaves = [walls.left + walls.right for walls in state.walls]
+    return frozenset(k for k, h in enumerate(heaves) if len(h) and np.median(h) < -SENSE)
+
+
+# ---- selection ----------------------------------------
+# Which picks a pass uses: neither those near a fault nor those of the other wall.
+
+
+def select(inputs: Inputs, trim: float, tears: Tears, before: Heights | None) -> Selection:
+    """Choose the picks of one pass; `before`: heights of an earlier one, with walls."""
+    # two reasons to ignore a pick: near a fault at its own height, or across the trace in the map.
+    # Either alone fails: gridded data carried into a gap are on a wrong side in 3-D, overlaps in
+    # the map
+    ignored = inputs.within(trim)
+    wrong, beyond = _wrong_side(inputs, ignored, tears, before)
+    single = ~wrong
+    if inputs.picks.several is not None:
+        single &= ~inputs.picks.several[inputs.picks.node]
+    return Selection(trim, ignored | wrong, single, beyond)
+
+
+def _wrong_side(
+    inputs: Inputs, ignored: np.ndarray, tears: Tears, before: Heights | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Picks on the wrong side of a trace, bool (n_pick,); those of an overlapping sheet (n, 3)."""
+    picks, network = inputs.picks, tears.network
+    wrong, beyond = inputs.misplaced(), []
+    nodes = [picks.nodes_of(inputs.nearby[trace.fault].rows) for trace in network.traces]
+    for number, at in enumerate(rows_near(tears.near, nodes)):
+        near = tears.near[number]
+        own = inputs.nearby[network.traces[number].fault]
+        rows, side, far, at = (values[at >= 0] for values in (own.rows, own.side, own.far, at))
+
+        # a pick is across where its side at its own height is not that of its node in the map
+        place, here = near.place[at], near.side[at]
+        first, last = network.mesh[number]  # beyond the rim of the data, where it leaves them
+        inside = (place > first) & (place < last)
+        across = inside & (side != here)
+
+        if before is not None:
+            walls = before.walls[number]
+            heave = walls.heave(place)
+
+            # there is no horizon between the cut-offs of a gap: values there were interpolated
+            in_gap = near.distance[at] < walls.gap(place, here)
+            several = False if picks.several is None else picks.several[picks.nodes_of(rows)]
+            close = near.distance[at] < 1.0 + np.abs(heave)
+            wrong[rows[inside & (heave > SENSE) & (in_gap | (several & close))]] = True
+
+            # in an overlap, picks across belong to the sheet of the other side
+            mine = (
+                across
+                & (heave < -SENSE)
+                & (far >= inputs.trim * inputs.shares[network.traces[number].fault])
+                & ~ignored[rows]
+            )
+            number_of = np.full(mine.sum(), number)
+            beyond.append(np.stack([rows[mine], number_of, side[mine].astype(np.int64)], axis=1))
+        wrong[rows[across]] = True
+    return wrong, np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
+
+
+# ---- point solver ----------------------------------------
+# Heights from scattered points: all nodes are unknown, and each point is a row of the equations.
+#
+# A point is used if no link of its cell is cut: then all four nodes are on one wall. The surface is
+# the one with the smallest third differences that meets all points as well as their noise allows,
+# after Briggs (1974), Geophysics 39, 39-48. Shapes of tips are taken out of it as
+# `geosurf.sheets.heights.tip_solve` does on grids.
+
+
+SMOOTH = 5e-3  # weight by which points are smoothed to see the surface below their noise
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Nodes that are solved for, and the points that are rows of the equations.
+
+    Attributes
+    ----------
+    graph : Graph
+    slot : ndarray of int64 (n_node,)
+        Row of each node of the lattice in the graph, -1 if it is not solved for.
+    rows : ndarray of int64
+        Points.
+    """
+
+    graph: Graph
+    slot: np.ndarray
+    rows: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PointSolver:
+    """Solves for the heights of one horizon of scattered points.
+
+    Attributes
+    ----------
+    inputs : Inputs
+    noise : Noise
+    fill_empty_blocks : bool
+        Whether blocks without data, larger than slivers, are joined to a neighbour.
+    corners : ndarray of int64 (n_point, 4)
+        Nodes of the cell of each point.
+    share : ndarray (n_point, 4)
+        Of each corner in the height at the point.
+    present : ndarray of bool (n_node,)
+        Corners of cells with points, and nodes in narrow gaps between them.
+    """
+
+    inputs: Inputs
+    noise: Noise
+    fill_empty_blocks: bool
+    corners: np.ndarray
+    share: np.ndarray
+    present: np.ndarray
+
+    @classmethod
+    def over(cls, inputs: Inputs) -> PointSolver:
+        """A solver that meets points exactly, until `replace` gives it their noise."""
+        picks = inputs.picks
+        assert isinstance(picks, Scattered)
+        corners, share = picks.corners()
+        used = np.zeros(picks.n_node, dtype=bool)
+        used[corners] = True
+        grid = used.reshape(picks.frame.shape)
+        present = (grid | narrow_gaps(grid, FILL)).ravel()
+        return cls(inputs, Noise(), False, corners, share, present)
+
+    def estimate_noise(self) -> tuple[float, float]:
+        """Noise of the points, and typical third difference of the surface per cell [m]."""
+        picks, ignored = self.inputs.picks, self.inputs.within(np.inf)
+        assert isinstance(picks, Scattered)
+        noise = noise_of_points(picks, ~ignored)
+        if weight_of(noise, 0.0, picks.frame.cell) is None:
+            return noise, 0.0
+        smoothing = replace(self, noise=Noise(weight=SMOOTH))  # what is left then is the surface
+        grid = np.where(self._touched(~ignored), smoothing.drape(ignored, BEND), np.nan)
+        return noise, signal_of(grid.reshape(picks.frame.shape))
+
+    def drape(self, ignored: np.ndarray, bend: float = 1.0) -> np.ndarray:
+        """Heights (n_node,) of the surface through the points in use, not torn anywhere."""
+        graph, slot = self._graph(None)
+        rows = ~ignored & (slot[self.corners] >= 0).all(axis=1)
+        found, _ = self._solved(Equations(graph, slot, np.flatnonzero(rows)), bend)
+        out = np.full(self.inputs.picks.n_node, np.nan)
+        out[slot >= 0] = found
+        return out
+
+    def first_network(self, ignored: np.ndarray) -> Network:
+        """Traces on the surface through the points in use."""
+        return self.inputs.network(self.drape(ignored), np.flatnonzero(~self._touched(~ignored)))
+
+    def network_on(self, heights: np.ndarray, lost: np.ndarray) -> Network:
+        """Traces on solved heights, drawn again across some nodes: writes there."""
+        heights[lost] = np.nan
+        return self.inputs.network_across(heights, lost[self.present[lost]])
+
+    def _touched(self, used: np.ndarray) -> np.ndarray:
+        """Nodes of the cells of some points, bool (n_node,)."""
+        touched = np.zeros(self.inputs.picks.n_node, dtype=bool)
+        touched[self.corners[used]] = True
+        return touched
+
+    def _graph(self, bits: np.ndarray | None) -> tuple[Graph, np.ndarray]:
+        """Graph of all present nodes, and the row (n_node,) of each in it."""
+        nodes = np.flatnonzero(self.present)
+        slot = np.full(len(self.present), -1)
+        slot[nodes] = np.arange(len(nodes))
+        graph = lattice_graph(nodes, self.inputs.picks.frame.shape, bits)
+        return without_absent(graph, np.ones(len(nodes), dtype=bool)), slot
+
+    def solve(
+        self,
+        selection: Selection,
+        tears: Tears,
+        evidence: Evidence,
+        filled_blocks: tuple[dict, ...] = (),
+    ) -> Heights:
+        """Solve for all nodes, from the points in use whose cell no cut link divides."""
+        n_node = self.inputs.picks.n_node
+        graph, slot = self._graph(tears.cuts.bits(n_node))
+        rows = np.flatnonzero(~selection.ignored & self.whole(tears.cuts))
+
+        # blocks that no point reaches are joined to a neighbour, if they may
+        touched = np.zeros(len(graph.east), dtype=bool)
+        touched[slot[self.corners[rows]]] = True
+        far = ~touched
+        tied = reached(graph, far)
+        nodes = np.flatnonzero(self.present)
+        stray = nodes[~tied]
+        bridged = bridge(self.inputs, stray, tears, self.fill_empty_blocks)
+        if bridged is not None:
+            tears, note = bridged
+            return self.solve(selection, tears, evidence, (*filled_blocks, note))
+
+        # all other nodes at once
+        values = np.full(n_node, np.nan)
+        number = np.where(tied, np.cumsum(tied) - 1, -1)
+        slot[nodes] = number
+        equations = Equations(_part_of(graph, tied, number), slot, rows)
+        (values[nodes[tied]], bent), apart = self._shared(equations, tears, evidence)
+        steps = steps_to_known(graph, np.where(far, 0, -1))[far]
+        ignored = np.ones(len(selection.ignored), dtype=bool)
+        ignored[rows] = False
+        return Heights(
+            values=values,
+            tears=tears,
+            used=~ignored,
+            ignored=ignored,
+            unknown=nodes[far],
+            extrapolation=steps.astype(np.float64),
+            beyond=selection.beyond,
+            stray=stray,
+            filled_blocks=filled_blocks,
+            bent=bent,
+            apart=apart,
+        )
+
+    def whole(self, cuts: Cuts) -> np.ndarray:
+        """Points whose cell no cut link divides, bool (n_point,)."""
+        bits = cuts.bits(self.inputs.picks.n_node)
+        a, b, d = self.corners[:, 0], self.corners[:, 1], self.corners[:, 2]
+        return (bits[a] == 0) & (bits[b] & 2 == 0) & (bits[d] & 1 == 0)
+
+    def _shared(
+        self, equations: Equations, tears: Tears, evidence: Evidence
+    ) -> tuple[Solved, frozenset[int]]:
+        """Heights of all nodes, under noise with what walls have in common."""
+        if evidence.throws is None:
+            return self._solved(equations), evidence.apart
+        network, near, cuts = tears.network, tears.near, tears.cuts
+        tips = tips_of(network.traces, near, cuts)
+        throws = evidence.throws
+
+        def solve(common: Common | None) -> Solved:
+            """Heights of all nodes."""
+            return self._solved(equations, tips=tips, throws=throws, common=common)
+
+        if self.noise.weight is None:
+            return solve(None), evidence.apart
+        picks, slot, rows = self.inputs.picks, equations.slot, equations.rows
+        nodes, at, share = np.flatnonzero(slot >= 0), slot[self.corners[rows]], self.share[rows]
+        scale, z = self.noise.scale, picks.z[rows]
+        weights = weights_of(picks.frame.stretch, BEND, scale=scale)
+
+        def common_of(apart: frozenset[int]) -> Common | None:
+            """What the walls have in common that are not apart."""
+            return common_relief(nodes, cuts, network, near, picks.frame.shape, weights, apart)
+
+        def against(found: np.ndarray, alone: np.ndarray) -> set[int]:
+            """Traces next to which points are missed by too much."""
+            missed, before = (((h[at] * share).sum(axis=1) - z) ** 2 for h in (found, alone))
+            worse = (missed - before) / self.noise.deviation**2
+            return losing(near, picks.node[rows], worse, scale)
+
+        return shared_unless(against, solve, common_of, evidence.apart, evidence.apart_is_final)
+
+    def _solved(
+        self,
+        equations: Equations,
+        bend: float = BEND,
+        tips: Sequence[Tips] = (),
+        throws: Sequence[float] = (),
+        common: Common | None = None,
+    ) -> Solved:
+        """Heights of all nodes of a graph, smooth except at tips, and near its points."""
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        # the energy of nodes, and of coefficients of what walls have in common
+        picks, graph, rows = self.inputs.picks, equations.graph, equations.rows
+        n = len(graph.east)
+        weights = weights_of(picks.frame.stretch, bend, scale=self.noise.scale)
+        energy = energy_of(graph, np.arange(n), weights)
+        more = 0
+        if common is not None:
+            more = common.n_coefficient
+            energy.resize((n + more, n + more))
+            energy = csc_array(energy + common.matrix.T @ common.matrix)
+
+        # one row for each point
+        weight = self.noise.weight or EXACT
+        each = np.repeat(np.arange(len(rows)), 4), equations.slot[self.corners[rows]].ravel()
+        points = csc_array((self.share[rows].ravel(), each), shape=(len(rows), n + more))
+        level = float(picks.z[rows].mean())
+        z = picks.z[rows] - level
+        whole = csc_array(energy + weight * (points.T @ points))
+        factor = splu(whole, **CHOLESKY)
+        found: np.ndarray = factor.solve(weight * (points.T @ z))
+        if not tips:
+            return found[:n] + level, None
+
+        # shapes of tips that make what is left smoother
+        frame, nodes = picks.frame, np.flatnonzero(equations.slot >= 0)
+        shapes = shapes_of(tips, frame, nodes)
+        shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
+        drawn = energy @ shapes
+        moved = factor.solve(drawn)
+        doubt = self.noise.energy
+        cost = found * (energy @ found) + weight * (points.T @ (z - points @ found) ** 2)
+        groups = groups_of(tips, frame, nodes)
+        share = paying_shares(
+            own=products_of_columns(shapes, drawn) - products_of_columns(drawn, moved),
+            wanted=products_of_columns(drawn, found[:, None])[:, 0],
+            groups=[columns for columns, _ in groups],
+            likely=likely_shares(tips, throws),
+            doubt=doubt,
+            units=[doubt or cost[around].mean() for _, around in groups],
+            towards=[tip.throw_towards() for tip in tips],
+        )
+        found = found + sums_of_columns(moved, share)
+        return found[:n] + level, Bent(list(tips), share) if share.any() else None
+
+
+def _part_of(graph: Graph, chosen: np.ndarray, number: np.ndarray) -> Graph:
+    """The part of a graph with chosen nodes, bool (n,); `number` is their new one, -1 elsewhere."""
+    east, north = (np.where(to >= 0, number[to], -1)[chosen] for to in (graph.east, graph.north))
+    return Graph(east, north, graph.square[chosen], graph.cell[chosen])
+
 
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
 BRIDGE = 0.75  # cells next to the cut-offs that are bridged to find the trace between them
@@ -151,3 +568,77 @@ def bridged_nodes(state: Heights) -> np.ndarray:
         gap = np.maximum(walls.gap(beside.place[at], beside.side[at]), 0.0)
         bridged.append(beside.node[at[beside.distance[at] < gap + BRIDGE]])
     return distinct(*bridged)
+
+
+# ---- base case ----------------------------------------
+# Heights of data that differ little from those of another sheet: one solve in place of three.
+#
+# The first two solves of a horizon serve to find its traces, its walls, and the smear of its data.
+# Data of an ensemble's realisations are those of the base case, moved up or down. So its rebuilt
+# nodes are moved as their data are, and traces are drawn on these heights. Walls and smear stay.
+
+
+def base_heights(rebuilt: Rebuilt) -> BaseHeights | None:
+    """What realisations need of a sheet; None for scattered points and where blocks were filled."""
+    state, solver = rebuilt.state, rebuilt.solver
+    if not isinstance(solver, GridSolver) or state.filled_blocks:
+        return None
+    smear, nodes = rebuilt.evidence.smear, state.unknown
+    pairs = zip(state.network.traces, state.walls, strict=True)
+    walls = [[_share(trace, w.place), w.left, w.right, w.throw] for trace, w in pairs]
+    return BaseHeights(
+        frozen(nodes, np.int64),
+        frozen(state.values[nodes] - solver.inputs.picks.means[nodes], np.float64),
+        frozen(bridged_nodes(state), np.int64),
+        tuple(frozen(of, np.float64) for of in walls),
+        None if smear is None else frozen(smear.spread, np.float64),
+        tuple(sorted(int(k) for k in rebuilt.evidence.apart)),
+    )
+
+
+def on_base_heights(solver: Solver, plan: TearPlan) -> Rebuilt | None:
+    """What the last pass is given, with traces on moved heights; these are not solved for.
+
+    None for a plan without them, and where the traces are others.
+    """
+    base, inputs = plan.base, solver.inputs
+    if base is None or not isinstance(solver, GridSolver):
+        return None
+    picks, grid = inputs.picks, solver.grid
+
+    # data that the base case used hold their nodes; those that it solved for move as their data
+    grid.without(plan.use.ignored)
+    grid.mark(base.nodes)
+    grid.values[base.nodes] = picks.means[base.nodes] + base.off_data
+    nothing = np.zeros(len(picks.z), dtype=bool)
+    lost = distinct(base.bridged, base.nodes[np.isnan(grid.values[base.nodes])])
+    network = solver.network_on(grid.values, lost)
+    if plan.traces != tuple((int(t.fault), *map(str, t.ends)) for t in network.traces):
+        return None
+
+    near = near_traces(picks.frame, network.traces, MAP_REACH)
+    tears = Tears(network, near, network.cuts).between(network.solve)
+    walls = [
+        Walls(_place(trace, share), left, right, throw)
+        for trace, (share, left, right, throw) in zip(network.traces, base.walls, strict=True)
+    ]
+    throws = [float(np.abs(one.throw).max(initial=0.0)) for one in walls]
+    smear = None if base.smear is None else Smear(base.smear)
+    evidence = Evidence(throws, smear, frozenset(base.apart), apart_is_final=True)
+    before = Heights(values=grid.values, tears=tears, used=nothing, ignored=nothing, walls=walls)
+    return Rebuilt(solver, select(inputs, inputs.trim, tears, before), evidence, before)
+
+
+def _share(trace: Trace, place: np.ndarray) -> np.ndarray:
+    """Places along a trace as shares of the part on its fault."""
+    first, last = np.interp([trace.start, trace.stop], np.arange(len(trace.along)), trace.along)
+    along: np.ndarray = np.interp(place, np.arange(len(trace.along)), trace.along)
+    return (along - first) / (last - first)
+
+
+def _place(trace: Trace, share: np.ndarray) -> np.ndarray:
+    """The inverse of `_share`."""
+    vertex = np.arange(len(trace.along))
+    first, last = np.interp([trace.start, trace.stop], vertex, trace.along)
+    found: np.ndarray = np.interp(first + share * (last - first), trace.along, vertex)
+    return found

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.kernels.sheets.envelope_solver import places_in_order
 from geosurf.kernels.sheets.node_bands import links_between
+from geosurf.kernels.sheets.smooth_surface import places_in_order
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.network import Network

@@ -14,19 +14,110 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.sheets.envelope_solver import (
+from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.sheets.node_bands import dilate_nodes, links_between
+from geosurf.kernels.sheets.smooth_surface import (
     add_squares,
     factorise,
     fill_envelope,
+    normal_equations,
     places_in_order,
+    steps_from,
     substitute,
 )
-from geosurf.kernels.sheets.graph_distance import steps_from
-from geosurf.kernels.sheets.node_bands import links_between
 
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from scipy.sparse import csc_array, csr_array
+
+
+# ---- sparse ----------------------------------------
+# The energy of a surface as a sparse matrix, for solves in which data are rows of the equations.
+#
+# On grids the unknowns are nodes in a band, and `geosurf.sheets.lattice.solve` factorises an
+# envelope. Rows of scattered points couple nodes in any order: there SuperLU solves.
+
+
+EXACT = 1.0  # weight of points without noise: bilinear cells cannot meet them better
+# SuperLU in the order of a symmetric matrix: pivots off the diagonal would fill it seven times over
+CHOLESKY = {
+    "permc_spec": "MMD_AT_PLUS_A",
+    "diag_pivot_thresh": 0.0,
+    "options": {"SymmetricMode": True},
+}
+
+
+def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray) -> csc_array:
+    """Sparse matrix (n_unknown, n_unknown) of the energy; `unknown` as for `smoothest`."""
+    from scipy.sparse import csc_array
+
+    # one row per unknown: weights, and the columns that they belong to, -1 for none
+    matrix, column = normal_equations(
+        graph.east, graph.north, graph.square, graph.cell, unknown, weights
+    )
+    present = column >= 0
+    where = np.repeat(np.arange(len(column)), present.sum(axis=1)), column[present]
+    return csc_array((matrix[present], where), shape=(len(column), len(column)))
+
+
+# ---- drape ----------------------------------------
+# The horizon filled across its faults without any tear, and which absent nodes may be filled.
+
+
+def around(nodes: np.ndarray, shape: tuple[int, int], steps: int) -> np.ndarray:
+    """Nodes within some steps, rows and columns, of given ones; increasing."""
+    return dilate_nodes(distinct(nodes), *shape, steps)
+
+
+def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
+    """Absent nodes in gaps and holes up to `width` cells across, bool like `present` (2-D)."""
+    if present.all():
+        return np.zeros_like(present)
+    from scipy.ndimage import distance_transform_edt
+
+    # a closing with a disk: absent nodes into which no disk of that width fits between data
+    r = int(np.ceil(0.5 * width)) + 1
+    reached = distance_transform_edt(~np.pad(present, r)) <= 0.5 * width
+    # nodes outside the lattice count as reached, so that a gap may run out of it
+    inner = np.zeros_like(reached)
+    inner[r:-r, r:-r] = True
+    closed = distance_transform_edt(reached | ~inner) > 0.5 * width
+    return closed[r:-r, r:-r] & ~present
+
+
+def draped(
+    heights: np.ndarray, fill: np.ndarray, shape: tuple[int, int], stretch: np.ndarray
+) -> np.ndarray:
+    """Heights (n,) of the nodes of `fill` on a membrane through the others; NaN where none is."""
+    # first differences reach one node: a rim of one holds the fill
+    band = around(fill, shape, 1)
+    graph = lattice_graph(band, shape)
+    unknown = np.full(len(band), -1)
+    at = np.searchsorted(band, fill)
+    unknown[at] = np.arange(len(fill))
+    value = heights[band]
+
+    # nodes that no link ties to a height stay NaN
+    graph = without_absent(graph, np.isfinite(value) | (unknown >= 0))
+    tied = grounded(graph, unknown)
+    keep = np.full(len(band), -1)
+    keep[at[tied]] = np.arange(tied.sum())
+    graph = without_absent(graph, np.isfinite(value) & (unknown < 0) | (keep >= 0))
+
+    # only first differences count: a membrane, which never overshoots
+    value = np.where(np.isfinite(value), value, 0.0)
+    out = np.full(len(fill), np.nan)
+    out[tied] = smoothest(graph, keep, value, stretch, bend=0.0, third=0.0)
+    return out
+
+
+def without_absent(graph: Graph, present: np.ndarray) -> Graph:
+    """The graph without nodes that do not exist."""
+    # a link needs both of its nodes
+    east, north = (
+        np.where(present & (to >= 0) & present[to], to, -1) for to in (graph.east, graph.north)
+    )
+    return Graph(east, north, graph.square & present, graph.cell)
+
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
 # shares of second and third differences, against fourth ones: docs/decisions/0053 has others
@@ -135,7 +226,7 @@ def smoothest(
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A symmetric matrix in its envelope; see `geosurf.kernels.sheets.envelope_solver`.
+    """A symmetric matrix in its envelope; see `geosurf.kernels.sheets.smooth_surface`.
 
     Attributes
     ----------

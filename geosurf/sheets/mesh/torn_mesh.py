@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.kernels.lattices.sets import distinct
-from geosurf.kernels.meshes.glued_copies import glue_copies
+from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.meshes.parts import glue_copies
 from geosurf.kernels.sheets.torn_links import divided_triangles, triangles_beside
 from geosurf.model.base import all_of
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts

@@ -3,8 +3,8 @@
 =================  ===============================================================================
 throw_horizon.py   `throw_horizon`: the steps, in order
 attempt.py         one attempt: traces, the wall of each node, and its height
-tear_ends.py       where tears end, and errors where throw is left without a fault
-movement.py        parts of the throw in the walls of all faults
+                   where tears end, and errors where throw is left without a fault
 displacement.py    the height of each sheet anywhere, as if its wall had no end
+                   parts of the throw in the walls of all faults
 =================  ===============================================================================
 """

@@ -20,15 +20,13 @@ from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, LostThrow, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.model.surfaces import Sector
 from geosurf.sheets.faults import DIRECTIONS
-from geosurf.sheets.faults.dip_lines import FAR_STEPS, beyond
-from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
-from geosurf.sheets.faults.fault_profile import Section, section_of
-from geosurf.sheets.faults.given_throw import slips_of
-from geosurf.sheets.faults.slip import Slip
+from geosurf.sheets.faults.fault_profile import FAR_STEPS, Section, beyond, section_of
+from geosurf.sheets.faults.fault_profile import SPARE as FAULT_SPARE
+from geosurf.sheets.faults.slip import Slip, slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import has_fewer_nodes, picks_of
 from geosurf.sheets.lattice.frame import Frame
-from geosurf.sheets.mesh.build import Built, build
+from geosurf.sheets.mesh.build import SPARE, Built, build
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
@@ -37,12 +35,9 @@ from geosurf.sheets.mesh.finish import (
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.mesh.rings import SPARE
-from geosurf.sheets.report.cutoffs import longest, met
-from geosurf.sheets.report.describe import count_tips, fault_cuts, no_cuts
-from geosurf.sheets.throw.attempt import Attempt, attempt
-from geosurf.sheets.throw.movement import Movement, movement_of
-from geosurf.sheets.throw.tear_ends import throw_at_early_ends
+from geosurf.sheets.report.describe import count_tips, fault_cuts, longest, met, no_cuts
+from geosurf.sheets.throw.attempt import Attempt, attempt, throw_at_early_ends
+from geosurf.sheets.throw.displacement import Movement, movement_of
 
 FAR = 1e-6  # cells outside of the data from which a particle is counted
 

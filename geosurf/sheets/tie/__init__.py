@@ -2,8 +2,8 @@
 
 ===============  ==================================================================
 tie_horizon.py   `tie_horizon`, `tied_sheet`: cut, compare, correct, until all tops are met
-cut_horizon.py   a horizon cut at its faults, with vertices of its own on each wall
 controls.py      tops on the cut horizon: residuals, and why others are not used
+                 a horizon cut at its faults, with vertices of its own on each wall
 ===============  ==================================================================
 """
 

@@ -2,13 +2,132 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from geosurf.measure.well_columns import columns_through, fault_between, nearest_first
+from geosurf.measure.columns import columns_through, fault_between, nearest_first
+from geosurf.model import Patches, Sheet, TriSurface
 from geosurf.model.tops import Tops
-from geosurf.sheets.tie.cut_horizon import CutHorizon
+from geosurf.rebuild import rebuild_surfaces, trim_sheets
+
+# ---- cut horizon ----------------------------------------
+# A horizon cut at its faults: triangles that are joined only where no fault separates them.
+
+
+@dataclass(frozen=True, eq=False)
+class CutHorizon:
+    """One horizon between its faults.
+
+    Attributes
+    ----------
+    patches : Patches
+        The horizon and its faults, cut and trimmed.
+    rows : ndarray of int64, shape (n,)
+        Triangles of the horizon, rows of the patches.
+    triangles : ndarray of int64, shape (n, 3)
+        The same as corners in `x`; walls of a fault share none.
+    x : ndarray of float64, shape (n_vertex, 3)
+        World coordinates [m].
+    walls : ndarray of int64, shape (n_wall, 2)
+        Edges of the triangles that lie on a fault, rows of `x`.
+    """
+
+    patches: Patches
+    rows: np.ndarray
+    triangles: np.ndarray
+    x: np.ndarray
+    walls: np.ndarray
+
+    @cached_property
+    def cell(self) -> float:
+        """Typical width of the horizon's cells [m]: two triangles of median area."""
+        a, b, c = (self.x[self.triangles[:, k], :2] for k in range(3))
+        (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+        return float(np.sqrt(np.median(np.abs(ux * vy - uy * vx))))
+
+    @cached_property
+    def by_place(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices in order of their easting and northing, and these as one key each."""
+        key = place_keys(self.x)
+        order = np.argsort(key, kind="stable")
+        return order, key[order]
+
+
+def cut_horizon(horizon: TriSurface | Sheet, faults: Sequence[TriSurface]) -> CutHorizon:
+    """
+    Cut a horizon at faults; a torn sheet loses what lies beyond them.
+
+    Parameters
+    ----------
+    horizon : TriSurface or Sheet
+    faults : sequence of TriSurface
+
+    Returns
+    -------
+    CutHorizon
+    """
+    surface = horizon.surface if isinstance(horizon, Sheet) else horizon
+    patches = trim_sheets(rebuild_surfaces([surface, *faults]))
+
+    # surface 0 is the horizon, all others are its faults
+    mine = patches.surface_of_triangle == 0
+    rows = np.flatnonzero(mine)
+    faces = patches.triangles[rows]
+    walls = patches.triangles[~mine]
+
+    # on_fault (3 n,): edges of the horizon that faults have as well; exact, as both share points
+    on_fault = np.isin(_edge_keys(faces, len(patches.local)), _edge_keys(walls, len(patches.local)))
+    corner = _own_corners(faces, on_fault, len(patches.local))
+
+    # one point for each wall: points on a fault are there twice, a tip only once
+    first = np.unique(corner, return_index=True)[1]
+    x = patches.vertices[faces.ravel()[first]]
+    ends = np.stack([corner, corner.reshape(-1, 3)[:, [1, 2, 0]].ravel()], axis=1)
+    return CutHorizon(patches, rows, corner.reshape(-1, 3), x, ends[on_fault])
+
+
+def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.ndarray:
+    """Number of the vertex at each corner (3 n,), one for each wall of a fault.
+
+    `on_fault` marks the edges (3 n,) from each corner to the next. Corners are one vertex if a
+    chain of edges that no fault runs along joins their triangles.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    key = _edge_keys(faces, n_vertex)
+
+    # half-edges with the same key follow each other; pairs one, two are the two sides of an edge
+    half = np.flatnonzero(~on_fault)
+    half = half[np.argsort(key[half], kind="stable")]
+    same = np.flatnonzero(key[half[1:]] == key[half[:-1]])
+    one, two = half[same], half[same + 1]
+
+    # both ends of a common edge: corner k of a triangle, and the one after it
+    flat = faces.ravel()
+    after = np.arange(len(flat)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
+    starts = np.where(flat[one] == flat[two], two, after[two])
+    ends = np.where(flat[one] == flat[two], after[two], two)
+    a, b = np.concatenate([one, after[one]]), np.concatenate([starts, ends])
+    links = coo_array((np.ones(len(a)), (a, b)), shape=(len(flat), len(flat)))
+
+    # corners that are joined are one vertex
+    number: np.ndarray = connected_components(links, directed=False)[1]
+    return number.astype(np.int64)
+
+
+def _edge_keys(triangles: np.ndarray, n_vertex: int) -> np.ndarray:
+    """One number for each edge (3 n,): that from corner k to the next, whatever its direction."""
+    a, b = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    return np.minimum(a, b) * n_vertex + np.maximum(a, b)
+
+
+def place_keys(points: np.ndarray) -> np.ndarray:
+    """Easting and northing of points as one complex number each, to find equal places."""
+    return np.ascontiguousarray(points[:, :2]).view(np.complex128).ravel()
 
 
 @dataclass(frozen=True, eq=False)

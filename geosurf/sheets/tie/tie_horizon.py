@@ -12,13 +12,18 @@ from geosurf.conventions import length_text, place
 from geosurf.conventions.checks import are_points
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
-from geosurf.measure.well_columns import columns_through
+from geosurf.measure.columns import columns_through
 from geosurf.model import Sheet, SheetReport, TriSurface, frozen
-from geosurf.model.tie import TieReport, TieSettings
-from geosurf.model.tops import Tops
+from geosurf.model.tops import TieReport, TieSettings, Tops
 from geosurf.sheets.lattice.data import points_of
-from geosurf.sheets.tie.controls import Controls, controls_of, shares_in
-from geosurf.sheets.tie.cut_horizon import CutHorizon, cut_horizon, place_keys
+from geosurf.sheets.tie.controls import (
+    Controls,
+    CutHorizon,
+    controls_of,
+    cut_horizon,
+    place_keys,
+    shares_in,
+)
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.spikes import check_spikes
 from geosurf.warning import collected, warn
