@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.arrangement import tree
 from geosurf.arrangement.tree import Tree
 from geosurf.kernels.lattices.lattice_corners import LARGEST, SMALLEST, survey_list
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import TriSurface
 from geosurf.model.torn_lattice import TornLattice
 

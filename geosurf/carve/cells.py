@@ -30,7 +30,8 @@ from geosurf.carve.outside import (
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.lattices.strips import RIM, distinct, lowest_keys
+from geosurf.kernels.lattices.sets import distinct
+from geosurf.kernels.lattices.strips import RIM, lowest_keys
 from geosurf.kernels.meshes.mesh import join_pairs, number_keys
 from geosurf.kernels.meshes.parts import mark_around, open_edges, parts_of
 from geosurf.kernels.meshes.seams import DONE, NEEDS_EXACT, join_seams, sort_seams

@@ -25,7 +25,7 @@ from geosurf.carve.shells import Shells, unit_of_volume
 from geosurf.carve.zones import ABOVE, UNKNOWN, WHOLE
 from geosurf.conventions import did_you_mean, place
 from geosurf.errors import GeometryError, InputError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import FluidContact, Patches, Unit, Units
 from geosurf.model.column import separators
 from geosurf.model.expected import expect, listed

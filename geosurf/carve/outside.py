@@ -15,7 +15,7 @@ from geosurf.carve.measures import volume_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError
 from geosurf.kernels.lattices.lattice_corners import build_list_tree, survey_list
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs, renumbered
 from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_in_box
 from geosurf.model import Patches

@@ -20,7 +20,7 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches, TriSurface
 from geosurf.model.surfaces import Sector

@@ -193,7 +193,9 @@ def sort_places_and_segments(
     x: np.ndarray, segments: np.ndarray, pair: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Distinct positions of the points of segments, by coordinates; `sort_segments` of these."""
-    points = np.unique(segments)
+    used = np.zeros(len(x), dtype=bool)
+    used[segments] = True
+    points = np.flatnonzero(used)
     points = points[np.lexsort(x[points].T[::-1])]
     places = x[points]
     is_new = np.append(True, (places[1:] != places[:-1]).any(axis=1))[: len(places)]

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import renumbered
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect

@@ -16,7 +16,7 @@ import numpy as np
 
 from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.linking import link_segments
 from geosurf.measure.columns import signs_of_turns
 from geosurf.measure.faces import check_model

@@ -17,7 +17,7 @@ from geosurf.conventions import (
     real_numbers,
 )
 from geosurf.errors import InputError, InvariantError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.measure.columns import cross_columns, elevations
 from geosurf.measure.locate import keys_at, runs_of_keys
 from geosurf.model import Unit, Units

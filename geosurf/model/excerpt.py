@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model.base import in_crs_of
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches

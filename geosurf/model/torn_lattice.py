@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model.base import frozen
 from geosurf.model.lattice import OF_NODES, Lattice
 

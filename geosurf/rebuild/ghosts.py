@@ -21,7 +21,7 @@ import numpy as np
 
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import join_pairs, kept_triangles, number_below
 from geosurf.kernels.meshes.parts import balance_at_fault, join_past_others
 from geosurf.kernels.sheets.torn_links import classify_parts, sides_of_edges

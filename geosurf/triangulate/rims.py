@@ -18,7 +18,7 @@ from geosurf.conventions import area_text, length_text
 from geosurf.conventions.foreign import straight_runs
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import edges
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from geosurf import TriSurface
 from geosurf.kernels.lattices.decimate import third_differences
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets import link_lines, node_bands
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import distance_at_elevation

@@ -14,7 +14,7 @@ import numpy as np
 
 from geosurf.carve.outside import box_of
 from geosurf.conventions import place
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.shells import number_triangles
 from geosurf.kernels.search.voxels import faces_in_box, triangle_boxes

@@ -28,7 +28,8 @@ from geosurf.kernels.lattices.run_checks import (
     mark_runs,
     sums_of_runs,
 )
-from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, distinct, is_among, runs_of_keys
+from geosurf.kernels.lattices.sets import distinct, is_among
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, runs_of_keys
 from geosurf.kernels.meshes.shells import (
     add_triangles_to_units,
     copies_of_parents,

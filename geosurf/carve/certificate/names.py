@@ -19,7 +19,7 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.carve.outside import NO_HIT, Rays
 from geosurf.carve.shells import unit_name
 from geosurf.carve.zones import WHOLE
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.meshes.mesh import join_pairs, number_keys
 from geosurf.model import Check, Patches, Unit, Units
 from geosurf.model.column import separators

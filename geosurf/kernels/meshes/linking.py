@@ -210,7 +210,7 @@ def link_segments(
     pair = np.repeat(np.arange(n_pair), np.diff(first))
     nodes, ends = np.unique((n_point * pair)[:, None] + segments, return_inverse=True)
     begin = np.searchsorted(nodes, n_point * np.arange(n_pair + 1))
-    chains, offsets, pair_of_chain = link_nodes(ends.reshape(-1, 2), begin)
+    chains, offsets, pair_of_chain = link_nodes(np.reshape(ends, (-1, 2)), begin)
     return nodes[chains] % max(n_point, 1), offsets, pair_of_chain
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.link_lines import NEAR, distance_at_elevation, nearest_on_line
 from geosurf.kernels.sheets.node_bands import boxes_in_blocks, nodes_of_blocks, points_in_blocks
 from geosurf.sheets.faults.traces import FaultMesh, Trace

@@ -22,7 +22,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.fault_trace import values_on_triangles
 from geosurf.kernels.sheets.moved_rock import across_fault, distances_from_fault, values_in_table
 from geosurf.model import Sheet, TriSurface, frozen

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import UNIT, line_crossings
 from geosurf.sheets.faults.cut_edges import Cuts, Joint, cut_at_joints, cuts_of, whole_units

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.cut_edges import throw_beside
 from geosurf.sheets.faults.network import Network, faults_in_words
 from geosurf.sheets.faults.tips import tips_of

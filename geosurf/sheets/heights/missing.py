@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import Sheet
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh

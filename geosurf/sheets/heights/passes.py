@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.node_bands import products_of_columns, sums_of_columns
 from geosurf.model import frozen
 from geosurf.model.sheets import BaseHeights, TearPlan

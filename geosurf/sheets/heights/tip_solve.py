@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.node_bands import products_of_columns, sums_of_columns
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.fault_distance import NearTrace

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.node_bands import dilate_nodes, links_between
 from geosurf.kernels.sheets.smooth_surface import (
     add_squares,

@@ -13,7 +13,7 @@ from threading import Lock
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import TriSurface
 from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
 from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_own_height

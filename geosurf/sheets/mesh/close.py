@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.conventions import rising_diagonal
 from geosurf.errors import GeosurfError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.model import TriSurface, frozen
 from geosurf.model.sheets import DataUse, Extended, NeededFaults, TearPlan
 from geosurf.sheets.faults.cut_edges import Part, last_link, on_own_side

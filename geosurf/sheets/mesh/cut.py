@@ -17,7 +17,7 @@ import numpy as np
 
 from geosurf.arrangement.search import find_contacts
 from geosurf.conventions import frame_origin
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import patches_from

@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import GeometryError, InputError
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.model import (
     FaultCut,

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.sheets.faults.cut_edges import EAST, NORTH
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.meshes.parts import glue_copies
 from geosurf.kernels.sheets.torn_links import divided_triangles, triangles_beside
 from geosurf.model.base import all_of

@@ -12,7 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
-from geosurf.kernels.lattices.strips import distinct, is_among
+from geosurf.kernels.lattices.sets import distinct, is_among
 from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError
-from geosurf.kernels.lattices.strips import distinct
+from geosurf.kernels.lattices.sets import distinct
 from geosurf.kernels.sheets.torn_links import uncut_steps
 from geosurf.sheets.faults.cut_edges import Cuts, Part, last_link, on_own_side, within
 from geosurf.sheets.faults.fault_distance import NearTrace, near_traces

@@ -1,0 +1,37 @@
+"""Sets of whole numbers, as increasing arrays: nodes, links, edges.
+
+`np.unique` hashes, and loses by it: what is asked here is nearly sorted, or short to sort. Models
+load this file, so that it has no kernel: what reads a surface does not load numba.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def distinct(*parts: np.ndarray) -> np.ndarray:
+    """All numbers of some arrays, each once, increasing."""
+    if not parts:
+        return np.empty(0, dtype=np.int64)
+    every = np.concatenate([np.ravel(part) for part in parts]) if len(parts) != 1 else parts[0]
+    every = np.sort(every, axis=None)
+    if len(every) < 2:
+        return every
+
+    # a number is new where it differs from the one before
+    new = np.empty(len(every), dtype=bool)
+    new[0] = True
+    np.not_equal(every[1:], every[:-1], out=new[1:])
+    return every[new]
+
+
+def is_among(numbers: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Whether each number is one of some increasing ones, bool like `numbers`."""
+    if len(some) == 0:
+        return np.zeros(np.shape(numbers), dtype=bool)
+    at = np.searchsorted(some, numbers)
+
+    # past the end: any row will do, the comparison below fails
+    at[at == len(some)] = 0
+    found: np.ndarray = some[at] == numbers
+    return found
