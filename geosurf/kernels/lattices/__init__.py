@@ -11,8 +11,8 @@ file                 question                                                  s
                      How rough is a grid? Third differences.
 `survey`             Which boxes, holes and cell shapes has a lattice?
                      What do bounds of edges prove about the cells of a tile?
+`sets`               Which numbers are in several arrays? No kernel.
 `strips`             Which triangles does no curve touch? As runs of rows.
                      Which runs lie behind the edges of listed triangles?
-                     Which whole numbers, nodes, links, edges, occur? With numpy.
 ===================  ========================================================  =================
 """
