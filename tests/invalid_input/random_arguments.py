@@ -268,8 +268,11 @@ def described(error: BaseException) -> str:
     """An exception, and the last line of geosurf that it came through."""
     if os.environ.get("TRACEBACKS"):
         traceback.print_exception(error)
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if "/geosurf/" in f.filename]
-    at = f"{frames[-1].filename.rpartition('/geosurf/')[2]}:{frames[-1].lineno}" if frames else ""
+    package = str(Path(gs.__file__).parent)  # a checkout may have this name, too
+    frames = [
+        f for f in traceback.extract_tb(error.__traceback__) if f.filename.startswith(package)
+    ]
+    at = f"{frames[-1].filename[len(package) + 1 :]}:{frames[-1].lineno}" if frames else ""
     return f"{at}: {type(error).__name__}"
 
 
