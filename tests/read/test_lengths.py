@@ -188,3 +188,13 @@ def test_json_of_numbers_is_no_file_of_lengths(tmp_path):
     file = write(tmp_path, "x.json", json.dumps([1, 2, 3]))
     with pytest.raises(gs.errors.GeosurfError):
         gs.read_points(file)
+
+
+@pytest.mark.parametrize("unit", METRES)
+def test_measured_depths_of_points_are_in_every_unit(tmp_path, unit):
+    size = METRES[unit]
+    line = f"A,{900.0 / size!r},4000.0,5000.0,{-870.0 / size!r}"
+    file = write(tmp_path, "p.csv", f"Well,MD,X,Y,Z\n{line}")
+    points = gs.read_points(file, positive="up", length_unit=unit)
+    assert points.md.values == pytest.approx([900.0], abs=1e-9)
+    assert points.elevation.values == pytest.approx([-870.0], abs=1e-9)
