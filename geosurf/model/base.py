@@ -80,7 +80,7 @@ class Shown(Noun):
         InputError
             If there is nothing to show, or `max_triangle` is not a number above 0.
         """
-        # drawing is above the nouns: the package hands it down, as it does for ``da.geosurf``
+        # drawing is above the nouns: the package hands it down
         view: InteractiveView = sys.modules["geosurf"].show(self, max_triangle=max_triangle)
         return view
 
