@@ -141,12 +141,13 @@ def torn_sheet(
     search = Search(partial(_torn, picks, noise=noise, filling=filling, given=trims))
     first = _first(search, faults, trims, asking)
     best = search.forced(first)
-    if best.loss == 0.0:
+    bad = first.bad or best.bad
+    if best.loss == 0.0 or not bad:  # no fault to change the trim of: a loss stays
         return best
 
     # other trims may do without a loss; if not, the smallest loss of all
     others: list[Torn] = []
-    for used in _other_trims(trims, first.bad or best.bad, picks, faults):
+    for used in _other_trims(trims, bad, picks, faults):
         try:
             other = search.torn(faults, used)
         except GeometryError:  # a block has no data beyond them
