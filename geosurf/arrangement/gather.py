@@ -28,8 +28,8 @@ from geosurf.kernels.contacts.naming import (
     may_coincide,
     merge_suspects,
     name_corners,
+    place_points,
 )
-from geosurf.kernels.contacts.placing import place_points
 from geosurf.kernels.exact.constructed_points import FULL
 from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, N_NAME, N_POINT, N_VERTEX
 from geosurf.kernels.meshes.mesh import number_in_place, weld

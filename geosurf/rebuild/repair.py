@@ -28,7 +28,7 @@ from geosurf.arrangement.triangles import crossing_pairs, near_triangles
 from geosurf.conventions import place
 from geosurf.errors import GeosurfError, RoundingError, SurfaceError
 from geosurf.kernels.contacts.packed_contact import on_boundaries
-from geosurf.kernels.contacts.placing import unstable_pairs
+from geosurf.kernels.contacts.stable_contacts import unstable_pairs
 from geosurf.kernels.cutting.cut_faces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.mesh import inverted_triangles, weld

@@ -19,6 +19,7 @@ the resolution of calls), as the cache and the freezer do.
 
 from __future__ import annotations
 
+import gc
 import itertools
 import os
 from collections.abc import Callable, Iterator
@@ -226,7 +227,8 @@ def _calls_resolved_once() -> Iterator[None]:
     """While an entry is compiled, numba finds out once what ``a + b`` of two types means.
 
     It tries dozens of templates for each operator wherever one stands, and compares all options
-    each time: a quarter of the time that kernels take to compile.
+    each time: a quarter of the time that kernels take to compile. Another eighth goes to looking
+    for garbage among millions of objects that are all in use; that waits until the end.
     """
     if _resolving:  # the entry above does so already
         yield
@@ -248,9 +250,13 @@ def _calls_resolved_once() -> Iterator[None]:
 
     BaseFunction.get_call_type, TargetConfig.__eq__ = call_type, equal
     _resolving.append(True)
+    collects = gc.isenabled()
+    gc.disable()
     try:
         yield
     finally:
+        if collects:
+            gc.enable()
         _resolving.clear()
         BaseFunction.get_call_type, TargetConfig.__eq__ = resolve, is_equal
 

@@ -12,8 +12,7 @@ file                question                                                   s
 `aligned_grids`     Where do horizons with equal map coordinates meet?
                     Which points are near a segment?
 `naming`            Which named points and segments follow?
-                    Which named points are equal?
-`placing`           Where are the points? 64 at a time.                        Dekker 1971
-                    Which contacts could change when points are rounded?
+                    Where are the points, and which are equal?
+`stable_contacts`   Which contacts could change when points are rounded?
 ==================  =========================================================  ==================
 """

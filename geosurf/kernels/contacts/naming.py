@@ -1,7 +1,7 @@
 """Named points from contacts of triangles, and the records of what cuts each triangle.
 
 A point is named by its definition: a corner, or an edge and a face, or two edges in one plane.
-Names come first, from integers alone. Then all points are placed, many at a time (`placing`), and
+Names come first, from integers alone. Then all points are placed (`place_points`), and
 points with several names are merged (`merging`): `geosurf.arrangement.gather` has all steps.
 
 A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that holds it,
@@ -36,6 +36,7 @@ from geosurf.kernels.exact.constructed_points import (
     hash_of_row,
     id_after_collision,
     insert_name,
+    round_point,
     slot_at_coordinates,
     slot_of,
 )
@@ -280,6 +281,16 @@ def name_corners(x, t, e, d, m, w, rows, ids):
         return FULL
     m[N_NAME] = 0  # the table is not used again
     return m[N_POINT]
+
+
+@entry("d2* l2 l2 l2 l1* l1* l l -> .")
+def place_points(x, t, e, d, m, w, low, high):
+    """Correctly rounded coordinates of constructed points `low` to `high` - 1, each of an edge and
+    a plane.
+    """
+    frame = Frame(x, t, e, d, m, w)
+    for row in range(low, high):
+        round_point(frame, m[N_VERTEX] + row)
 
 
 @scalar

@@ -526,15 +526,22 @@ def _interpolate(start, end, part, relative):
 
 @scalar
 def round_point(frame, i):
-    """Write the correctly rounded coordinates of constructed point i, by double-doubles or
+    """Write the correctly rounded coordinates of constructed point i: by doubles, double-doubles or
     integers.
 
     None is -0.0, see `double_double`.
     """
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
-
-    # Double-doubles first. Integers follow only where the bound allows two roundings.
     row = i - m[N_VERTEX]
+
+    # Doubles serve lines through triangles; edge planes and points of three planes start with
+    # double-doubles.
+    if d[row, 0] == LPI and d[row, 3] < m[N_TRIANGLE]:
+        certified, x[i, 0], x[i, 1], x[i, 2] = lpi_in_doubles(x, t, d[row, 1], d[row, 2], d[row, 3])
+        if certified:
+            return
+
+    # Integers follow only where the bound of double-doubles allows two roundings.
     known, p, low, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     x[i, 0], x[i, 1], x[i, 2] = p[0], p[1], p[2]
     if not (
@@ -552,7 +559,7 @@ def round_point(frame, i):
 @scalar
 def named_point(frame, names, places, kind, a, b, c):
     """Id of the point with this definition, made if it is new; FULL if there is no room."""
-    x, t, d, m = frame.x, frame.t, frame.d, frame.m
+    d, m = frame.d, frame.m
 
     # Sort the symbols, so that each definition has one name.
     if a > b:
@@ -571,18 +578,12 @@ def named_point(frame, names, places, kind, a, b, c):
 
     # Constructed points are stored after the vertices.
     i = m[N_VERTEX] + row
-    if i >= x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
+    if i >= frame.x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
         return FULL
 
-    # Write the definition, then place the point: doubles first.
+    # Write the definition, then place the point.
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
-    certified = False
-    # Doubles serve lines through triangles; edge planes and points of three planes start with
-    # double-doubles.
-    if kind == LPI and c < m[N_TRIANGLE]:
-        certified, x[i, 0], x[i, 1], x[i, 2] = lpi_in_doubles(x, t, a, b, c)
-    if not certified:
-        round_point(frame, i)
+    round_point(frame, i)
 
     # The point may be known by another name; then its row is used again.
     found = id_of_coordinates(frame, places, i)
