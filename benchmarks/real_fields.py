@@ -51,7 +51,7 @@ part of this repository. The export is that of [your field in 20 lines](../guide
 numbers are of commit 8057bedd, memory of the exports of 34e91450; the last three points are later.
 
 - Nodes at the last link of a tear that ends early go to their own sides of the fault
-  ([decision 48](../decisions/0048-a-horizon-is-torn-once.md), 24 November). F3 of Drogon's points
+  ([decision](../decisions/tears.md), 24 November). F3 of Drogon's points
   and F5 of its grids are torn to their tips; 134 and 184 m were left out, with a warning each. The
   points have 11 units, not 12: a sliver of 61 m³ is gone. TopVolantis/TopTherys F6+ has 1 301.064
   instead of 1 301.091 million m³, topvolantis/toptherys F6+ 1 208.598 instead of 1 208.609.
@@ -61,13 +61,13 @@ numbers are of commit 8057bedd, memory of the exports of 34e91450; the last thre
 - Covered places are searched in trapezoids: `Delaunay.find_simplex` took five minutes for the nodes
   of a rotated grid, and more for Reek, so that this page took longer than all its commands.
 - The default area of rotated grids is 0.05 m narrower at two sides
-  ([decision 99](../decisions/0099-default-areas-of-rotated-grids.md)): 1 part in 100 000 of each
+  ([decision](../decisions/default_area.md)): 1 part in 100 000 of each
   volume.
 - Each fault that was too short is listed once, and where a fault ends at another one by a rule, a
   warning states what tears added beyond it
-  ([decision 100](../decisions/0100-proposals-come-before-tears.md)).
+  ([decision](../decisions/fault_networks.md)).
 - F1 of Drogon's grids is as it was given
-  ([decision 108](../decisions/0108-faults-are-made-longer-before-horizons-are-torn.md)): 200 m more
+  ([decision](../decisions/tears.md)): 200 m more
   down its dip closed no hole. F2 still goes up 118 m. Unit by unit, volumes of commits ab9b7b63 and
   653f8d35 differ by 84 m³ at most, of 894 million m³; all zones together are the same to 1 part in
   10 million. Throw differs by 0.02 m of 71 m at F1 on topvolon, and by 0.001 m or less elsewhere.

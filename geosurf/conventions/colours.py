@@ -41,7 +41,7 @@ STRATA = tuple(
 )
 
 # Each colour of the column, then its shades for three blocks and more. Any two in a row, and any
-# two in rows next to each other, differ for colour-blind readers, too: decision 65.
+# two in rows next to each other, differ for colour-blind readers, too.
 SHADES = tuple(
     tuple(map(rgb, row.split()))
     for row in (

@@ -23,7 +23,7 @@ decisions use the six arrays of one frame: ``x`` coordinates, ``t`` triangles, `
 
 An *entry*, called from Python, takes arrays one by one, because a tuple of arrays would cost 145 ns
 per call instead of 10. Helpers inside an entry take bundles (named tuples such as
-`exact_signs.Frame`), which cost nothing there: see docs/decisions/0019-kernel-parameters.md.
+`exact_signs.Frame`), which cost nothing there.
 """
 
 from geosurf.kernels.compile.memory_pages import retain_pages

@@ -602,7 +602,7 @@ def tear_from(
     Tear a horizon first with what closed a sheet of slightly other data.
 
     Trims and remedies of the plan are used as they are. If they do not close the sheet, or not
-    without losing more throw, it is torn as `tear_horizon` does: see docs/decisions/0068.
+    without losing more throw, it is torn as `tear_horizon` does.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 The map is divided into cells along the finest lattice. A cell belongs to the area if no rim of a
 horizon enters it and all horizons cover its middle. The largest piece becomes a polygon. It loses
 corners inward only, and moves inward by a small part of a cell. At last its sides and all rims are
-compared exactly, so that it lies inside every horizon. Decision 22 has what that leaves out.
+compared exactly, so that it lies inside every horizon.
 """
 
 from __future__ import annotations

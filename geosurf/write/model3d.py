@@ -1,7 +1,7 @@
 """GOCAD Model3d (``.ml``): the sealed model with its regions.
 
 Each part of a surface (TFACE) has one unit on either side; regions list the parts around them,
-``+`` where the normal points into the region, as GOCAD and OpenGeode write it (decision 40). GOCAD
+``+`` where the normal points into the region, as GOCAD and OpenGeode write it. GOCAD
 knows neither zones with blanks nor fluid contacts; lines ``*geosurf*`` of the header, which other
 programs pass over, hold what `geosurf.read.read_units` needs to return equal units.
 """

@@ -1,4 +1,4 @@
-"""RESQML 2.0.1: horizons and faults with their interpretations, ``.epc`` and ``.h5`` (decision 40).
+"""RESQML 2.0.1: horizons and faults with their interpretations, ``.epc`` and ``.h5``.
 
 Grids are ``Grid2dRepresentation``: origin, steps and elevations where these give all nodes
 exactly, else all coordinates. Meshes are ``TriangulatedSetRepresentation``. Arrays are float64 in

@@ -2,7 +2,7 @@
 
 Surfaces are ``TriangulatedSetRepresentation`` with a patch for each part; the surface framework
 lists the lines where patches share their nodes, the volume framework the patches around each unit
-(decision 58). Regions of RESQML have no name: the labels of units are extra metadata.
+Regions of RESQML have no name: the labels of units are extra metadata.
 """
 
 from __future__ import annotations

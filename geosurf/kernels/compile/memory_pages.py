@@ -3,7 +3,7 @@
 The C library of Linux returns freed memory to the system until a program has freed a large block:
 then it keeps up to twice that size, 64 MB at most. Each page requested again is a page fault, 0.3
 to 5 microseconds: on a virtual machine a third of the time for cutting a scene of 16 MB.
-Measurements and cost: docs/decisions/0010.
+Measurements and cost: docs/decisions/memory.md.
 """
 
 from __future__ import annotations

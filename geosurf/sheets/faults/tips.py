@@ -252,7 +252,7 @@ def _drawn_on(x: np.ndarray, y: np.ndarray, ends: tuple[bool, bool]) -> np.ndarr
 # sheet that changed had a new triangle within 3.4 cells, so 12 cells are 3.5 times what was needed.
 # If it were wrong, one horizon would keep heights of the shorter fault: where the rule has to bite,
 # they differ by up to 0.1 m in the synthetic world of the tests. The sheet still ends on the longer
-# fault, and the certificate still holds. See decision 48.
+# fault, and the certificate still holds.
 
 
 NEAR = 12.0  # cells; an assumption, see above

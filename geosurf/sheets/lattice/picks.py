@@ -151,7 +151,7 @@ SEEN = 3.0  # variance of third differences, in those of noise, from which there
 LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
 # of the weight: docs/validation/torn_sheets.md has what 5 to 40 do on known worlds
 GAIN = 10.0
-# of the signal: noise below this leaves fourth differences, docs/decisions/0053 has what more does
+# of the signal: noise below this leaves fourth differences; docs/decisions/heights_at_faults.md
 FAINT = 0.15
 LEAST = 1e-4  # weight: means over five cells, a third of the collar in which noise is smoothed
 

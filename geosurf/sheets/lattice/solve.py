@@ -120,7 +120,7 @@ def without_absent(graph: Graph, present: np.ndarray) -> Graph:
 
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
-# shares of second and third differences, against fourth ones: docs/decisions/0053 has others
+# shares of second and third differences, against fourth ones
 BEND_OF_FOURTH, THIRD_OF_FOURTH = 0.03, 0.3
 
 
