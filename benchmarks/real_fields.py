@@ -46,33 +46,6 @@ part of this repository. The export is that of [your field in 20 lines](../guide
 - No truth is known for Drogon and Reek. A valid certificate says that the model is sealed and
   consistent, not that throws are right. Volumes of the three exports are within 0.1 % of the truth
   (`tests/scenario/test_new.py`).
-
-**What changed** since the page of 24 November 2026, found by runs of the commits between. Its
-numbers are of commit 8057bedd, memory of the exports of 34e91450; the last three points are later.
-
-- Nodes at the last link of a tear that ends early go to their own sides of the fault
-  ([decision](../decisions/tears.md), 24 November). F3 of Drogon's points
-  and F5 of its grids are torn to their tips; 134 and 184 m were left out, with a warning each. The
-  points have 11 units, not 12: a sliver of 61 m³ is gone. TopVolantis/TopTherys F6+ has 1 301.064
-  instead of 1 301.091 million m³, topvolantis/toptherys F6+ 1 208.598 instead of 1 208.609.
-- Warnings of faults that were too short state lengths along dip and strike, not along the vertical:
-  F2 went on 118 m up its dip, which was stated as 51 m. With these lengths as keys of the scenario,
-  the points have no such warning.
-- Covered places are searched in trapezoids: `Delaunay.find_simplex` took five minutes for the nodes
-  of a rotated grid, and more for Reek, so that this page took longer than all its commands.
-- The default area of rotated grids is 0.05 m narrower at two sides
-  ([decision](../decisions/default_area.md)): 1 part in 100 000 of each
-  volume.
-- Each fault that was too short is listed once, and where a fault ends at another one by a rule, a
-  warning states what tears added beyond it
-  ([decision](../decisions/fault_networks.md)).
-- F1 of Drogon's grids is as it was given
-  ([decision](../decisions/tears.md)): 200 m more
-  down its dip closed no hole. F2 still goes up 118 m. Unit by unit, volumes of commits ab9b7b63 and
-  653f8d35 differ by 84 m³ at most, of 894 million m³; all zones together are the same to 1 part in
-  10 million. Throw differs by 0.02 m of 71 m at F1 on topvolon, and by 0.001 m or less elsewhere.
-  That is far within the 1 to 5 % of [torn sheets](torn_sheets.md). Volumes and throws of Drogon's
-  points are the same to the last bit.
 """
 
 ANSWERED = """\
@@ -89,9 +62,7 @@ FIELDS = (
     ("export, points", "export_points", "--example points"),
     ("export, network", "export_network", "--example network"),
 )
-DULL = re.compile(r"(draw|triangulate|curves|surface) ")  # lines of the log, one for each thing
 LIMIT = 600  # seconds of processor for a run with an answer
-LONGEST = 150  # characters of a line that is shown
 COLUMNS = ("field", "first attempt", "units", "certificate", "questions", "inside [%]", "new [s]",
            "run [s]", "processor [s]", "memory [MB]")  # fmt: skip
 SAMPLES = 200_000  # places at which coverage is measured
@@ -249,23 +220,6 @@ def _covered(cloud: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 # ---------------------------------------------------------------------- the page
-def shortened(lines: list[str]) -> list[str]:
-    """What a console printed, without lines of one picture or curve each, and not too wide.
-
-    Examples
-    --------
-    >>> shortened(["read  3 horizons", "draw  a.png", "draw  b.png", "report"])
-    ['read  3 horizons', '...', 'report']
-    """
-    found: list[str] = []
-    for line in lines:
-        if not DULL.match(line):
-            found.append(line if len(line) <= LONGEST else f"{line[:LONGEST].rstrip()} ...")
-        elif found[-1:] != ["..."]:
-            found.append("...")
-    return found
-
-
 def page_of(rows: list[Row], state: str) -> str:
     """The page of docs/validation."""
     today = date.today()
@@ -295,11 +249,6 @@ def page_of(rows: list[Row], state: str) -> str:
             built = built if one.code >= 0 else f"stopped after {LIMIT} s"
             lines.append(_line(row.name, question, built, units[1] if units else "",
                                f"{one.processor:.0f}"))  # fmt: skip
-    for row in rows:
-        lines += ["", f"## {row.name[0].upper()}{row.name[1:]}: the console", "", "```text"]
-        for one in row.commands:
-            lines += [f"$ {one.command}", *shortened(one.lines), ""]
-        lines[-1] = "```"
     return "\n".join(lines) + "\n"
 
 

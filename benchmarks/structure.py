@@ -1,6 +1,6 @@
 """Sizes and shape of the package in a checkout: ``python -m benchmarks.structure [folder ...]``.
 
-One column for each checkout, so that two commits can be compared (docs/validation/structure.md):
+One column for each checkout, so that two commits can be compared:
 
     git worktree add <folder> <commit>
     python -m benchmarks.structure <folder> .

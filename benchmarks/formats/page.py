@@ -37,7 +37,7 @@ Maps of one node, without values, with values that formats take for undefined, w
 surfaces with odd names and data; lines and points that end files. Each comes back, or is refused
 in a sentence and leaves no file.
 
-| object | suffix | came back | refused | wrong |
+| object | suffixes | came back | refused | wrong |
 |---|---|---|---|---|
 """
 DAMAGED = """
@@ -48,7 +48,7 @@ cut in the middle, cut at the end of a line, a letter in a number, zero bytes, U
 reads as before, or is refused in a sentence. A file of points or triangles without counts that is
 cut at the end of a line reads as fewer of them, which nobody can notice.
 
-| object | suffix | read as before | refused | differs |
+| object | suffixes | read as before | refused | differs |
 |---|---|---|---|---|
 """
 FIELD = """
@@ -57,8 +57,8 @@ FIELD = """
 Each file of the [real fields](real_fields.md) and small GOCAD files, as `gs.info` names it, read by
 geosurf and by others with z as it stands in the file.
 
-| file | format | read with | points | other packages: difference [m] |
-|---|---|---|---|---|
+| format | read with | files | other packages: difference [m] |
+|---|---|---|---|
 """
 SPEED = """
 ## Speed
@@ -94,9 +94,9 @@ def page(
     """Return the page in Markdown."""
     parts = [HEAD.format(date=date, peers=", ".join(peers) or "none")]
     parts += [KINDS, *(_written(row) for row in rows)]
-    parts += [HOSTILE, *(_hostile(*row) for row in hostile)]
-    parts += [DAMAGED, *(_hostile(*row) for row in damaged)]
-    parts += [FIELD, *(f"| {' | '.join(row)} |\n" for row in field)] if field else []
+    parts += [HOSTILE, *_by_object(hostile)]
+    parts += [DAMAGED, *_by_object(damaged)]
+    parts += [FIELD, *_by_format(field)] if field else []
     parts += [SPEED, *(_speed(one) for one in speed)]
     parts += [READ, *_read()]
     return "".join(parts)
@@ -123,10 +123,26 @@ def _difference(value: float | str) -> str:
     return "0" if value == 0 else f"{value:.1e}"
 
 
-def _hostile(kind: str, suffix: str, back: int, refused: int, wrong: list[str]) -> str:
-    """One row of hostile objects."""
-    words = "; ".join(" ".join(one.replace("|", " ").split())[:120] for one in wrong) or "0"
-    return f"| {kind} | `{suffix}` | {back} | {refused} | {words} |\n"
+def _by_object(rows: Sequence[tuple[str, str, int, int, list[str]]]) -> list[str]:
+    """One row for each kind of object, summed over its suffixes."""
+    lines = []
+    for kind in dict.fromkeys(row[0] for row in rows):
+        mine = [row for row in rows if row[0] == kind]
+        back, refused = (sum(row[k] for row in mine) for k in (2, 3))
+        wrong = [f"{row[1]} {one}".replace("|", " ") for row in mine for one in row[4]]
+        words = "; ".join(" ".join(one.split())[:120] for one in wrong) or "0"
+        lines.append(f"| {kind} | {len(mine)} | {back} | {refused} | {words} |\n")
+    return lines
+
+
+def _by_format(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """One row for each format of other people's files, and reader."""
+    lines = []
+    for kind in dict.fromkeys(row[1:3] for row in rows):
+        mine = [row for row in rows if row[1:3] == kind]
+        peers = "; ".join(dict.fromkeys(row[4] for row in mine if row[4]))
+        lines.append(f"| {kind[0]} | {kind[1]} | {len(mine)} | {peers} |\n")
+    return lines
 
 
 def _speed(one: Timing) -> str:

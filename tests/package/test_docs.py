@@ -162,27 +162,10 @@ def test_files_that_a_page_names_exist(page: Path) -> None:
             assert (ROOT / path).exists(), path
 
 
-def test_ten_questions_are_answered_within_two_clicks() -> None:
-    """Each click of docs/validation/questions.md is a link on the page before it."""
-    page = DOCS / "validation" / "questions.md"
-    rows = re.findall(r"^\| (?!question|-)(.*) \|$", page.read_text(encoding="utf-8"), re.MULTILINE)
-    assert len(rows) == 10
-    for row in rows:
-        at = DOCS / "index.md"
-        clicks = LINK.findall(row)
-        assert 1 <= len(clicks) <= 2, row
-        for click in clicks:
-            path, _, heading = click.partition("#")
-            there = (page.parent / path).resolve(), heading
-            assert there in links_of(at) or (not heading and there[0] in dict(links_of(at))), row
-            assert not heading or heading in headings_of(there[0]), row
-            at = there[0]
-
-
 @pytest.mark.parametrize("page", sorted((DOCS / "validation").glob("*.md")), ids=name_of)
 def test_a_page_of_validation_has_a_command_and_a_date(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    if page.stem not in ("index", "questions"):
+    if page.stem != "index":
         assert re.search(r"python -m \w+", text)
         assert re.search(r"\w+ 20\d\d", text)
 
