@@ -11,7 +11,7 @@ import itertools
 import math
 import re
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +21,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, elevation_sign, first_given, metres_per_unit
 from geosurf.errors import FormatError, InputError
-from geosurf.read._guard import check_size, opened, read_some, refuse_beyond_memory
+from geosurf.read._guard import check_size, damaged, opened, read_some, refuse_beyond_memory
 
 # ---- blocks ----------------------------------------
 # A text file in blocks of whole lines, of which one at a time is in memory.
@@ -107,9 +107,7 @@ class TextBlocks:
                 )
             if n_line == 1 and blank:
                 if is_last:
-                    raise FormatError(
-                        f"{self.path}: the file contains only white space. Export it again."
-                    )
+                    raise damaged(f"{self.path}: the file contains only white space")
                 continue
             n_line += waiting.count("\n")
             if waiting:
@@ -147,10 +145,6 @@ class TextBlocks:
                 f"{self.path}: byte {before + data.index(0)} is zero, so this is not a text file. "
                 "Set format= to its format."
             )
-
-
-# ---- noted ----------------------------------------
-# How a reader interpreted a file: notes for `geosurf.info`, without effect elsewhere.
 
 
 # ---- choice ----------------------------------------
@@ -191,7 +185,7 @@ def chosen(
     geosurf.errors.InputError: f.dat: the file has 2 faults: F1, F2. Choose one, as in name='F1' ...
     """
     names = list(groups)
-    listed = ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
+    listed = _listed(names)
     if any(names):
         noted("names", f"{len(names)} {what}: {listed}" if len(names) > 1 else listed)
     if len(names) <= 1:
@@ -206,6 +200,22 @@ def chosen(
         f"{path}: the file has {len(names)} {what}: {listed}{asked}.{guess} Choose one, as in "
         f"name={names[0]!r} (on the command line: --name {shlex.quote(names[0])})."
     )
+
+
+def check_name(path: Path, names: Iterable[str], name: str | None) -> None:
+    """Note the names of the lines of a file, and refuse a name that none of them has."""
+    known = list(dict.fromkeys(one for one in names if one))
+    if known:
+        noted("names", _listed(known))
+    if name is not None and name not in known:
+        raise InputError(
+            f"{path}: no line is called {name!r}. Names are {_listed(known) or 'absent'}; leave "
+            "name= out to read all lines."
+        )
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
 
 
 _LOOKING: ContextVar[bool] = ContextVar("geosurf_read_looking", default=False)
@@ -315,19 +325,15 @@ def number(token: str, path: Path, line: int, what: str) -> float:
         )
     value = float(token)
     if not math.isfinite(value):
-        raise FormatError(
-            f"{path}, line {line}: found {token!r}, expected a finite number ({what}). "
-            "Correct that line or export the file again."
-        )
+        raise damaged(f"{path}, line {line}: found {token!r}, expected a finite number ({what})")
     return value
 
 
 def integer(token: str, path: Path, line: int, what: str) -> int:
     """Return an int, or name the line and the token."""
     if not WHOLE.fullmatch(token):
-        raise FormatError(
-            f"{path}, line {line}: found {token[:40]!r}, expected a whole number ({what}). "
-            "Correct that line or export the file again."
+        raise damaged(
+            f"{path}, line {line}: found {token[:40]!r}, expected a whole number ({what})"
         )
     return int(token)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from array import array
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,7 @@ from geosurf.read._common import (
     number,
     number_rows,
 )
+from geosurf.read._guard import damaged
 
 # ---- gocad header ----------------------------------------
 # The header of a GOCAD object: name, coordinate system, properties.
@@ -213,10 +215,13 @@ class Draft:
         self.words, self.lines, self.pending = [], [], []
 
 
-def bodies(path: Path, text: str) -> Iterator[tuple[int, str, Iterator[Line]]]:
-    """Yield first line, kind in lower case and lines of each object; those have to be used up."""
+TITLES = {"tsurf": "TSurf", "sgrid": "SGrid", "pline": "PLine", "vset": "VSet"}
+
+
+def bodies(path: Path, text: str, kind: str) -> Iterator[tuple[int, Iterator[Line]]]:
+    """Yield first line and lines of each object of one kind, at least one; use up its lines."""
     # A file may hold several objects; each starts with GOCAD and ends with END.
-    lines = _numbered_lines(text)
+    lines, found = _numbered_lines(text), False
     for i, line in lines:
         words = line.split()
         if not words or words[0].startswith("#"):
@@ -226,7 +231,14 @@ def bodies(path: Path, text: str) -> Iterator[tuple[int, str, Iterator[Line]]]:
                 f"{path}, line {i}: found {line[:40]!r}, expected 'GOCAD TSurf 1'. This is not "
                 "a GOCAD file, or the object before this line ended too early."
             )
-        yield i, words[1].lower() if len(words) > 1 else "", _body(path, lines, i)
+        body = _body(path, lines, i)
+        if len(words) > 1 and words[1].lower() == kind:
+            found = True
+            yield i, body
+        else:
+            deque(body, maxlen=0)  # another kind of object: pass over it
+    if not found:
+        raise damaged(f"{path}: the file has no GOCAD {TITLES[kind]}")
 
 
 def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[Line]:
@@ -241,15 +253,12 @@ def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[
 
         # an object without END was cut short: its triangles may be missing
         if key == "GOCAD":
-            raise FormatError(
+            raise damaged(
                 f"{path}, line {i}: a new object begins before the END of the object on line "
-                f"{start}. Export the file again."
+                f"{start}"
             )
         yield i, words
-    raise FormatError(
-        f"{path}: the object that begins on line {start} has no END. The file is truncated; "
-        "export it again."
-    )
+    raise damaged(f"{path}: the object that begins on line {start} has no END")
 
 
 def quoted_words(line: str) -> list[str]:
@@ -305,9 +314,9 @@ def _vertex_line(draft: Draft, i: int, key: str, words: list[str]) -> None:
     # how many values a PVRTX has follows from the header
     n_value = sum(draft.header.property_sizes(draft.path, draft.line)) if key == "PVRTX" else 0
     if len(words) < 5 + n_value:
-        raise FormatError(
+        raise damaged(
             f"{draft.path}, line {i}: {key} has {len(words) - 1} values, expected {4 + n_value} "
-            "(id, x, y, z, properties). Correct that line or export the file again."
+            "(id, x, y, z, properties)"
         )
 
     # Coordinates wait as words, and properties with the row of their vertex.
@@ -326,9 +335,9 @@ def _vertex_line(draft: Draft, i: int, key: str, words: list[str]) -> None:
 def _alias_line(draft: Draft, i: int, words: list[str]) -> None:
     """``ATOM id other``: another name of vertex `other`, so of one and the same vertex."""
     if len(words) < 3:
-        raise FormatError(
+        raise damaged(
             f"{draft.path}, line {i}: {words[0]} has {len(words) - 1} values, expected its id and "
-            "that of a vertex. Correct that line or export the file again."
+            "that of a vertex"
         )
 
     # no vertex is made: two ids lead to one row
@@ -338,9 +347,8 @@ def _alias_line(draft: Draft, i: int, words: list[str]) -> None:
 def _triangle_line(draft: Draft, i: int, words: list[str]) -> None:
     """``TRGL id id id``."""
     if len(words) < 4:
-        raise FormatError(
-            f"{draft.path}, line {i}: TRGL has {len(words) - 1} values, expected 3 vertex ids. "
-            "Correct that line or export the file again."
+        raise damaged(
+            f"{draft.path}, line {i}: TRGL has {len(words) - 1} values, expected 3 vertex ids"
         )
 
     # Nearly all ids are written alike, so a plain look-up comes first.
@@ -362,9 +370,9 @@ def _key(draft: Draft, i: int, word: str) -> str:
 def _new_id(draft: Draft, i: int, word: str, row: int) -> None:
     key = _key(draft, i, word)
     if key in draft.row_of_id:
-        raise FormatError(
-            f"{draft.path}, line {i}: vertex id {key} occurs twice; ids must be unique within "
-            "a surface. Export the file again."
+        raise damaged(
+            f"{draft.path}, line {i}: vertex id {key} occurs twice; ids must be unique within a "
+            "surface"
         )
     draft.row_of_id[key] = row
 
@@ -374,8 +382,5 @@ def row_of(draft: Draft, i: int, word: str) -> int:
     key = _key(draft, i, word)
     row = draft.row_of_id.get(key)
     if row is None:
-        raise FormatError(
-            f"{draft.path}, line {i}: vertex {key} is used but not defined above. Export the "
-            "file again."
-        )
+        raise damaged(f"{draft.path}, line {i}: vertex {key} is used but not defined above")
     return row

@@ -7,6 +7,7 @@ header. Readers compare what is announced with `limit_of` the file before they u
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import re
 import stat
@@ -16,7 +17,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from geosurf.conventions.memory import free_memory
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, GeosurfError, InputError
 
 ALLOWANCE = 256 << 20  # bytes of memory that any file may ask for
 MULTIPLE = 64  # bytes of memory for each byte of a file
@@ -29,6 +30,40 @@ KINDS = (
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
 )
+
+
+def damaged(words: str) -> FormatError:
+    """
+    Return the error of a file that does not follow its format: what and where, and a remedy.
+
+    Examples
+    --------
+    >>> print(damaged("top.irap, line 7: found 'x', expected a number"))
+    top.irap, line 7: found 'x', expected a number. Correct that line or export the file again.
+    """
+    if ", line " in words:
+        return FormatError(f"{words}. Correct that line or export the file again.")
+    return FormatError(f"{words}. The file is damaged or incomplete; export it again.")
+
+
+@contextlib.contextmanager
+def reading_with(
+    path: Path, library: str, opened_as: str = "", printed: io.StringIO | None = None
+) -> Iterator[None]:
+    """Make one error of what a library raises for a damaged file: anything, or the end of Python.
+
+    `opened_as` is the name by which the library opened the file; messages have its path. What was
+    `printed` meanwhile says more than the error.
+    """
+    try:
+        yield
+    except GeosurfError:
+        raise
+    except (Exception, SystemExit) as error:
+        reason = " ".join((printed.getvalue() if printed else "").split())
+        reason = reason or f"{type(error).__name__}: {error}"
+        reason = reason.replace(opened_as or str(path), path.name)
+        raise damaged(f"{path}: {library} cannot read it ({reason[:300]})") from error
 
 
 def is_zarr(path: str | Path) -> bool:
@@ -127,7 +162,7 @@ def check_size(path: Path, size: int, n_read: int) -> None:
             "read it. Read it again when it is complete."
         )
     if not size:
-        raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
+        raise damaged(f"{path}: the file is empty (0 bytes)")
 
 
 def same_file(path: Path, file: BinaryIO) -> str:

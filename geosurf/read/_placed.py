@@ -12,7 +12,7 @@ from geosurf.conventions.crs import EPSG, crs_of, label
 from geosurf.errors import FormatError, InputError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
-from geosurf.read._guard import read_bytes
+from geosurf.read._guard import damaged, read_bytes
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -82,10 +82,7 @@ def triangles_of_cells(
     # numpy would take negative rows from the end, without an error
     if len(corners) and (corners.min() < 0 or corners.max() >= n_point):
         bad = np.flatnonzero((corners < 0) | (corners >= n_point))
-        raise FormatError(
-            f"{path}: a cell names point {corners[bad[0]]}, expected 0 to {n_point - 1}. "
-            "The file is damaged; export it again."
-        )
+        raise damaged(f"{path}: a cell names point {corners[bad[0]]}, expected 0 to {n_point - 1}")
 
     # triangles only, one after the other: they are there already
     if (count == 3).all() and len(corners) == 3 * len(count) and (np.diff(ends) == 3).all():

@@ -23,6 +23,7 @@ from geosurf.conventions.axes import USUAL
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import listed
 from geosurf.read._common import COMMA, TextBlocks, is_number, noted, number, numbers
+from geosurf.read._guard import damaged
 
 # ---- columns ----------------------------------------
 # Which words of a line are easting, northing and z, and the rows collected so far.
@@ -130,9 +131,8 @@ class Draft:
         """Return what was taken."""
         if not self.points:
             below = " below the header" if self.header else ""
-            raise FormatError(
-                f"{self.path}: the file has no points{below}, expected x y z on each line. "
-                "Export the file again."
+            raise damaged(
+                f"{self.path}: the file has no points{below}, expected x y z on each line"
             )
         at = ", ".join(str(k + 1) for k in self.places or (0, 1, 2))
         by = "by the header" if self.header else "by columns=" if self.columns else "the only ones"
@@ -194,9 +194,9 @@ def three_words(draft: Draft, words: list[str], i: int) -> list[str]:
 
     # a line with more or fewer values than the header is a shifted column, not a point
     if draft.width is not None and len(words) != draft.width:
-        raise FormatError(
+        raise damaged(
             f"{draft.path}, line {i}: found {len(words)} values, expected {draft.width} as in the "
-            "header. Correct that line or export the file again."
+            "header"
         )
 
     # Places come from names, numbers of columns, or the only three numbers of the line.
@@ -205,9 +205,9 @@ def three_words(draft: Draft, words: list[str], i: int) -> list[str]:
     elif draft.places is None:
         draft.places = numbered_places(draft, i)
     if max(draft.places) >= len(words):
-        raise FormatError(
+        raise damaged(
             f"{draft.path}, line {i}: found {len(words)} values, expected at least "
-            f"{max(draft.places) + 1}. Correct that line or export the file again."
+            f"{max(draft.places) + 1}"
         )
     return [words[k] for k in draft.places]
 
@@ -227,10 +227,7 @@ def numbered_places(draft: Draft, i: int) -> list[int]:
 def _only_numbers(draft: Draft, words: list[str], i: int) -> list[int]:
     """Places of the three numbers of a line, which are those of the lines before."""
     if len(words) < 3:
-        raise FormatError(
-            f"{draft.path}, line {i}: found {len(words)} values, expected x y z. "
-            "Correct that line or export the file again."
-        )
+        raise damaged(f"{draft.path}, line {i}: found {len(words)} values, expected x y z")
 
     # three words in the first three places, as on the lines before, need no look at each
     if len(words) == 3 and draft.places in (None, [0, 1, 2]):
@@ -467,9 +464,8 @@ def _from_csv(draft: Draft, blocks: TextBlocks) -> Table:
         for words, lines_of_rows in _csv_rows(draft, reader):
             draft.take(words, lines_of_rows)
     except csv.Error as error:
-        raise FormatError(
-            f"{draft.path}, line {reader.line_num}: this line is not valid csv ({error}). "
-            "Correct that line or export the file again."
+        raise damaged(
+            f"{draft.path}, line {reader.line_num}: this line is not valid csv ({error})"
         ) from error
     return draft.table()
 
@@ -505,9 +501,9 @@ def _csv_rows(draft: Draft, reader: Any) -> Iterator[tuple[list[str], list[int]]
             if not row:
                 continue
             if len(row) != draft.width:
-                raise FormatError(
+                raise damaged(
                     f"{draft.path}, line {reader.line_num}: found {len(row)} values, expected "
-                    f"{draft.width} as in the header. Correct that line or export the file again."
+                    f"{draft.width} as in the header"
                 )
             words += (row[a], row[b], row[c])
             lines.append(reader.line_num)

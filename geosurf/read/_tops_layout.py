@@ -17,6 +17,7 @@ from pathlib import Path
 
 from geosurf.errors import FormatError
 from geosurf.read._common import is_number, read_text
+from geosurf.read._guard import damaged
 
 WORD = re.compile(r'"([^"]*)"|\'([^\']*)\'(?=\s|$)|(\S+)')
 ATTRIBUTE = re.compile(r"(?i)(float|string|discrete|int|integer)\s+(\S.*)")
@@ -69,7 +70,7 @@ def layout_of(path: Path, decimal: str, *, typed: bool = False) -> Layout:
         if line.strip() and not line.lstrip().startswith(COMMENTS)
     ]
     if not numbered:
-        raise FormatError(f"{path}: the file has comments only. Export the tops again.")
+        raise damaged(f"{path}: the file has comments only")
 
     # the most particular layout first: a table would take nearly anything
     begins = [k for k, (_, line) in enumerate(numbered[:50]) if line.upper() == "BEGIN HEADER"]
@@ -115,10 +116,7 @@ def _petrel(
     """Names between BEGIN HEADER and END HEADER, and the rows below."""
     upper = [line.upper() for _, line in numbered]
     if "END HEADER" not in upper[begin:]:
-        raise FormatError(
-            f"{path}, line {numbered[begin][0]}: BEGIN HEADER has no END HEADER. Export the file "
-            "again."
-        )
+        raise damaged(f"{path}, line {numbered[begin][0]}: BEGIN HEADER has no END HEADER")
     end = upper.index("END HEADER", begin)
     header = [line for _, line in numbered[begin + 1 : end]]
     return header, [(number, _blank_words(line)) for number, line in numbered[end + 1 :]]
@@ -161,10 +159,7 @@ def _separated(
         try:
             words = next(csv.reader([line], delimiter=sign, skipinitialspace=True))
         except (csv.Error, StopIteration) as error:
-            raise FormatError(
-                f"{path}, line {number}: this line is not valid csv ({error}). Correct that line "
-                "or export the file again."
-            ) from error
+            raise damaged(f"{path}, line {number}: this line is not valid csv ({error})") from error
         yield number, [word.strip() for word in words]
 
 

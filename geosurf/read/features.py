@@ -35,8 +35,8 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import Request, chosen, is_looking, noted, read_text
-from geosurf.read._guard import read_bytes
+from geosurf.read._common import Request, check_name, chosen, is_looking, noted, read_text
+from geosurf.read._guard import damaged, read_bytes, reading_with
 from geosurf.read._placed import AXES, crs_from, crs_of_prj, points_dataset
 from geosurf.warning import warn
 
@@ -62,8 +62,6 @@ FEWEST = {"point": 1, "line": 2, "ring": 4}
 CODES = {1: "point", 3: "line", 5: "ring", 8: "point"}
 HEADER = 100  # bytes of a shapefile before its shapes
 NO_DATA = -1e38  # z below means "none"
-# what pyshp raises for bytes that it cannot take
-DAMAGE = (ValueError, LookupError, TypeError, OverflowError, EOFError, OSError, AttributeError)
 
 
 @dataclass(frozen=True)
@@ -114,10 +112,15 @@ class Features:
     positive: str | None = None
     length_unit: str | None = None
 
+    def scale(self, request: Request, what: str) -> float:
+        """Metres of elevation per unit of z."""
+        what = f"{self.path.name}: {what}"
+        return request.scale(what, positive=self.positive, unit=self.length_unit)
+
     def checked(self) -> Features:
         """Return self, or raise an error if there is nothing, or if places are in degrees."""
         if not self.items:
-            raise FormatError(f"{self.path}: the file has no points and no lines. Export it again.")
+            raise damaged(f"{self.path}: the file has no points and no lines")
         noted("features", ", ".join(counted(n, kind) for kind, n in self._counts().items()))
         keys = list(dict.fromkeys(key for one in self.items for key in one.words))
         noted("attributes", ", ".join(keys) or "none")
@@ -261,7 +264,7 @@ def read_feature_points(path: Path, request: Request) -> xr.Dataset:
     """
     found = features(path).checked().raised(request.columns)
     items = found.only(("point",), "read_points")
-    scale = _scale(found, request, "points")
+    scale = found.scale(request, "points")
     xyz = np.concatenate([found.to_metres(one, scale) for one in items])
     keys = dict.fromkeys(key for one in items for key in one.words)
     sizes = [len(one.points) for one in items]
@@ -304,13 +307,15 @@ def read_feature_polygons(path: Path, request: Request) -> list[np.ndarray]:
         As `read_feature_points`; `positive` may be missing where all z are 0.
     """
     found = features(path).checked().raised(request.columns)
-    items = named_only(found.path, found.only(("line", "ring"), "read_polygons"), request.name)
+    items = found.only(("line", "ring"), "read_polygons")
+    check_name(found.path, (one.name for one in items), request.name)
+    items = [one for one in items if request.name in (None, one.name)]
     z = np.concatenate([one.points[:, 2] for one in items])
     # lines drawn on a map have no z, or 0 throughout
     if np.isnan(z).all() or (request.positive is None and found.positive is None and not z.any()):
         noted("elevations", "none: lines lie in the map, z = 0")
         return [np.nan_to_num(one.points) for one in items]
-    scale = _scale(found, request, "polygons")
+    scale = found.scale(request, "polygons")
     return [found.to_metres(one, scale) for one in items]
 
 
@@ -340,31 +345,9 @@ def read_feature_sticks(path: Path, request: Request) -> FaultSticks:
     for one in found.only(("line",), "read_fault"):
         groups.setdefault(one.name, []).append(one)
     title, items = chosen(found.path, groups, request.name, "faults")
-    scale = _scale(found, request, "fault sticks")
+    scale = found.scale(request, "fault sticks")
     sticks = tuple(found.to_metres(one, scale) for one in items)
     return in_crs_of(FaultSticks(request.name or title or found.path.stem, sticks), [found])
-
-
-def named_only(path: Path, items: list[Feature], name: str | None) -> list[Feature]:
-    """Features of one name; all of them without a name."""
-    names = list(dict.fromkeys(one.name for one in items if one.name))
-    if names:
-        noted("names", ", ".join(names[:12]) + (" ..." if len(names) > 12 else ""))
-    if name is None:
-        return items
-    found = [one for one in items if one.name == name]
-    if not found:
-        raise InputError(
-            f"{path}: no line is called {name!r}. Names are {', '.join(names[:12]) or 'absent'}; "
-            "leave name= out to read all lines."
-        )
-    return found
-
-
-def _scale(found: Features, request: Request, what: str) -> float:
-    """Metres of elevation per unit of z."""
-    what = f"{found.path.name}: {what}"
-    return request.scale(what, positive=found.positive, unit=found.length_unit)
 
 
 def features(path: Path) -> Features:
@@ -378,14 +361,10 @@ def features(path: Path) -> Features:
 
 
 def _of_geojson(path: Path) -> Features:
-    try:
+    with reading_with(path, "the JSON parser"):
         found = json.loads(read_text(path, final_line_end=False), parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        raise FormatError(
-            f"{path}: the JSON is incomplete or damaged ({error}). Export it again."
-        ) from error
     if not isinstance(found, dict):
-        raise FormatError(f"{path}: this is not a GeoJSON object. Export it again.")
+        raise damaged(f"{path}: this is not a GeoJSON object")
     items: list[Feature] = []
     empty = 0
     for shape, words in _geometries(path, found, {}, 0):
@@ -429,7 +408,7 @@ def _geometries(
     elif kind in ("FeatureCollection", "GeometryCollection") and depth < DEPTH:
         parts = found.get("features" if kind == "FeatureCollection" else "geometries")
         if not isinstance(parts, list):
-            raise FormatError(f"{path}: a {kind} has no list of its parts. Export it again.")
+            raise damaged(f"{path}: a {kind} has no list of its parts")
         for part in parts:
             yield from _geometries(path, part, words, depth + 1)
     elif kind == "Feature" and depth < DEPTH:
@@ -438,9 +417,9 @@ def _geometries(
             path, found.get("geometry"), own if isinstance(own, dict) else {}, depth + 1
         )
     else:
-        raise FormatError(
+        raise damaged(
             f"{path}: found an object of the type {kind!r}, expected one of Feature, "
-            f"FeatureCollection, {', '.join(SHAPES)}. Export it again."
+            f"FeatureCollection, {', '.join(SHAPES)}"
         )
 
 
@@ -449,7 +428,7 @@ def _parts(path: Path, shape: dict[str, Any]) -> Iterator[tuple[str, np.ndarray]
     kind, depth = SHAPES[shape["type"]]
     coordinates = shape.get("coordinates")
     if not isinstance(coordinates, list):
-        raise FormatError(f"{path}: a {shape['type']} has no coordinates. Export it again.")
+        raise damaged(f"{path}: a {shape['type']} has no coordinates")
     if kind == "point":
         lines = [coordinates] if depth else ([[coordinates]] if coordinates else [])
     else:
@@ -489,9 +468,9 @@ def _points(path: Path, shape: dict[str, Any], line: Any) -> np.ndarray:
 
 
 def _wrong(path: Path, shape: dict[str, Any]) -> FormatError:
-    return FormatError(
+    return damaged(
         f"{path}: coordinates of a {shape['type']} are not lists of two or three finite numbers: "
-        f"{str(shape.get('coordinates'))[:60]}. Export the file again."
+        f"{str(shape.get('coordinates'))[:60]}"
     )
 
 
@@ -505,20 +484,14 @@ def _of_shapefile(path: Path, data: bytes) -> Features:
 
     magic, size = struct.unpack_from(">i20xi", data.ljust(HEADER, b"\0"))
     if magic != 9994 or 2 * size != len(data):
-        raise FormatError(
-            f"{path}: the header announces {2 * size} bytes, but the file has {len(data)}. It "
-            "is truncated or not a shapefile; export it again."
+        raise damaged(
+            f"{path}: the header announces {2 * size} bytes, but the file has {len(data)}"
         )
     coding = (_beside(path, ".cpg") or b"").decode("latin-1").strip().lower()
     encodings = ("utf-8", "latin-1") if coding in ("", "utf-8", "utf8") else ("latin-1",)
-    try:
+    with reading_with(path, "pyshp"):
         shapes = [*shapefile.Reader(shp=io.BytesIO(data)).iterShapes()]
         rows = _rows(shapefile, path, encodings, len(shapes))
-    except (shapefile.ShapefileException, struct.error, *DAMAGE) as error:
-        raise FormatError(
-            f"{path}: shapes or attributes are damaged ({type(error).__name__}: {error}). Export "
-            "the shapefile again, with its .dbf."
-        ) from error
     if len(rows) != len(shapes):
         raise FormatError(
             f"{path}: {len(shapes)} shapes, but {len(rows)} rows in the .dbf. Copy .shp and .dbf "
@@ -578,9 +551,7 @@ def _parts_of_shape(path: Path, number: int, shape: Any) -> tuple[str, list[np.n
         points[:, 2] = shape.z
         points[points[:, 2] < NO_DATA, 2] = np.nan
     if not np.isfinite(points[:, :2]).all() or np.isinf(points).any():
-        raise FormatError(
-            f"{path}: shape {number} has a coordinate that is not finite. Export it again."
-        )
+        raise damaged(f"{path}: shape {number} has a coordinate that is not finite")
     if kind == "point":
         return kind, [points]
     ends = [*shape.parts, len(points)]

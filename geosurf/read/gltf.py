@@ -18,21 +18,16 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions.packages import need
-from geosurf.errors import FormatError, GeosurfError
+from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request, chosen, noted
-from geosurf.read._guard import read_bytes
+from geosurf.read._guard import damaged, read_bytes, reading_with
 from geosurf.read._placed import surface_from_mesh
 
 # extensions that change neither positions nor triangles
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_mesh_quantization")
 # glTF (x east, y up, z south) -> easting, northing, elevation
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-# what trimesh raises for documents and bytes that it cannot take
-DAMAGE = (
-    ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError, OSError,
-    NameError, RecursionError, RuntimeError, TypeError, ValueError, struct.error,
-)  # fmt: skip
 
 
 def read_gltf(path: Path, request: Request) -> TriSurface:
@@ -81,17 +76,12 @@ def read_gltf(path: Path, request: Request) -> TriSurface:
         n_point += len(part_points)
     world = np.concatenate(points)
     if not np.isfinite(world).all():
-        raise _damaged(path, "a position is not a finite number")
+        raise damaged(f"{path}: a position is not a finite number")
     surface = surface_from_mesh(
         path, request.name or title or path.stem, world, np.concatenate(triangles), {}, request
     )
     surface.crs = _crs(document)
     return surface
-
-
-def _damaged(path: Path, reason: str) -> FormatError:
-    """An error about the structure of the file."""
-    return FormatError(f"{path}: {reason}. The glTF file is damaged; export it again.")
 
 
 def _document(path: Path, data: bytes) -> dict[str, Any]:
@@ -100,21 +90,17 @@ def _document(path: Path, data: bytes) -> dict[str, Any]:
     if data.startswith(b"glTF"):
         version, size, length, kind = struct.unpack_from("<4xIII4s", data.ljust(20, b"\0"))
         if version != 2 or size != len(data):
-            raise FormatError(
+            raise damaged(
                 f"{path}: found {len(data)} bytes of glTF version {version}, expected {size} of "
-                "version 2. The file is truncated or of another version; export it again."
+                "version 2"
             )
         if kind != b"JSON" or 20 + length > len(data):
-            raise _damaged(path, f"the first chunk announces {length} bytes of {kind!r}")
+            raise damaged(f"{path}: the first chunk announces {length} bytes of {kind!r}")
         text = data[20 : 20 + length]
-    try:
+    with reading_with(path, "the JSON parser"):
         found = json.loads(text.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise FormatError(
-            f"{path}: the JSON of the glTF file is incomplete ({error}). Export it again."
-        ) from error
     if not isinstance(found, dict):
-        raise FormatError(f"{path}: the JSON is not that of a glTF file. Export it again.")
+        raise damaged(f"{path}: the JSON is not that of a glTF file")
     required = [str(one) for one in found.get("extensionsRequired") or []]
     other = [one for one in required if not one.startswith(HARMLESS)]
     if other:
@@ -131,15 +117,13 @@ def _refuse_what_is_not_there(path: Path, document: dict[str, Any], size: int) -
     for row, one in enumerate(_listed(document, "buffers")):
         uri = str(one.get("uri", "data:"))
         if uri.startswith("data:"):
-            try:
+            with reading_with(path, f"the base64 decoder (buffer {row})"):
                 base64.b64decode(uri.partition(",")[2], validate=True)
-            except ValueError as error:
-                raise _damaged(path, f"buffer {row} is not base64 ({error})") from error
             continue
         # only files next to this one: a path from elsewhere may point anywhere
         if Path(uri).name != uri:
-            raise _damaged(
-                path, f"buffer {row} is {uri[:60]!r}, expected a file of the same folder"
+            raise damaged(
+                f"{path}: buffer {row} is {uri[:60]!r}, expected a file of the same folder"
             )
         files[uri] = read_bytes(path.parent / uri)
         size += len(files[uri])
@@ -150,7 +134,7 @@ def _refuse_what_is_not_there(path: Path, document: dict[str, Any], size: int) -
                 f"{path}: accessor {row} is sparse. Export the file with full arrays."
             )
         if type(count) is not int or not 0 <= count <= size:
-            raise _damaged(path, f"accessor {row} announces {count} values in {size} bytes")
+            raise damaged(f"{path}: accessor {row} announces {count} values in {size} bytes")
     return files
 
 
@@ -166,11 +150,11 @@ def _meshes(
     """Points and triangles of each mesh in the world, on the axes of geosurf."""
     import trimesh
 
-    try:
+    meshes: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    with reading_with(path, "trimesh"):
         scene = trimesh.load_scene(
             io.BytesIO(data), file_type=kind, resolver=files, process=False, merge_primitives=True
         )
-        meshes: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
         for node in scene.graph.nodes_geometry:
             matrix, title = scene.graph[node]
             mesh = scene.geometry[title]
@@ -181,13 +165,8 @@ def _meshes(
             turn = [0, 2, 1] if np.linalg.det(matrix[:3, :3]) < 0 else [0, 1, 2]
             faces = np.asarray(mesh.faces, dtype=np.int64)[:, turn]
             if len(faces) and not 0 <= faces.min() <= faces.max() < len(world):
-                raise _damaged(path, f"corners of triangles do not fit {len(world)} points")
+                raise damaged(f"{path}: corners of triangles do not fit {len(world)} points")
             meshes.setdefault(str(node), []).append((world @ AXES.T, faces))
-    except GeosurfError:
-        raise
-    except DAMAGE as error:
-        reason = f"trimesh cannot read it ({type(error).__name__}: {str(error)[:200]})"
-        raise _damaged(path, reason) from error
     return meshes
 
 

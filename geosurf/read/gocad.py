@@ -28,9 +28,9 @@ from geosurf.conventions.crs import label
 from geosurf.errors import FormatError, GeosurfWarning, InputError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.read._common import Request, integer, is_looking, noted, number, read_text
+from geosurf.read._common import Request, check_name, integer, is_looking, noted, number, read_text
 from geosurf.read._gocad import Draft, Header, Line, bodies, fill, row_of
-from geosurf.read._guard import read_bytes, refuse_large
+from geosurf.read._guard import damaged, read_bytes, refuse_large
 from geosurf.read._placed import fault_dataset, points_dataset, refuse_columns
 from geosurf.read.grids.nodes import nodes_from_places
 from geosurf.warning import warn
@@ -120,20 +120,15 @@ def read_pline(path: Path, request: Request) -> list[np.ndarray]:
     [[0.0, 0.0, 5.0], [9.0, 0.0, 5.0]]
     """
     refuse_columns(path, "a GOCAD file", request)
-    lines = []
-    names: dict[str, None] = {}
+    lines, names = [], []
     for draft, segments in _objects(path, "pline"):
-        names[draft.header.name or path.stem] = None
+        names.append(draft.header.name or path.stem)
         points = _places(draft, request)
-        if request.name in (None, draft.header.name or path.stem):
+        if request.name in (None, names[-1]):
             lines += [points[rows] for rows in _chains(segments)]
-    if request.name is not None and request.name not in names:
-        raise InputError(
-            f"{path}: no line is called {request.name!r}. Names are {', '.join(list(names)[:12])}; "
-            "leave name= out to read all lines."
-        )
+    check_name(path, names, request.name)
     if not lines:
-        raise FormatError(f"{path}: the file has no segments (SEG). Export the lines again.")
+        raise damaged(f"{path}: the file has no segments (SEG)")
     return lines
 
 
@@ -198,21 +193,14 @@ def _crs(path: Path, drafts: list[Draft]) -> str | None:
 
 def _objects(path: Path, kind: str) -> Iterator[tuple[Draft, list[tuple[int, int]]]]:
     """Each object of one kind, with its segments as rows of vertices."""
-    count = 0
-    text = read_text(path, final_line_end=False)
-    for i, found, body in bodies(path, text):
-        if found != kind:
-            for _ in body:  # another kind of object: pass over it
-                pass
-            continue
+    text, count = read_text(path, final_line_end=False), 0
+    for i, body in bodies(path, text, kind):
         draft = Draft(path, len(text), i)
         segments: list[tuple[int, int]] = []
         fill(draft, _without_segments(draft, body, segments))
         count += 1
         yield draft, segments
     noted("objects", f"{count} of the kind {kind}")
-    if not count:
-        raise FormatError(f"{path}: the file has no GOCAD {kind}. Export it again.")
 
 
 def _without_segments(
@@ -225,9 +213,8 @@ def _without_segments(
         elif words[0].upper() != "SEG":
             yield i, words
         elif len(words) < 3:
-            raise FormatError(
-                f"{draft.path}, line {i}: SEG has {len(words) - 1} values, expected 2 vertex ids. "
-                "Correct that line or export the file again."
+            raise damaged(
+                f"{draft.path}, line {i}: SEG has {len(words) - 1} values, expected 2 vertex ids"
             )
         else:
             segments.append((row_of(draft, i, words[1]), row_of(draft, i, words[2])))
@@ -237,9 +224,8 @@ def _places(draft: Draft, request: Request) -> np.ndarray:
     """Vertices (n, 3) of an object in metres, elevation up."""
     name = draft.header.name or draft.path.stem
     if not draft.points:
-        raise FormatError(
-            f"{draft.path}: object {name!r}, which begins on line {draft.line}, has no vertices. "
-            "Export it again."
+        raise damaged(
+            f"{draft.path}: object {name!r}, which begins on line {draft.line}, has no vertices"
         )
     what = f"{draft.path.name}: {name!r}"
     return draft.header.to_metres(np.concatenate(draft.points), request, what) + 0.0
@@ -292,9 +278,9 @@ class SGrid:
         elif key == "AXIS_N":
             self.shape = tuple(integer(word, self.path, i, "AXIS_N") for word in words[1:4])
             if len(self.shape) != 3 or min(self.shape) < 1:
-                raise FormatError(
+                raise damaged(
                     f"{self.path}, line {i}: AXIS_N is {' '.join(words[1:])!r}, expected three "
-                    "numbers of nodes. Export the SGrid again."
+                    "numbers of nodes"
                 )
         elif key in ("POINTS_FILE", "POINTS_OFFSET", "ASCII_DATA_FILE", "FLAGS_FILE"):
             self.words[key] = " ".join(words[1:])
@@ -349,7 +335,7 @@ def read_sgrid(path: Path, request: Request) -> xr.DataArray:
     """
     grid, nodes = _nodes(path, request)
 
-    return nodes_from_places(nodes, name=request.named(path), source=path.name, crs=grid.header.crs)
+    return nodes_from_places(nodes, request.named(path), path, grid.header.crs)
 
 
 def read_sgrid_fault(path: Path, request: Request) -> xr.Dataset:
@@ -393,7 +379,7 @@ def _nodes(path: Path, request: Request) -> tuple[SGrid, np.ndarray]:
     points = _nodes_of_file(grid, expected)
     points[(np.abs(points) >= NULL).any(axis=1)] = np.nan
     if not np.isfinite(points).any():
-        raise FormatError(f"{path}: all nodes of the SGrid are undefined. Export it again.")
+        raise damaged(f"{path}: all nodes of the SGrid are undefined")
     title = grid.header.name or path.stem
     world = grid.header.to_metres(points, request, f"{path.name}: {title!r}")
     _warn_of_flags(grid, expected)
@@ -405,22 +391,18 @@ def _nodes(path: Path, request: Request) -> tuple[SGrid, np.ndarray]:
 
 def _header(path: Path) -> SGrid:
     """The header of the first SGrid of a file."""
-    for _, kind, body in bodies(path, read_text(path, final_line_end=False)):
-        if kind == "sgrid":
-            grid, inside = SGrid(path), False
-            for i, words in body:
-                inside |= words[0].upper() == "HEADER" or words[0].upper().startswith("HEADER{")
-                _take(grid, i, words, inside)
-                inside = inside and not words[-1].endswith("}")
-            if not grid.shape or not {"POINTS_FILE", "ASCII_DATA_FILE"} & set(grid.words):
-                raise FormatError(
-                    f"{path}: the SGrid has no line AXIS_N, or no file of points (POINTS_FILE, "
-                    "ASCII_DATA_FILE). Export it again."
-                )
-            return grid
-        for _ in body:  # another kind of object: pass over it
-            pass
-    raise FormatError(f"{path}: the file has no GOCAD SGrid. Export it again.")
+    _, body = next(bodies(path, read_text(path, final_line_end=False), "sgrid"))
+    grid, inside = SGrid(path), False
+    for i, words in body:
+        inside |= words[0].upper() == "HEADER" or words[0].upper().startswith("HEADER{")
+        _take(grid, i, words, inside)
+        inside = inside and not words[-1].endswith("}")
+    if not grid.shape or not {"POINTS_FILE", "ASCII_DATA_FILE"} & set(grid.words):
+        raise damaged(
+            f"{path}: the SGrid has no line AXIS_N, or no file of points (POINTS_FILE, "
+            "ASCII_DATA_FILE)"
+        )
+    return grid
 
 
 def _take(grid: SGrid, i: int, words: list[str], inside: bool) -> None:
@@ -443,16 +425,13 @@ def _nodes_of_file(grid: SGrid, expected: int) -> np.ndarray:
     width = 8 if grid.wide else 4
     found = (len(data) - offset) / (3 * width)
     if offset < 0 or found != expected:
-        raise FormatError(
-            f"{path}: found {found:g} points of {3 * width} bytes, expected {expected}. The file "
-            "is truncated, or belongs to another SGrid; export it again."
-        )
+        raise damaged(f"{path}: found {found:g} points of {3 * width} bytes, expected {expected}")
     refuse_large(path, 24 * expected, len(data), f"{expected} points")
     noted("kind", f"binary points, float{8 * width}")
     values = np.frombuffer(data, f">f{width}", offset=offset).astype(np.float64)
     if not np.isfinite(values).all():
         bad = int(np.argmin(np.isfinite(values))) // 3
-        raise FormatError(f"{path}: point {bad} is not finite. Export the SGrid again.")
+        raise damaged(f"{path}: point {bad} is not finite")
     return values.reshape(-1, 3)
 
 
@@ -464,15 +443,10 @@ def _text_points(path: Path, expected: int) -> np.ndarray:
         if not words or words[0][0] in "*#":
             continue
         if len(words) < 3:
-            raise FormatError(
-                f"{path}, line {i}: found {len(words)} values, expected x y z. Export it again."
-            )
+            raise damaged(f"{path}, line {i}: found {len(words)} values, expected x y z")
         rows.append([number(word, path, i, "x, y or z") for word in words[:3]])
     if len(rows) != expected:
-        raise FormatError(
-            f"{path}: found {len(rows)} points, expected {expected}. The file is truncated, or "
-            "belongs to another SGrid; export it again."
-        )
+        raise damaged(f"{path}: found {len(rows)} points, expected {expected}")
     noted("kind", "points in text")
     return np.array(rows)
 
@@ -589,19 +563,10 @@ def read_tsurf(path: str | Path, request: Request) -> list[TriSurface]:
     path = Path(path)
     text = read_text(path, final_line_end=False)
     surfaces = []
-    for i, kind, body in bodies(path, text):
+    for i, body in bodies(path, text, "tsurf"):
         draft = Draft(path, len(text), i)
-        if kind == "tsurf":
-            fill(draft, body)
-            surfaces.append(_finish(draft, request))
-        else:
-            for _ in body:  # another kind of object: pass over it
-                pass
-    if not surfaces:
-        raise FormatError(
-            f"{path}: the file has no TSurf object (a line 'GOCAD TSurf 1'). Export the "
-            "surface as TSurf."
-        )
+        fill(draft, body)
+        surfaces.append(_finish(draft, request))
     return surfaces
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from geosurf.conventions import metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import Request, is_number, noted, number, read_text
+from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -144,9 +145,9 @@ def tops_of_las(
     unused: list[str] = []
     for line, words in section.rows:
         if len(words) != len(header):
-            raise FormatError(
+            raise damaged(
                 f"{path}, line {line}: found {len(words)} values, expected {len(header)} as in "
-                "~Tops_Definition. Correct that line or export the file again."
+                "~Tops_Definition"
             )
         title = words[name_at].strip("\"' ")
         md = number(words[md_at], path, line, "measured depth of a top") * factor
@@ -189,9 +190,8 @@ def _sections(path: Path) -> dict[str, Section]:
             continue
         match = LINE.match(line)
         if match is None:
-            raise FormatError(
-                f"{path}, line {i}: found {text[:40]!r}, expected NAME.UNIT value : description. "
-                "Correct that line or export the LAS file again."
+            raise damaged(
+                f"{path}, line {i}: found {text[:40]!r}, expected NAME.UNIT value : description"
             )
         name = match[1] or "UNKNOWN"
         # a name that is there twice is one column more
@@ -225,7 +225,7 @@ def _well_path(path: Path, sections: dict[str, Section], request: Request) -> We
     left_out = (values == null).any(axis=1)
     values = values[~left_out]
     if not len(values):
-        raise FormatError(f"{path}: the LAS file has no station with a position. Export it again.")
+        raise damaged(f"{path}: the LAS file has no station with a position")
 
     units = {key: curves[names[k]][0].lower() or None for key, k in at.items()}
     what = f"{path.name}: well path"
@@ -235,9 +235,7 @@ def _well_path(path: Path, sections: dict[str, Section], request: Request) -> We
     md = values[:, 3] * metres_per_unit(units["md"] or "m", what)
     if (np.diff(md) <= 0).any():
         k = int(np.argmax(np.diff(md) <= 0))
-        raise FormatError(
-            f"{path}: measured depths do not increase after {md[k]:g} m. Export the path again."
-        )
+        raise damaged(f"{path}: measured depths do not increase after {md[k]:g} m")
     title = _value(well, "WELL") or path.stem
     taken = ", ".join(f"{key} is {names[k]}" for key, k in at.items())
     noted("columns", f"{taken}; other curves are not read")
@@ -284,15 +282,12 @@ def _values(
     found = np.empty((len(rows), len(places)))
     for k, (line, words) in enumerate(rows):
         if len(words) != width:
-            raise FormatError(
+            raise damaged(
                 f"{path}, line {line}: found {len(words)} values, expected {width}, one for each "
-                "curve. The file is truncated or wrapped; export it again."
+                "curve"
             )
         taken = [words[place] for place in places]
         if not all(is_number(word) for word in taken):
-            raise FormatError(
-                f"{path}, line {line}: found {' '.join(taken)!r}, expected four numbers. Correct "
-                "that line or export the file again."
-            )
+            raise damaged(f"{path}, line {line}: found {' '.join(taken)!r}, expected four numbers")
         found[k] = [number(word, path, line, "x, y, z or measured depth") for word in taken]
     return found

@@ -10,13 +10,9 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-import struct
 import warnings
-import zlib
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
-from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
@@ -24,10 +20,10 @@ from geosurf.conventions.packages import need
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request
-from geosurf.read._guard import opened, read_bytes, same_file
-from geosurf.read._netcdf_file import refuse_bombs
+from geosurf.read._guard import damaged, opened, read_bytes, reading_with, same_file
+from geosurf.read._hdf5 import refuse_bombs
 from geosurf.read._placed import split_quads, surface_from_mesh
-from geosurf.read.vtp import read_vtu, refuse_entities
+from geosurf.read.vtp import read_vtu, xml_of
 
 # ---- gmsh ----------------------------------------
 # Counts and tags of a Gmsh file, checked before meshio makes room for them.
@@ -38,8 +34,8 @@ from geosurf.read.vtp import read_vtu, refuse_entities
 
 
 LARGEST_TAG = 10_000_000  # in files with fewer bytes than that
-POINT = 24  # bytes: x, y, z
 ROW = np.dtype([("tag", "<i4"), ("point", "<f8", 3)])
+POINT = np.dtype(("<f8", 3))
 
 
 def refuse_wrong_counts(path: Path, data: bytes) -> None:
@@ -64,184 +60,120 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
     start = re.search(rb"^\$Nodes[ \t\r]*\n", data, re.M)
     if head is None or start is None:
         return
-
-    # Each layout puts node tags elsewhere: text, blocks of rows (4.0), blocks (4.x) or rows (2.x).
+    version = (head[1] + head[2][:1]).decode()
     if head[3] == b"0":
         end = data.find(b"$EndNodes", start.end())
         words = data[start.end() : end if end >= 0 else None].split()
-        tags = _tags_of_words(path, words, (head[1] + head[2][:1]).decode())
-    elif head[1] + head[2] == b"40":
-        tags = _tags_of_blocks_of_rows(path, data, start.end())
-    elif head[1] == b"4":
-        tags = _tags_of_blocks(path, data, start.end(), int(head[4]))
+        tags = [_count(path, word) for word in _tags_of_words(path, words, version)]
     else:
-        tags = _tags_of_rows(path, data, start.end())
+        tags = _tags_of_bytes(path, data, start.end(), version, int(head[4]))
 
     # meshio allocates up to the largest tag: a sparse one in a small file is damage
     limit = max(LARGEST_TAG, len(data))
-    if len(tags) and int(tags.max()) > limit:
-        raise FormatError(
-            f"{path}: a node has the tag {int(tags.max())}, but a mesh of {len(tags)} nodes "
-            f"may use tags up to {limit} only. The file is damaged, or its nodes need new "
-            "numbers; export it again."
+    if max(tags, default=0) > limit:
+        raise damaged(
+            f"{path}: a node has the tag {max(tags)}, but a file of {len(data)} bytes may use tags "
+            f"up to {limit} only"
         )
 
 
 def _refuse_tag_lines(path: Path, data: bytes) -> None:
     """Refuse more lines of strings, numbers and counts before data than there are in the file."""
     for match in re.finditer(rb"\$((?:Node|Element|ElementNode)Data)[^\n]*\n", data):
-        # Three lists follow each other: strings, reals, integers, each after a line with its
-        # length.
+        # three lists follow: strings, reals, integers, each after a line with its length
         at = match.end()
         for _ in range(3):
             end = data.find(b"\n", at)
-
-            # a length, then as many lines; what is left bounds how many there may be
-            text = data[at : max(end, at)].strip()
             try:
-                n = int(text)  # as meshio takes it: with signs and underscores, too
+                n = int(data[at : max(end, at)])  # as meshio takes it: with signs and underscores
             except ValueError:
                 n = 0
             left = data.count(b"\n", at)
             if n > left:
-                raise FormatError(
+                raise damaged(
                     f"{path}: {n} lines are announced in section ${match[1].decode()}, and the "
-                    f"file has {left} left. It is damaged or truncated; export it again."
+                    f"file has {left} left"
                 )
             for _ in range(max(n, 0) + 1):
                 at = data.find(b"\n", at) + 1 or len(data)
 
 
-def _tags_of_words(path: Path, words: list[bytes], version: str) -> np.ndarray:
+def _tags_of_words(path: Path, words: list[bytes], version: str) -> list[bytes]:
     """Tags of the nodes of a text: in rows, in blocks of rows (4.0), or before the points (4.1)."""
-    found: list[bytes] = []
     if version[0] == "2":
-        found = words[1::4]
-    else:
-        # version 4: the section's counts, then blocks of four words and their nodes
-        at = 4 if version == "41" else 2
-        while at + 4 <= len(words):
-            n = _count(path, words[at + 3])
-            if 4 * n > len(words) - at - 4:
-                raise FormatError(
-                    f"{path}: {n} nodes are announced in section $Nodes, and it has "
-                    f"{len(words) - at - 4} numbers left. It is damaged or truncated; export "
-                    "it again."
-                )
-            found += (
-                words[at + 4 : at + 4 + n]
-                if version == "41"
-                else words[at + 4 : at + 4 + 4 * n : 4]
+        return words[1::4]
+    # version 4: the section's counts, then blocks of four words and their nodes
+    found: list[bytes] = []
+    at = 4 if version == "41" else 2
+    while at + 4 <= len(words):
+        n = _count(path, words[at + 3])
+        if 4 * n > len(words) - at - 4:
+            raise damaged(
+                f"{path}: {n} nodes are announced in section $Nodes, and it has "
+                f"{len(words) - at - 4} numbers left"
             )
-            at += 4 + 4 * n
+        at += 4
+        found += words[at : at + n] if version == "41" else words[at : at + 4 * n : 4]
+        at += 4 * n
 
-        # meshio makes an array of the section's own count, however many nodes follow
-        if len(words) > 1 and _count(path, words[1]) != len(found):
-            raise FormatError(
-                f"{path}: {int(words[1])} nodes are announced in section $Nodes, and its blocks "
-                f"have {len(found)}. It is damaged or truncated; export it again."
-            )
-    return np.array([_count(path, word) for word in found], dtype=np.int64)
+    # meshio makes an array of the section's own count, however many nodes follow
+    if len(words) > 1 and _count(path, words[1]) != len(found):
+        raise damaged(
+            f"{path}: {int(words[1])} nodes are announced in section $Nodes, and its blocks have "
+            f"{len(found)}"
+        )
+    return found
 
 
 def _count(path: Path, word: bytes) -> int:
     """A number of things or a tag, as a text."""
     if not re.fullmatch(rb"[0-9]{1,18}", word):
-        raise FormatError(
+        raise damaged(
             f"{path}: found {word[:40].decode('latin-1')!r} in section $Nodes, expected a count or "
-            "a tag. The file is damaged; export it again."
+            "a tag"
         )
     return int(word)
 
 
-def _tags_of_blocks(path: Path, data: bytes, at: int, size: int) -> np.ndarray:
-    """Tags of the nodes of version 4: blocks of tags, then points."""
-    word = f"<u{size}"
+def _tags_of_bytes(path: Path, data: bytes, at: int, version: str, size: int) -> list[int]:
+    """Tags of the nodes of a binary file; whole numbers of version 4.1 have `size` bytes."""
 
-    # Four words open the section; the second one is the number of nodes.
-    _, n_node, *_ = _numbers(path, data, at, word, 4)
+    def taken(kind: np.dtype, n: int) -> np.ndarray:
+        """The next `n` things, which have to be there."""
+        nonlocal at
+        left = max(len(data) - at, 0)
+        if n * kind.itemsize > left:
+            raise damaged(
+                f"{path}, byte {at}: {n} entries are announced in section $Nodes, and the file "
+                f"has room for {left // kind.itemsize}"
+            )
+        at += n * kind.itemsize
+        return np.frombuffer(data, kind, n, at - n * kind.itemsize)
 
-    # all announced nodes have to fit into what is left of the file
-    _refuse_more(path, data, at, n_node, size + POINT)
-    at += 4 * size
+    if version[0] == "2":  # the number of nodes as text, then rows without any separator
+        end = data.find(b"\n", at)
+        text, at = data[at:end].strip(), end + 1
+        return taken(ROW, int(text) if text.isdigit() else 0)["tag"].tolist()
 
-    found: list[np.ndarray] = [np.empty(0, dtype=np.uint64)]
-    n_found = 0
-    while n_found < n_node:
-        # Entity dimension, entity tag, a flag (three int32), then the number of nodes of the block.
-        (n,) = _numbers(path, data, at + 12, word, 1)
-        at += 12 + size
-        _refuse_more(path, data, at, n, size + POINT)
-        found.append(np.frombuffer(data, word, n, at).astype(np.uint64))
-        # Tags first, then as many points.
-        at += n * (size + POINT)
-        n_found += n
-    return np.concatenate(found)
-
-
-def _tags_of_blocks_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
-    """Tags of the nodes of version 4.0: blocks of rows."""
-    # blocks and nodes in the section; each block: three int32, then how many rows
-    _, n_node = _numbers(path, data, at, "<u8", 2)
-    _refuse_more(path, data, at, n_node, ROW.itemsize)
-    at += 16
-    found: list[np.ndarray] = [np.empty(0, dtype=np.int64)]
-    n_found = 0
-    while n_found < n_node:
-        (n,) = _numbers(path, data, at + 12, "<u8", 1)
-        at += 20
-        _refuse_more(path, data, at, n, ROW.itemsize)
-        found.append(np.frombuffer(data, ROW, n, at)["tag"].astype(np.int64))
-        at += n * ROW.itemsize
-        n_found += n
-    return np.concatenate(found)
+    # blocks of rows (4.0), or of tags and then points (4.1), each after its entity and count
+    in_rows = version == "40"
+    whole = np.dtype("<u8" if in_rows else f"<u{size}")
+    n_node = int(taken(whole, 2 if in_rows else 4)[1])
+    before = at
+    taken(ROW if in_rows else np.dtype((np.void, size + POINT.itemsize)), n_node)
+    at = before
+    found: list[int] = []
+    while len(found) < n_node:
+        taken(np.dtype("<i4"), 3)
+        n = int(taken(whole, 1)[0])
+        if in_rows:
+            found += taken(ROW, n)["tag"].tolist()
+        else:
+            found += taken(whole, n).tolist()
+            taken(POINT, n)
+    return found
 
 
-def _tags_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
-    """Tags of the nodes of version 2: rows of a tag and a point, their number as text."""
-    # the number of nodes as text, then rows without any separator
-    end = data.find(b"\n", at)
-    text = data[at:end].strip()
-    n_node = int(text) if text.isdigit() else 0
-    _refuse_more(path, data, end + 1, n_node, ROW.itemsize)
-    return np.frombuffer(data, ROW, n_node, end + 1)["tag"].astype(np.int64)
-
-
-def _numbers(path: Path, data: bytes, at: int, word: str, n: int) -> list[int]:
-    """Some numbers at a place of the file."""
-    _refuse_more(path, data, at, n, np.dtype(word).itemsize)
-    return [int(value) for value in np.frombuffer(data, word, n, at)]
-
-
-def _refuse_more(path: Path, data: bytes, at: int, n: int, size: int) -> None:
-    """Refuse to read `n` things of `size` bytes where the file does not have them."""
-    left = max(len(data) - at, 0)
-    if n * size > left:
-        raise FormatError(
-            f"{path}, byte {at}: {n} entries are announced in section $Nodes, and the file has "
-            f"room for {left // size}. It is damaged or truncated; export it again."
-        )
-
-
-# What damaged files make meshio raise. Its readers index, unpack and convert whatever they find,
-# and its own errors have no common root, so that its one call catches what Python itself raises.
-DAMAGE = (
-    SystemExit,
-    ParseError,
-    struct.error,
-    zlib.error,
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    EOFError,
-    LookupError,
-    MemoryError,
-    OSError,
-    RuntimeError,
-    TypeError,
-    UnboundLocalError,
-    ValueError,
-)
 # suffix -> name of the format in meshio, which would try others, some of them for ever
 FORMATS = {
     ".vtk": "vtk", ".obj": "obj", ".stl": "stl", ".ply": "ply", ".off": "off", ".msh": "gmsh",
@@ -299,15 +231,24 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
 
     # Cheap checks first: meshio waits for ever or exhausts memory on some damaged files.
     _refuse_cut_short(path, read_bytes(path))
-    mesh = _meshio_read(path)
-    try:
-        points = np.asarray(mesh.points, dtype=np.float64)
-        triangles = _triangles(path, mesh.cells)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise FormatError(
-            f"{path}: points or cells are incomplete ({error}). The file is damaged or "
-            "truncated; export it again."
-        ) from error
+    need(f"{path}: this format needs", "meshio")
+    import meshio
+
+    # the format by suffix; without it meshio would try one after the other, and print
+    kind, printed = FORMATS.get(path.suffix.lower()), io.StringIO()
+    with (
+        opened(path) as (file, _),
+        contextlib.redirect_stdout(printed),
+        contextlib.redirect_stderr(printed),
+        warnings.catch_warnings(),
+        np.errstate(all="ignore"),
+    ):
+        warnings.simplefilter("ignore")
+        opened_as = same_file(path, file) if kind else str(path)
+        with reading_with(path, "meshio", opened_as, printed):
+            mesh = meshio.read(opened_as, file_format=kind)
+            points = np.asarray(mesh.points, dtype=np.float64)
+            triangles = _triangles(path, mesh.cells)
 
     # texts and objects are no vertex data of a surface
     numeric = {
@@ -316,35 +257,6 @@ def read_mesh(path: Path, request: Request) -> TriSurface:
         if np.asarray(value).dtype.kind in "biuf"
     }
     return surface_from_mesh(path, name, points, triangles, numeric, request)
-
-
-def _meshio_read(path: Path) -> Any:
-    """Return a meshio mesh; prints, warnings and exits become a FormatError."""
-    need(f"{path}: this format needs", "meshio")
-    import meshio
-
-    said = io.StringIO()
-
-    # the format by suffix; without it meshio would try one after the other
-    kind = FORMATS.get(path.suffix.lower())
-    with opened(path) as (file, _):
-        name = same_file(path, file) if kind else str(path)
-        try:
-            with (
-                contextlib.redirect_stdout(said),
-                contextlib.redirect_stderr(said),
-                warnings.catch_warnings(),
-                np.errstate(all="ignore"),
-            ):
-                warnings.simplefilter("ignore")
-                return meshio.read(name, file_format=kind)
-        except (meshio.ReadError, *DAMAGE) as error:
-            # what meshio printed says more than its error, where it printed anything
-            reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
-            raise FormatError(
-                f"{path}: meshio cannot read it ({reason.replace(name, path.name)[:200]}). The "
-                "file is damaged or of an unsupported kind; export it as .vtp or GOCAD .ts."
-            ) from error
 
 
 def _refuse_counts(path: Path, data: bytes) -> None:
@@ -361,43 +273,27 @@ def _refuse_counts(path: Path, data: bytes) -> None:
 
     # No element takes less than one byte.
     if max(counts, default=0) > len(data):
-        raise FormatError(
-            f"{path}: the header announces {max(counts)} points, cells or bytes, but the file "
-            f"has {len(data)} bytes. It is damaged or truncated; export it again."
+        raise damaged(
+            f"{path}: the header announces {max(counts)} points, cells or bytes, but the file has "
+            f"{len(data)} bytes"
         )
 
 
 def _refuse_foreign_data(path: Path, data: bytes) -> None:
     """Look at the files that XDMF refers to as at any other: what is read of them has a limit."""
-    refuse_entities(path, data)
-    try:
-        items = list(ElementTree.fromstring(data).iter("DataItem"))
-    except (ParseError, ValueError, LookupError) as error:
-        raise FormatError(
-            f"{path}: the XML is incomplete ({error}). The file is damaged or truncated; "
-            "export it again."
-        ) from error
-    for item in items:
+    for item in xml_of(path, data).iter("DataItem"):
         # HDF parts are written as file:path; other formats name a file.
         kind, text = (item.get("Format") or "XML").upper(), (item.text or "").strip()
         if kind == "XML":
             continue
         other = path.parent / (text.split(":")[0] if kind == "HDF" else text)
         with opened(other) as (file, size):
-            if kind != "HDF":
-                continue
-            import h5py
+            if kind == "HDF":
+                import h5py
 
-            try:
-                with h5py.File(same_file(other, file), "r") as held:
+                name = same_file(other, file)
+                with reading_with(other, "h5py", name), h5py.File(name, "r") as held:
                     refuse_bombs(other, held, size)
-            except (OSError, RuntimeError, ValueError, LookupError, TypeError) as error:
-                if isinstance(error, FormatError):
-                    raise
-                raise FormatError(
-                    f"{other}: not an HDF5 file ({error}). Copy it again into the folder "
-                    f"of {path.name}."
-                ) from error
 
 
 def _triangles(path: Path, blocks: Any) -> np.ndarray:
@@ -421,25 +317,16 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     """Refuse text that stops in mid-line: its last number may be cut and still parse."""
     if path.suffix.lower() == ".ply" and not re.search(rb"^[ \t]*end_header[ \t\r]*$", data, re.M):
         # meshio would look for it for ever
-        raise FormatError(
-            f"{path}: the header has no line 'end_header'. The file is truncated or not a PLY "
-            "file; export it again."
-        )
+        raise damaged(f"{path}: the header has no line 'end_header'")
     if path.suffix.lower() == ".off" and not re.search(rb"\n[ \t\r]*[^\s#]", data):
-        raise FormatError(  # meshio would look for it for ever
-            f"{path}: the numbers of vertices and faces are missing after the first line. The "
-            "file is truncated or not an OFF file; export it again."
-        )
+        raise damaged(f"{path}: the numbers of vertices and faces are missing after the first line")
     if path.suffix.lower() == ".msh":
         # Gmsh: every section that begins has to end, and none ends that did not begin
         names = set(re.findall(rb"^\$(\w+)", data, re.M))
         # Each section `$Name` needs its `$EndName`.
         ends = {b"End" + name for name in names if not name.startswith(b"End")}
         if not names or ends ^ {name for name in names if name.startswith(b"End")}:
-            raise FormatError(  # meshio would look for the end of a section for ever
-                f"{path}: a section does not begin with '$Name' and end with '$EndName'. The "
-                "file is truncated or not a Gmsh file; export it again."
-            )
+            raise damaged(f"{path}: a section does not begin with '$Name' and end with '$EndName'")
         refuse_wrong_counts(path, data)
 
     if path.suffix.lower() == ".xdmf":
@@ -459,7 +346,6 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if path.suffix.lower() == ".stl":
         last = data.rstrip().splitlines()[-1:] or [b""]
         if not last[0].strip().lower().startswith(b"endsolid"):
-            raise FormatError(
-                f"{path}: the last line is {last[0][:40].decode('latin-1')!r}, expected "
-                "'endsolid'. The file is truncated; export it again."
+            raise damaged(
+                f"{path}: the last line is {last[0][:40].decode('latin-1')!r}, expected 'endsolid'"
             )

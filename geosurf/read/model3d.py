@@ -30,6 +30,7 @@ from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
 from geosurf.read._common import WHOLE, Request, read_text
 from geosurf.read._gocad import quoted_words
+from geosurf.read._guard import damaged
 from geosurf.read.gocad import read_tsurf
 
 HORIZON_KINDS = ("top", "intraformational", "unconformity", "topographic")
@@ -264,9 +265,9 @@ def part_counts(path: Path, lines: Sequence[str], n_triangle: int) -> list[int]:
         elif line.split()[:1] == ["TRGL"] and counts:
             counts[-1] += 1
     if sum(counts) != n_triangle:
-        raise FormatError(
-            f"{path}: only {sum(counts)} of {n_triangle} triangles belong to a TFACE. "
-            "Regions refer to TFACE numbers. Export the model again."
+        raise damaged(
+            f"{path}: only {sum(counts)} of {n_triangle} triangles belong to a TFACE. Regions "
+            "refer to TFACE numbers"
         )
     return counts
 
@@ -315,15 +316,12 @@ def roles_of(path: Path, lines: list[str]) -> dict[str, str]:
             roles.setdefault(" ".join(words[1:]), "surface")
         elif words[:1] == ["TFACE"]:
             if len(words) < 4:
-                raise FormatError(
+                raise damaged(
                     f"{path}, line {i}: TFACE has {len(words) - 1} words, expected 3 (number, "
-                    "kind, surface). Correct that line or export the model again."
+                    "kind, surface)"
                 )
             roles[" ".join(words[3:])] = _role(words[2])
-    raise FormatError(
-        f"{path}: the model that begins on line 1 has no END. The file is truncated; export it "
-        "again."
-    )
+    raise damaged(f"{path}: the model that begins on line 1 has no END")
 
 
 def _role(kind: str) -> str:

@@ -17,86 +17,103 @@ import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.crs import crs_of
-from geosurf.errors import DependencyError, FormatError
+from geosurf.conventions.packages import need
+from geosurf.errors import FormatError
 from geosurf.read._common import Request, agreed_scale
-from geosurf.read._guard import refuse_beyond_memory
-from geosurf.read._netcdf_file import DAMAGE, LARGE, chunks_of, in_parts, load, refuse_empty
+from geosurf.read._guard import (
+    damaged,
+    opened,
+    reading_with,
+    refuse_beyond_memory,
+    refuse_large,
+    same_file,
+)
+from geosurf.read._hdf5 import COPIES, refuse_bombs, refuse_empty
+from geosurf.read._placed import AXES
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
 
-# ---- zarr store ----------------------------------------
-# Zarr stores: gridded horizons in folders; large ones are opened, and read when needed.
-#
-# What a variable and its coordinates have to be is the same as in NetCDF files.
+# ---- datasets ----------------------------------------
+# Files and stores -> datasets: in memory, or as Dask arrays where a grid is large.
 
 
-def read_zarr_horizon(path: Path, request: Request) -> xr.DataArray:
-    """
-    Read a horizon from a Zarr store.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`, `positive`, `length_unit`, `variable`: As for
-        `geosurf.read.netcdf.read_netcdf_horizon`.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up. Grids of more than 2**26 nodes are opened, not read (Dask).
-
-    Raises
-    ------
-    FormatError
-        If the store is damaged, or has no gridded variable, or no coordinates.
-    InputError
-        If `positive` or `length_unit` is missing, unknown or contradicted.
-    DependencyError
-        If Zarr is not installed, or Dask where grids are not read.
-    """
-    dataset = _opened(path)
-    try:
-        return horizon_of(path, dataset, request)
-    except DAMAGE as error:
-        if isinstance(error, FormatError):
-            raise
-        raise _damaged(path, error) from error
+LARGE = 1 << 26  # values: smaller arrays are read when a file is opened, which takes half a GB
+PART, LONG = 1000, 4000  # nodes along a side of what is read at once, and of a chunk in a file
 
 
-def _opened(path: Path) -> xr.Dataset:
-    """The dataset in a store; grids that are large as Dask arrays, others in memory."""
+def dataset_of_file(path: Path) -> xr.Dataset:
+    """Return a NetCDF file in memory; grids of more than `LARGE` values as Dask arrays."""
     import xarray as xr
 
-    if find_spec("zarr") is None:
-        raise DependencyError(
-            f"{path}: reading this store needs zarr. Install it with: "
-            "pip install 'geosurf[ensemble]'"
-        )
-    with warnings.catch_warnings():
+    # the library opens the very file that was checked: the path may lead elsewhere by then
+    with opened(path) as (file, size), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of attributes: what is wrong with them is an error below
+        engine, name = _engine(path, file.read(4)), same_file(path, file)
+        how: dict[str, Any] = {"engine": engine, "decode_times": False}
+        stays = LARGE if find_spec("dask") else math.inf
+        with reading_with(path, engine, name):
+            if engine == "h5netcdf":
+                import h5py
+
+                with h5py.File(name, "r") as held:
+                    # a damaged file fails here: h5netcdf would print as it fails
+                    held.attrs.get("_nc3_strict")
+                    how["drop_variables"] = refuse_bombs(path, held, size, stays)
+            with xr.open_dataset(name, **how) as dataset:
+                chunks = _chunks(dataset, stays)
+                if not chunks:
+                    values = sum(variable.size for variable in dataset.variables.values())
+                    what = f"a dataset of {values} values"
+                    refuse_large(path, 8 * COPIES * values, size, what)
+                    return dataset.load()
+            # by its path: it is read as long as the horizon is in use
+            return xr.open_dataset(path, chunks=chunks, **how)
+
+
+def dataset_of_store(path: Path) -> xr.Dataset:
+    """Return a Zarr store in memory; with grids of more than `LARGE` values as Dask arrays."""
+    import xarray as xr
+
+    need(f"{path}: this store needs", "zarr")
+    with warnings.catch_warnings(), reading_with(path, "zarr"):
         warnings.simplefilter("ignore")  # of attributes, and of metadata that is not consolidated
-        try:
-            how: dict[str, Any] = {"decode_times": False, "chunks": None}
-            dataset = xr.open_zarr(path, **how)
-            large = [one for one in dataset.variables.values() if one.size > LARGE]
-            if large and find_spec("dask") is None:
-                raise DependencyError(
-                    f"{path}: grids of more than {LARGE} nodes are read with dask. Install it "
-                    "with: pip install 'geosurf[ensemble]'"
-                )
-            if large:
-                _refuse_empty_arrays(path, dataset)
-                chunks = {dim: n for one in large for dim, n in chunks_of(one).items()}
-                return xr.open_zarr(path, **{**how, "chunks": chunks})
-            refuse_beyond_memory(path, 8 * sum(one.size for one in dataset.variables.values()))
-            numbers = [key for key, one in dataset.variables.items() if one.dtype.kind in "fiub"]
-            found: xr.Dataset = dataset[numbers].load()
-        except DAMAGE as error:
-            if isinstance(error, FormatError):
-                raise
-            raise _damaged(path, error) from error
+        dataset = xr.open_zarr(path, decode_times=False, chunks=None)
+        chunks = _chunks(dataset, LARGE)
+        if chunks:
+            need(f"{path}: grids of more than {LARGE} nodes need", "dask")
+            _refuse_empty_arrays(path, dataset)
+            return xr.open_zarr(path, decode_times=False, chunks=chunks)
+        refuse_beyond_memory(path, 8 * sum(one.size for one in dataset.variables.values()))
+        numbers = [key for key, one in dataset.variables.items() if one.dtype.kind in "fiub"]
+        return dataset[numbers].load()
+
+
+def _engine(path: Path, head: bytes) -> str:
+    """Return the library for files that begin so, never by suffix: both kinds are called .nc."""
+    if not head:
+        raise damaged(f"{path}: the file is empty (0 bytes)")
+    if head.startswith(b"\x89HDF"):
+        need(f"{path}: NetCDF-4 needs", "h5netcdf", "h5py")  # h5netcdf comes without h5py
+        return "h5netcdf"
+    if head.startswith((b"CDF\x01", b"CDF\x02")):
+        return "scipy"
+    raise FormatError(
+        f"{path}, byte 0: found {head!r}, expected the signature of NetCDF (CDF or HDF). "
+        "Export it as NetCDF-4, or set format= to its format."
+    )
+
+
+def _chunks(dataset: xr.Dataset, stays: float) -> dict[Any, int]:
+    """Chunks of large arrays along their dimensions: those of the file, unless very long."""
+    found: dict[Any, int] = {}
+    for variable in dataset.variables.values():
+        if variable.size > stays:
+            stored = variable.encoding.get("chunksizes") or variable.encoding.get("chunks")
+            own = dict(zip(variable.dims, stored or (), strict=False))
+            for dim, n in variable.sizes.items():
+                found[dim] = own[dim] if 0 < own.get(dim, 0) <= LONG else min(PART, n)
     return found
 
 
@@ -110,13 +127,6 @@ def _refuse_empty_arrays(path: Path, dataset: xr.Dataset) -> None:
             files = (file for _, _, some in os.walk(path / str(name)) for file in some)
             stored = sum(file != "zarr.json" and not file.startswith(".z") for file in files)
             refuse_empty(path, str(name), one.shape, stored, parts)
-
-
-def _damaged(path: Path, error: BaseException) -> FormatError:
-    return FormatError(
-        f"{path}: zarr cannot read it ({type(error).__name__}: {str(error)[:300]}). The store is "
-        "damaged or incomplete; export it again."
-    )
 
 
 # ---- netcdf ----------------------------------------
@@ -159,8 +169,31 @@ def read_netcdf_horizon(path: Path, request: Request) -> xr.DataArray:
     DependencyError
         If no NetCDF engine is installed.
     """
-    dataset = in_parts(path)
-    return horizon_of(path, load(path) if dataset is None else dataset, request)
+    return horizon_of(path, dataset_of_file(path), request)
+
+
+def read_zarr_horizon(path: Path, request: Request) -> xr.DataArray:
+    """
+    Read a horizon from a Zarr store, whose variables and coordinates are those of NetCDF files.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    request : Request
+        As for `read_netcdf_horizon`.
+
+    Returns
+    -------
+    xarray.DataArray
+
+    Raises
+    ------
+    FormatError, InputError, DependencyError
+        As `read_netcdf_horizon`.
+    """
+    dataset = dataset_of_store(path)
+    with reading_with(path, "zarr"):
+        return horizon_of(path, dataset, request)
 
 
 def horizon_of(path: Path, dataset: xr.Dataset, request: Request) -> xr.DataArray:
@@ -169,8 +202,7 @@ def horizon_of(path: Path, dataset: xr.Dataset, request: Request) -> xr.DataArra
     what = f"{path}: variable {data.name!r}"
 
     # direction and unit as the file states them, or the caller; both have to agree
-    stated = {"positive": _attribute(data, "positive"), "unit": _attribute(data, "units")}
-    scale = request.scale(what, **stated, default=None)
+    scale = _scale(data, what, request)
 
     # The dimension that runs north comes first; other dimensions of length 1 are dropped.
     easting = _coordinate(path, data, EASTING)
@@ -178,7 +210,8 @@ def horizon_of(path: Path, dataset: xr.Dataset, request: Request) -> xr.DataArra
     data = data.transpose(*_dims(path, data, easting, northing))
 
     kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow")
-    attrs = {key: _plain(data.attrs[key]) for key in kept if key in data.attrs}
+    attrs = {key: data.attrs[key] for key in kept if key in data.attrs}
+    attrs = {k: v.item() if isinstance(v, np.generic) else v for k, v in attrs.items()}
     attrs |= _crs(data, dataset)
     attrs |= {"units": "m", "positive": "up", "long_name": request.named(path), "source": path.name}
     values: Any = data.data
@@ -221,15 +254,11 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
     """
     import xarray as xr
 
-    dataset = load(path).reset_coords()
+    dataset = dataset_of_file(path).reset_coords()
 
     # one variable for each of the three, over both dimensions of the fault
     found = {}
-    for key, spellings in (
-        ("easting", EASTING),
-        ("northing", NORTHING),
-        ("elevation", ELEVATION),
-    ):
+    for key, spellings in zip(AXES, (EASTING, NORTHING, ELEVATION), strict=True):
         # exactly one variable with a known name, over both dimensions of the fault
         words = [str(word) for word in dataset.data_vars if str(word).lower() in spellings]
         if len(words) != 1 or set(dataset[words[0]].dims) != set(FAULT_DIMS):
@@ -243,32 +272,23 @@ def read_netcdf_fault(path: Path, request: Request) -> xr.Dataset:
 
     z = found["elevation"]
     what = f"{path}: fault {request.named(path)!r}"
-    stated = {"positive": _attribute(z, "positive"), "unit": _attribute(z, "units")}
-    scale = request.scale(what, **stated, default=None)
-    arrays = {
-        "easting": _metres(path, found["easting"]),
-        "northing": _metres(path, found["northing"]),
-        "elevation": scale * _finite_or_nan(path, z) + 0.0,
+    scale = _scale(z, what, request)
+    places = [
+        _metres(path, found["easting"]),
+        _metres(path, found["northing"]),
+        scale * _finite_or_nan(path, z) + 0.0,
+    ]
+    data = {
+        key: (FAULT_DIMS, place, dict(meaning))
+        for (key, meaning), place in zip(AXES.items(), places, strict=True)
     }
-    out = xr.Dataset(
-        {key: (FAULT_DIMS, value, {"units": "m"}) for key, value in arrays.items()},
-        attrs={
-            "long_name": request.named(path),
-            "source": path.name,
-            **_crs(z, dataset),
-            **_crs(dataset, dataset),
-        },
-    )
-    out["elevation"].attrs["positive"] = "up"
-    return out
+    attrs = {"long_name": request.named(path), "source": path.name}
+    return xr.Dataset(data, attrs=attrs | _crs(z, dataset) | _crs(dataset, dataset))
 
 
 def holds_fault(path: Path) -> bool:
     """Return whether a NetCDF file holds a parametric grid and not a horizon."""
-    dataset = in_parts(path)
-    return set(FAULT_DIMS) <= {
-        str(dim) for dim in (load(path) if dataset is None else dataset).dims
-    }
+    return set(FAULT_DIMS) <= {str(dim) for dim in dataset_of_file(path).dims}
 
 
 def _pick(path: Path, dataset: xr.Dataset, variable: str | None, name: str) -> xr.DataArray:
@@ -341,38 +361,27 @@ def _horizon(
     """Assemble the DataArray; 1-D coordinates are sorted to increase."""
     import xarray as xr
 
-    metre = {"units": "m"}
-
-    # a rotated grid has places for each node, and no order of axes to turn
-    if easting.ndim == 2:
-        coords = {
-            "easting": (("row", "column"), easting, metre),
-            "northing": (("row", "column"), northing, metre),
-        }
-        return xr.DataArray(
-            values, dims=("row", "column"), coords=coords, name=attrs["long_name"], attrs=attrs
-        )
-    # Both axes are made to increase; values follow.
-    for axis, (key, coordinate) in enumerate((("northing", northing), ("easting", easting))):
-        step = np.diff(coordinate)
-        if not ((step > 0).all() or (step < 0).all()):
-            at = int(np.flatnonzero(np.sign(step) != np.sign(step[0]))[:1].sum())
-            raise FormatError(
-                f"{path}: {key} is not monotonic: {coordinate[at + 1]} follows "
-                f"{coordinate[at]} at position {at}. Sort the grid."
-            )
-        if len(step) and step[0] < 0:
-            values = values[::-1] if axis == 0 else values[:, ::-1]
-    return xr.DataArray(
-        values if hasattr(values, "dask") else np.ascontiguousarray(values),
-        dims=HORIZON_DIMS,
-        coords={
-            "northing": ("northing", np.sort(northing), metre),
-            "easting": ("easting", np.sort(easting), metre),
-        },
-        name=attrs["long_name"],
-        attrs=attrs,
-    )
+    places, dims = {"northing": northing, "easting": easting}, HORIZON_DIMS
+    if easting.ndim == 2:  # a rotated grid has places for each node, and no order of axes to turn
+        places, dims = {"easting": easting, "northing": northing}, ("row", "column")
+    else:
+        for axis, (key, coordinate) in enumerate(places.items()):
+            step = np.diff(coordinate)
+            if not ((step > 0).all() or (step < 0).all()):
+                at = int(np.flatnonzero(np.sign(step) != np.sign(step[0]))[:1].sum())
+                raise FormatError(
+                    f"{path}: {key} is not monotonic: {coordinate[at + 1]} follows "
+                    f"{coordinate[at]} at position {at}. Sort the grid."
+                )
+            if len(step) and step[0] < 0:
+                values = values[::-1] if axis == 0 else values[:, ::-1]
+            places[key] = np.sort(coordinate)
+        values = values if hasattr(values, "dask") else np.ascontiguousarray(values)
+    coords = {
+        key: (dims if place.ndim == 2 else key, place, {"units": "m"})
+        for key, place in places.items()
+    }
+    return xr.DataArray(values, dims=dims, coords=coords, name=attrs["long_name"], attrs=attrs)
 
 
 def _metres(path: Path, coordinate: xr.DataArray) -> Any:
@@ -397,6 +406,12 @@ def _crs(data: Any, dataset: xr.Dataset) -> dict[str, str]:
     return {} if crs is None else {"crs": crs}
 
 
+def _scale(data: xr.DataArray, what: str, request: Request) -> float:
+    """Metres of elevation per unit, by the attributes or the caller, who have to agree."""
+    stated = {"positive": _attribute(data, "positive"), "unit": _attribute(data, "units")}
+    return request.scale(what, **stated, default=None)
+
+
 def _attribute(data: xr.DataArray, key: str) -> str | None:
     """Return an attribute as a word, whatever it is."""
     word = data.attrs.get(key)
@@ -415,8 +430,3 @@ def _finite_or_nan(path: Path, data: xr.DataArray) -> np.ndarray:
             "nodes must be NaN: declare the value as _FillValue."
         )
     return values
-
-
-def _plain(value: Any) -> Any:
-    """Numpy scalars as Python ones."""
-    return value.item() if isinstance(value, np.generic) else value

@@ -18,7 +18,8 @@ import numpy as np
 from geosurf.conventions.axes import LABELS
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._common import Request, chosen, is_number, noted, number, read_text
+from geosurf.read._common import Request, check_name, chosen, is_number, noted, number, read_text
+from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import END_MARK, Table, checked_decimal, named_column, read_table
 from geosurf.read._tops_layout import Layout, layout_of
@@ -147,7 +148,7 @@ def _table(path: Path, columns: Any, decimal: Any) -> tuple[Layout, Table]:
     sign = checked_decimal(decimal)
     layout = layout_of(path, sign, typed=True)
     if not layout.rows:
-        raise FormatError(f"{path}: the file has no points below its header. Export it again.")
+        raise damaged(f"{path}: the file has no points below its header")
     places = _places(path, layout, columns)
     points = np.empty((len(layout.rows), 3))
     for k, (line, words) in enumerate(layout.rows):
@@ -324,7 +325,7 @@ def fault_names(path: Path, key: str) -> list[str]:
     found = features(path).checked()
     names = [one.name for one in found.only(("line",), "read_fault")]
     if not names:
-        raise FormatError(f"{path}: the file has no lines. Export it again.")
+        raise damaged(f"{path}: the file has no lines")
     return list(dict.fromkeys(names))
 
 
@@ -379,17 +380,16 @@ def read_charisma(path: Path) -> Table:
             continue
         found = ROW.fullmatch(row)
         if found is None:
-            raise FormatError(
+            raise damaged(
                 f"{path}, line {i}: found {row[:60]!r}, expected INLINE-, inline, crossline, x, y, "
-                "z, the name of the fault and the number of its stick. Correct that line or export "
-                "the Charisma file again."
+                "z, the name of the fault and the number of its stick"
             )
         points.append([number(word, path, i, "x, y or z") for word in found.groups()[:3]])
         names.append(" ".join((found[4] or "").strip("\"'").split()))
         labels.append(found[5])
         lines.append(i)
     if not points:
-        raise FormatError(f"{path}: the file has comments only. Export it again.")
+        raise damaged(f"{path}: the file has comments only")
     noted("columns", "x, y, z, name and stick follow inline and crossline, which are not used")
     return Table(np.array(points), np.array(lines), labels, names)
 
@@ -474,16 +474,15 @@ def _lines(path: Path) -> list[Part]:
         elif words[0].upper().startswith(HEADER) and not found:
             continue
         elif len(words) != 3 or not found:
-            raise FormatError(
-                f"{path}, line {i}: found {line.strip()[:60]!r}, expected '-> name' or x y z. "
-                "Correct that line, or export the CPS-3 lines again."
+            raise damaged(
+                f"{path}, line {i}: found {line.strip()[:60]!r}, expected '-> name' or x y z"
             )
         else:
             found[-1][2].append([number(word, path, i, "x, y or z") for word in words])
     # a begin without points ends some files
     parts = [Part(np.array(points), line, name) for name, line, points in found if points]
     if not parts:
-        raise FormatError(f"{path}: the file has no lines with points. Export it again.")
+        raise damaged(f"{path}: the file has no lines with points")
     return parts
 
 
@@ -620,15 +619,8 @@ def read_polylines(path: Path, request: Request) -> list[np.ndarray]:
 
 def polylines_from(path: Path, parts: list[Part], request: Request) -> list[np.ndarray]:
     """Lines of one name, or all, as elevations."""
-    names = list(dict.fromkeys(part.name for part in parts if part.name))
-    if names:
-        noted("names", ", ".join(names[:12]) + (" ..." if len(names) > 12 else ""))
+    check_name(path, (part.name for part in parts), request.name)
     lines = [part.points for part in parts if request.name in (None, part.name)]
-    if not lines:
-        raise InputError(
-            f"{path}: no line is called {request.name!r}. Names are "
-            f"{', '.join(names[:12]) or 'absent'}; leave name= out to read all lines."
-        )
     noted("lines", f"{len(lines)} with {sum(map(len, lines))} points")
 
     # polygons in a plane need no direction: their z is 0

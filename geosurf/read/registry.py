@@ -17,7 +17,7 @@ from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import FormatError
 from geosurf.model.expected import path_of
 from geosurf.read._detect import detect, detect_foreign, head_of
-from geosurf.read._guard import is_zarr, opened
+from geosurf.read._guard import damaged, is_zarr, opened
 from geosurf.read.grids.node_lists import looks_like_ijxyz
 
 # format -> (module, function, suffixes)
@@ -201,7 +201,7 @@ def reader_of(
     with opened(path) as (_, size):  # before anything is asked of it: a regular file with content
         pass
     if size == 0:
-        raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
+        raise damaged(f"{path}: the file is empty (0 bytes)")
     module, function, _ = formats[key]
     return path, key, getattr(import_module(f"geosurf.read.{module}"), function)
 

@@ -22,6 +22,7 @@ from geosurf.kernels.meshes.shells import count_open_edges
 from geosurf.model import TriSurface, Unit, Units
 from geosurf.model.base import in_crs_of
 from geosurf.model.pieces import FREE, PAIRED, Pieces
+from geosurf.read._guard import damaged
 from geosurf.read.model3d import volume_inside
 
 LABELS = (
@@ -97,16 +98,13 @@ def labels_of(path: Path, own: Sequence[Any], n_region: int, where: str) -> list
     if len(own) != n_region or any(
         not isinstance(values, list) or len(values) != len(LABELS) for values in own
     ):
-        raise FormatError(
+        raise damaged(
             f"{path}: {where} describes {len(own)} units of geosurf, but the model has {n_region} "
-            "regions. Export the model again."
+            "regions"
         )
     found = [dict(zip(LABELS, values, strict=True)) for values in own]
     if not all(_are_labels(one) for one in found):
-        raise FormatError(
-            f"{path}: {where} describes units of geosurf with damaged labels. Export the model "
-            "again."
-        )
+        raise damaged(f"{path}: {where} describes units of geosurf with damaged labels")
     return [
         {
             **one,

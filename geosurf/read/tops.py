@@ -24,6 +24,7 @@ from geosurf.read._common import (
     otherwise,
 )
 from geosurf.read._detect import detect, refuse_foreign
+from geosurf.read._guard import damaged
 from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import Layout, layout_of, plain_name, unit_in_name
 from geosurf.read.las import tops_of_las
@@ -358,7 +359,7 @@ def _dataset(
             points.append([value for value in values if value is not None])
     if not points:
         first = f": {unused[0]}" if unused else ""
-        raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
+        raise damaged(f"{path}: the file has no well tops{first}")
     _warn_of_unused(path, unused, len(points) + len(unused))
     # 0.0 is added to z so that depths of 0 do not become -0.0
     factor = scale if paths is None else 1.0  # paths are in metres, positive up
@@ -370,7 +371,7 @@ def _of_las(path: Path, request: Request) -> xr.Dataset:
     names, points, unused = tops_of_las(path, request)
     if not names:
         first = f": {unused[0]}" if unused else ""
-        raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
+        raise damaged(f"{path}: the file has no well tops{first}")
     _warn_of_unused(path, unused, len(points) + len(unused))
     return _as_dataset(path, names, points, unused)
 
@@ -403,10 +404,7 @@ def _place_of_type(layout: Layout) -> int | None:
 def _name(path: Path, line: int, word: str, what: str) -> str:
     """A name, or the line where it is missing."""
     if not word:
-        raise FormatError(
-            f"{path}, line {line}: the name of the {what} is missing. Correct that line or export "
-            "the file again."
-        )
+        raise damaged(f"{path}, line {line}: the name of the {what} is missing")
     return word
 
 

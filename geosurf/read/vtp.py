@@ -6,7 +6,6 @@ All encodings that VTK writes are read, but lz4: see `geosurf.read.vtp`.
 from __future__ import annotations
 
 import base64
-import binascii
 import bisect
 import lzma
 import re
@@ -22,7 +21,7 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
 from geosurf.read._common import Request
-from geosurf.read._guard import ALLOWANCE, read_bytes, refuse_large
+from geosurf.read._guard import ALLOWANCE, damaged, read_bytes, reading_with, refuse_large
 from geosurf.read._placed import surface_from_mesh, triangles_of_cells
 
 # ---- vtkxml ----------------------------------------
@@ -39,8 +38,6 @@ DTYPES = {
     if (word, bits) not in (("Float", 8), ("Float", 16))
 }
 COMPRESSORS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor")
-# what these decoders raise for bytes that they cannot take
-DAMAGE = (binascii.Error, zlib.error, lzma.LZMAError, ValueError, OverflowError, EOFError)
 COPIES = 6  # of an array in 64 bits that are there at a time, from bytes to the surface
 REAL = re.compile(r"[0-9eE.+\-\snaifNAIF]*")
 WHOLE = re.compile(r"[0-9+\-\s]*")
@@ -52,7 +49,7 @@ class XmlFile:
 
     path: Path
     size: int
-    tree: ElementTree.Element
+    tree: Element
     appended: bytes
     raw: bool
     order: str
@@ -61,35 +58,23 @@ class XmlFile:
     offsets: list[int] = field(default_factory=list)  # where appended arrays begin, sorted
     taken: int = 0  # bytes of all arrays so far
 
-    def array(self, node: ElementTree.Element | None, what: str) -> np.ndarray:
+    def array(self, node: Element | None, what: str) -> np.ndarray:
         """Return the flat values of a DataArray element."""
         kind = None if node is None else DTYPES.get(str(node.get("type")))
         if node is None or kind is None:
             found = "no array" if node is None else f"an array of type {node.get('type')!r}"
-            raise FormatError(
-                f"{self.path}: found {found} for {what}, expected numbers. The file is damaged "
-                "or does not hold a surface; export it again."
-            )
+            raise damaged(f"{self.path}: found {found} for {what}, expected numbers")
 
         # byte order is that of the root element
         dtype = np.dtype(self.order + kind)
-        try:
+        with reading_with(self.path, f"the decoder (array {what})"):
             if node.get("format") == "ascii":
                 return _of_text(node.text or "", dtype)
             values = np.frombuffer(self.payload(node, what, dtype.itemsize), dtype=dtype)
             node.text = None  # of a large file; each array is read once
             return values
-        except DAMAGE as error:
-            if isinstance(error, FormatError):
-                raise
-            raise FormatError(
-                f"{self.path}: array {what} cannot be decoded ({error}). The file is damaged "
-                "or truncated; export it again."
-            ) from error
 
-    def payload(
-        self, node: ElementTree.Element, what: str, itemsize: int = 1
-    ) -> bytes | memoryview:
+    def payload(self, node: Element, what: str, itemsize: int = 1) -> bytes | memoryview:
         """Bytes of one binary array: block sizes first, then one or several blocks."""
         if node.get("format") == "appended":
             start = int(node.get("offset", "0"))
@@ -156,17 +141,23 @@ class XmlFile:
                     else:
                         codes = bytes(self.payload(node, key))
                     return codes.split(b"\0")[0].decode("utf-8") or None
-                except DAMAGE:
+                except (
+                    ValueError,
+                    OverflowError,
+                    zlib.error,
+                    lzma.LZMAError,
+                    EOFError,
+                    FormatError,
+                ):
                     return None
         return None
 
-    def whole_number(self, node: ElementTree.Element, key: str, default: int) -> int:
+    def whole_number(self, node: Element, key: str, default: int) -> int:
         """Return an attribute that counts something."""
         text = node.get(key) or str(default)
         if not (text.isascii() and text.isdecimal() and len(text) < 19):
-            raise FormatError(
-                f"{self.path}: {key} of a <{node.tag}> is {text[:40]!r}, expected a whole number. "
-                "The file is damaged; export it again."
+            raise damaged(
+                f"{self.path}: {key} of a <{node.tag}> is {text[:40]!r}, expected a whole number"
             )
         return int(text)
 
@@ -194,21 +185,11 @@ def open_xml(path: Path, kind: str) -> XmlFile:
     if mark:
         end = data.rfind(b"</AppendedData>")
         if end < mark.end():
-            raise FormatError(
-                f"{path}, byte {mark.start()}: AppendedData has no end. The file is truncated; "
-                "export it again."
-            )
+            raise damaged(f"{path}, byte {mark.start()}: AppendedData has no end")
         appended, raw = data[mark.end() : end], b"base64" not in mark.group(1)
         data = data[: mark.start()] + data[end + len(b"</AppendedData>") :]
 
-    refuse_entities(path, data)
-    try:
-        tree = ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise FormatError(
-            f"{path}: the XML is incomplete ({error}). The file is damaged or truncated; "
-            "export it again."
-        ) from error
+    tree = xml_of(path, data)
     if tree.tag != "VTKFile" or tree.get("type") != kind:
         raise FormatError(
             f"{path}: found <{tree.tag} type={tree.get('type')!r}>, expected "
@@ -232,15 +213,19 @@ def open_xml(path: Path, kind: str) -> XmlFile:
     return file
 
 
-def refuse_entities(path: Path, data: bytes) -> None:
-    """Refuse XML that declares a document type: its entities may expand without end."""
+def xml_of(path: Path, data: bytes, part: str = "the XML") -> Element:
+    """Return the tree of a document without a type: entities of one may expand without end."""
     # in wide encodings the letters have zero bytes between them
     plain = data.replace(b"\0", b"") if b"\0" in data[:8] else data  # UTF-16, UTF-32
     if b"<!DOCTYPE" in plain or b"<!ENTITY" in plain:
         raise FormatError(
-            f"{path}: the XML declares a document type or entities, which mesh files do not need. "
-            "Export the file again, or delete that declaration."
+            f"{path}: {part} declares a document type or entities, which data do not need. Export "
+            "the file again, or delete that declaration."
         )
+    try:
+        return ElementTree.fromstring(data)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise damaged(f"{path}: {part} is incomplete ({error})") from error
 
 
 def _of_text(text: str, dtype: np.dtype) -> np.ndarray:
@@ -361,9 +346,8 @@ def _surface(
     try:
         data = {key: np.concatenate([column[key] for column in columns]) for key in keys}
     except ValueError as error:
-        raise FormatError(
-            f"{file.path}: point data of its pieces do not fit together ({error}). "
-            "Export the file again."
+        raise damaged(
+            f"{file.path}: point data of its pieces do not fit together ({error})"
         ) from error
     found = surface_from_mesh(
         file.path,
@@ -387,9 +371,8 @@ def _points(file: XmlFile, piece: Element) -> np.ndarray:
     # a truncated array seldom ends between two points
     values = file.array(piece.find("Points/DataArray"), "Points")
     if len(values) % 3:
-        raise FormatError(
-            f"{file.path}: found {len(values)} numbers for Points, expected three for each. "
-            "The file is damaged or truncated; export it again."
+        raise damaged(
+            f"{file.path}: found {len(values)} numbers for Points, expected three for each"
         )
     return values.reshape(-1, 3)
 
@@ -423,10 +406,7 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     # types (n,): one number of VTK for each cell
     types = file.array(nodes.get("types"), "types").astype(np.int64)
     if len(types) != len(ends):
-        raise FormatError(
-            f"{file.path}: found {len(types)} types for {len(ends)} cells. "
-            "The file is damaged; export it again."
-        )
+        raise damaged(f"{file.path}: found {len(types)} types for {len(ends)} cells")
 
     # Types of VTK: 5 triangle, 9 quad; points and lines without area are ignored.
     surface = np.isin(types, list(CORNERS))
@@ -441,18 +421,16 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     wanted = np.where(types == 9, 4, 3)
     odd = np.flatnonzero(surface & (count != wanted))
     if len(odd):
-        raise FormatError(
-            f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected {wanted[odd[0]]}. "
-            "The file is damaged; export it again."
+        raise damaged(
+            f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected {wanted[odd[0]]}"
         )
     return triangles_of_cells(file.path, corners, ends[surface], count[surface], n_point)
 
 
 def _refuse_other_count(file: XmlFile, piece: Element, n_point: int) -> None:
     if piece.get("NumberOfPoints") != str(n_point):
-        raise FormatError(
-            f"{file.path}: found {n_point} points, expected {piece.get('NumberOfPoints')}. "
-            "The file is damaged; export it again."
+        raise damaged(
+            f"{file.path}: found {n_point} points, expected {piece.get('NumberOfPoints')}"
         )
 
 
@@ -466,9 +444,9 @@ def _corners_and_ends(
     # Offsets are the ends of cells in `connectivity`: they rise up to its length.
     falls = bool((np.diff(ends, prepend=0) < 0).any())
     if str(len(ends)) != piece.get(key) or falls or ends[-1:].sum() != len(corners):
-        raise FormatError(
+        raise damaged(
             f"{file.path}: found {len(ends)} cells with {len(corners)} corners, expected "
-            f"{piece.get(key)} cells with {ends[-1:].sum()}. The file is damaged; export it again."
+            f"{piece.get(key)} cells with {ends[-1:].sum()}"
         )
     return corners, ends
 
@@ -483,9 +461,9 @@ def _point_data(file: XmlFile, piece: Element, n_point: int) -> dict[str, np.nda
         values = file.array(node, repr(key))
         width = file.whole_number(node, "NumberOfComponents", 1)
         if len(values) != n_point * width:
-            raise FormatError(
+            raise damaged(
                 f"{file.path}: point data {key!r} have {len(values)} values, expected "
-                f"{n_point * width}. The file is damaged; export it again."
+                f"{n_point * width}"
             )
         data[key] = values if width == 1 else values.reshape(n_point, width)
     return data

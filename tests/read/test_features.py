@@ -178,8 +178,8 @@ LONG = shp(shape(13, [LINE]))
 HUGE = shape(13, [LINE])[:40] + struct.pack("<i", 2**31 - 1) + shape(13, [LINE])[44:]
 PATCH = struct.pack("<i4d4i", 31, 0, 0, 0, 0, 1, 3, 0, 0) + bytes(3 * 24 + 16)
 DAMAGES = {
-    "cut": (json.dumps(FAULTS)[:-9], "JSON is incomplete or damaged"),
-    "deep": ('{"type": "Feature", "a": ' + "[" * 90_000, "JSON is incomplete or damaged"),
+    "cut": (json.dumps(FAULTS)[:-9], "JSON parser cannot read it"),
+    "deep": ('{"type": "Feature", "a": ' + "[" * 90_000, "JSON parser cannot read it"),
     "nan": (json.dumps(bad([[1, 2, np.nan], [3, 4, 5]])), "found NaN, expected a number"),
     "text": (bad([["1", "2"], ["3", "4"]]), "are not lists of two or three finite numbers"),
     "true": (bad([[True, 2], [3, 4]]), "are not lists of two or three"),
@@ -193,9 +193,9 @@ DAMAGES = {
               "holds 1 point and 1 line, .* Write one file for each kind"),
     "half": (bad([[461000, 5932000], LINE[1]]), "1 of 2 points of a line have no elevation"),
     "shp cut": (shp(shape(13, [LINE]))[:-8], "header announces .* bytes, but the file has"),
-    "shp count": (shp(HUGE), "shapes or attributes are damaged"),
+    "shp count": (shp(HUGE), "pyshp cannot read it"),
     "shp type": (shp(PATCH), "is of the type 31"),
-    "shp size": (LONG[:104] + struct.pack(">i", 999) + LONG[108:], "attributes are damaged"),
+    "shp size": (LONG[:104] + struct.pack(">i", 999) + LONG[108:], "pyshp cannot read it"),
     "shp nan": (shp(shape(13, [[[np.inf, 0, 0], LINE[0]]])), "a coordinate that is not finite"),
     "shp one": (shp(shape(13, [LINE[:1]])), "has a line of 1 points"),
     "shp empty": (shp(), "no points and no lines"),
@@ -215,7 +215,7 @@ def test_attributes_of_another_export_are_refused(tmp_path):
     with pytest.raises(FormatError, match=r"1 shapes, but 2 rows in the \.dbf"):
         gs.read_fault(path, positive="up")
     (tmp_path / "a.dbf").write_bytes(dbf([("F1", 1)])[:-3])
-    with pytest.raises(FormatError, match=r"shapes or attributes are damaged .* with its \.dbf"):
+    with pytest.raises(FormatError, match=r"pyshp cannot read it"):
         gs.read_fault(path, positive="up")
 
 

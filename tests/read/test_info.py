@@ -66,7 +66,7 @@ def test_the_command_prints_text_and_json(tmp_path, capsys):
         ("a.grd", "DSAA\n3 2\n", "surfer", "lines 2 to 5: expected two values"),
         ("a.md", "Some words, 3 of 4.\n", "unknown", "knows no format with this content"),
         ("a.tif", "II*\0", "geotiff", "rasterio"),
-        ("a.json", '{"type": "Feature"', "geojson", "JSON is incomplete"),
+        ("a.json", '{"type": "Feature"', "geojson", "JSON parser cannot read it"),
         ("a.xyz", "1 2 -9999\n3 4 5\n", "xyz", "may be degrees"),
         ("a.csv", "X,Y,Z,Well\n1,2,3,A\n", "wells", "in one place"),
     ],

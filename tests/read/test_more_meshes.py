@@ -181,7 +181,7 @@ def entry(kind, index, **changed):
 GLTF_DAMAGES = {
     "cut": (packed(*gltf())[:-4], r"found \d+ bytes of glTF version 2"),
     "chunk": (b"glTF" + struct.pack("<III4s", 2, 20, 99, b"JSON"), "announces 99 bytes"),
-    "json": (in_text(*gltf())[:-3], "JSON of the glTF file is incomplete"),
+    "json": (in_text(*gltf())[:-3], "JSON parser cannot read it"),
     "deep": ('{"asset": 1, "nodes": ' + "[" * 100_000, "is incomplete|recursion"),
     "count": (entry("accessors", 0, count=10**12), "announces 1000000000000 values"),
     "minus": (entry("accessors", 0, count=-1), "announces -1 values"),
@@ -193,7 +193,7 @@ GLTF_DAMAGES = {
     "view": (entry("accessors", 0, bufferView=7), "trimesh cannot read it"),
     "sparse": (entry("accessors", 0, sparse={}), "accessor 0 is sparse"),
     "place": (entry("nodes", 0, translation=[0, "x", 0]), "trimesh cannot read it"),
-    "base64": (in_text(*gltf()).replace("base64,", "base64,*"), "is not base64"),
+    "base64": (in_text(*gltf()).replace("base64,", "base64,*"), "base64 decoder"),
     "elsewhere": (json.dumps(gltf(buffers=[{"uri": "../../etc/passwd"}])[0]), "same folder"),
     "packed": (in_text(*gltf(extensionsRequired=["KHR_draco_mesh_compression"])),
                "needs the glTF extension KHR_draco"),

@@ -37,20 +37,20 @@ def test_depth_and_units_of_a_mesh(tmp_path):
     [
         ("a.obj", OBJ[:-1], r"a.obj, line 5: the last line has no line end"),
         ("a.obj", OBJ.replace("1 2 3 4", "1 2 7 4"), r"triangle 0 refers to vertices"),
-        ("a.obj", OBJ.replace("9 9 9", "9 9 nine"), r"meshio cannot read it .*nine.*export it as"),
+        ("a.obj", OBJ.replace("9 9 9", "9 9 nine"), r"meshio cannot read it .*nine.*export it"),
         ("a.obj", OBJ.replace("9 9 9", "9 nan 9"), r"vertices are not finite.*vertex 2"),
         ("a.obj", "v 0 0 0\n", r"a.obj: .*"),
         ("a.stl", "solid\nfacet normal 0 0 1\n", r"the last line is 'facet.*expected 'endsolid'"),
         (
             "a.vtk",
             "# vtk DataFile Version 4.2\nx\nASCII\nDATASET UNSTRUCTURED_GRID\n",
-            r"export.*.vtp",
+            r"meshio cannot read it",
         ),
         ("a.vtu", "<VTKFile>", r"a\.vtu: the XML is incomplete"),
         ("a.ply", "", r"empty"),
         ("a.off", "OFF\n# made by\n\n", r"missing after the first line.*export"),
         ("a.msh", "(1 1)\n(2 3", r"does not begin with '\$Name'.*export"),
-        ("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n", r"truncated or not a Gmsh"),
+        ("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n", r"a section does not begin"),
         ("b.off", "OFF", r"missing after the first line.*export"),
         ("a.ply", "ply\nformat ascii 1.0\n", r"has no line 'end_header'.*export"),
     ],
@@ -141,7 +141,7 @@ def vtp(tmp_path, *change):
         (('Name="connectivity"', 'Name="x"'), r"found no array for connectivity"),
         (('"Float64"', '"String"'), r"an array of type 'String' for Points"),
         (('"UInt64"', '"UInt32"'), r"F1.vtp: "),
-        (("</VTKFile>", ""), r"the XML is incomplete.*truncated"),
+        (("</VTKFile>", ""), r"the XML is incomplete"),
     ],
 )
 def test_wrong_vtp(tmp_path, change, message):
@@ -275,7 +275,7 @@ def test_counts_of_a_binary_msh_are_not_believed(binary_msh):
     path, data, at, kind = binary_msh
     data[at + (8 + 4 if kind == "gmsh" else 0)] = ord("9")  # numbers of nodes: 64 bits, and text
     path.write_bytes(data)
-    with pytest.raises(FormatError, match=r"F1\.msh, byte \d+: \d+ entries are .*for \d+\. It is"):
+    with pytest.raises(FormatError, match=r"F1\.msh, byte \d+: \d+ entries are .*for \d+"):
         gs.read_fault(path)
 
 

@@ -248,7 +248,7 @@ DAMAGES = {
     "version": ("resqmlv2", "resqmlv22", "expected RESQML 2.0.1"),
     "entities": ("<resqml2:Grid2dRep", "<!DOCTYPE a><resqml2:Grid2dRep", "declares a document"),
     "cut": ("</resqml2:Grid2dRepresentation>", "", "is incomplete"),
-    "no array": ("/zvalues", "/other", r"m\.h5: array '/RESQML/.*other' cannot be read"),
+    "no array": ("/zvalues", "/other", r"m\.h5: h5py .array '/RESQML/.*other'"),
     "count": (FAST, FAST[:-1] + "7", "an axis of 7 nodes has 5 steps"),
     "less": (FAST, FAST[:-1] + "5", "an array has 6 x 6 values, expected 6 x 5"),
     "huge": (FAST, FAST + "00000000", "needs .* MB of memory"),
@@ -275,7 +275,7 @@ def test_other_archives_and_bombs(package, tmp_path):
         gs.read_horizon(tmp_path / "other.epc")
     bytes_ = package.read_bytes()
     package.write_bytes(bytes_[: len(bytes_) // 2])
-    with pytest.raises(FormatError, match="cannot be unpacked"):
+    with pytest.raises(FormatError, match="zipfile cannot read it"):
         gs.read_horizon(package)
     package.write_bytes(bytes_)
     edited(package, more={"obj_big.xml": b" " * (40 << 20)})
@@ -283,5 +283,5 @@ def test_other_archives_and_bombs(package, tmp_path):
         gs.read_horizon(package)
     package.with_suffix(".h5").write_bytes(b"\x89HDF\r\n\x1a\n" + b"\0" * 200)
     package.write_bytes(bytes_)
-    with pytest.raises(FormatError, match=r"m\.h5: the HDF5 library cannot read it"):
+    with pytest.raises(FormatError, match=r"m\.h5: h5py cannot read it"):
         gs.read_horizon(package, name="Top")

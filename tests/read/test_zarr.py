@@ -9,7 +9,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import FormatError, InputError
-from geosurf.read import _netcdf_file, netcdf
+from geosurf.read import netcdf
 
 pytest.importorskip("zarr")
 pytest.importorskip("h5netcdf")
@@ -18,9 +18,8 @@ pytest.importorskip("h5netcdf")
 @pytest.fixture
 def small(monkeypatch):
     """Grids of more than 100 nodes are large."""
-    for room in (_netcdf_file, netcdf):
-        monkeypatch.setattr(room, "LARGE", 100)
-    monkeypatch.setattr(_netcdf_file, "PART", 5)
+    monkeypatch.setattr(netcdf, "LARGE", 100)
+    monkeypatch.setattr(netcdf, "PART", 5)
 
 
 def dataset(kind: str = "f4") -> xr.Dataset:

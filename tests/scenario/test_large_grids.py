@@ -8,7 +8,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf.carve import shells
 from geosurf.errors import GeosurfWarning, InputError, ScenarioError
-from geosurf.read import _netcdf_file, netcdf
+from geosurf.read import netcdf
 from geosurf.scenario import output
 from geosurf.triangulate import stored
 
@@ -54,9 +54,8 @@ def path(tmp_path):
 
 def test_law_a_run_has_the_results_of_grids_in_memory(path, tmp_path, monkeypatch):
     gs.run_scenario(path, tmp_path / "memory")
-    for room in (_netcdf_file, netcdf):  # grids of more than 100 nodes are large
-        monkeypatch.setattr(room, "LARGE", 100)
-    monkeypatch.setattr(_netcdf_file, "PART", 8)
+    monkeypatch.setattr(netcdf, "LARGE", 100)  # grids of more than 100 nodes are large
+    monkeypatch.setattr(netcdf, "PART", 8)
     monkeypatch.setattr(stored, "BAND", 100)
     gs.run_scenario(path, tmp_path / "store")
     one, two = (

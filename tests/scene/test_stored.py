@@ -162,10 +162,9 @@ def test_what_a_tolerance_cannot_do_is_an_error(full):
 
 
 def test_files_of_large_grids_keep_the_same_nodes(tmp_path, full, monkeypatch):
-    from geosurf.read import _netcdf_file, netcdf
+    from geosurf.read import netcdf
 
-    for room in (_netcdf_file, netcdf):
-        monkeypatch.setattr(room, "LARGE", 1000)
+    monkeypatch.setattr(netcdf, "LARGE", 1000)
     grids = {"Top": waves(-100.0), "Base": waves(-130.0, shift=0.3)}
     data = xr.Dataset({name: grid_of(z, (30, 40)) for name, z in grids.items()})
     for name in grids:

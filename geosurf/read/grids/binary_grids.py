@@ -11,21 +11,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import Request, TextBlocks, integer, noted, number
-from geosurf.read._guard import opened, read_bytes, read_some
+from geosurf.read._common import TextBlocks, integer, noted, number
+from geosurf.read._guard import damaged, opened, read_bytes, read_some
 from geosurf.read.grids.nodes import (
+    Decoded,
     GridHeader,
     binary_values,
     check_count,
     check_step,
-    finished,
     from_corners,
-    scale_of,
+    grid_reader,
     text_values,
 )
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
+    pass
 
 # ---- irap ----------------------------------------
 # IRAP grids, classic (text) and binary: the map formats of RMS.
@@ -45,51 +45,29 @@ N_HEADER = 19  # values of the header of a text file
 HEADER_RECORDS = (">ii6f", ">i3f", ">7i")
 
 
-def read_irap(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_irap(path: Path) -> Decoded:
     r"""
     Read an IRAP grid, classic or binary, whichever the content is.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``, which is
-        what RMS writes.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN where undefined.
-
-    Raises
-    ------
-    FormatError
-        If the content is not an IRAP grid, is cut short, or holds values that are not finite.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.irap"
     >>> header = "-996 2 10 10\n0 10 0 10\n2 0 0 0\n0 0 0 0 0 0 0\n"
     >>> _ = file.write_text(header + "1 2\n3 9999900.0\n")
-    >>> read_irap(file, Request(name="Top", positive="down")).values
+    >>> read_horizon(file, positive="down").values
     array([[-1., -2.],
            [-3., nan]])
     """
-    scale = scale_of(path, request)
-
     # Both kinds share suffixes, so the first bytes decide.
     with opened(path) as (file, _):
         classic = read_some(path, file, 64).lstrip().startswith(b"-996")
     header, values = _read_classic(path) if classic else _read_binary(path)
     noted("kind", "IRAP classic (text)" if classic else "IRAP binary (float32)")
     noted("null", f"{UNDEFINED_CLASSIC:g}" if classic else "1e30")
-    order = "rows from the origin, each along the rotation"
-    return finished(path, request, header, values, scale, order)
+    return Decoded(header, values, "rows from the origin, each along the rotation")
 
 
 def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
@@ -100,9 +78,8 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     # only the header's words one by one: the nodes are millions, and are taken in bulk
     words = list(itertools.islice(re.finditer(r"\S+", text), N_HEADER))
     if len(words) < N_HEADER:
-        raise FormatError(
-            f"{path}: found {len(words)} header values, expected 19 (-996 nrow xinc yinc ...). "
-            "The file is truncated; export it again."
+        raise damaged(
+            f"{path}: found {len(words)} header values, expected 19 (-996 nrow xinc yinc ...)"
         )
 
     # lines of the header's words, for errors only
@@ -143,9 +120,8 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
     """Header and values (nrow, ncol) of a binary file, NaN where undefined."""
     records = _fortran_records(path, read_bytes(path))
     if len(records) < 3:
-        raise FormatError(
-            f"{path}: found {len(records)} records, expected 3 header records and the values. "
-            "The file is truncated; export it again."
+        raise damaged(
+            f"{path}: found {len(records)} records, expected 3 header records and the values"
         )
 
     # Big-endian records of fixed lengths: six floats hold limits and steps.
@@ -174,9 +150,9 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
         row, column = divmod(int(bad[0]), ncol)
-        raise FormatError(
+        raise damaged(
             f"{path}: node (row {row}, column {column}) is {values[bad[0]]}, expected a finite "
-            "number, or 1e30 where undefined. Export the file again."
+            "number, or 1e30 where undefined"
         )
 
     values[values >= UNDEFINED_BINARY] = np.nan
@@ -189,9 +165,7 @@ def _fortran_records(path: Path, data: bytes) -> list[bytes]:
     # Each Fortran record has its length in bytes before and after it.
     while at < len(data):
         if at + 4 > len(data):
-            raise FormatError(
-                f"{path}, byte {at}: the file ends inside a record length. Export it again."
-            )
+            raise damaged(f"{path}, byte {at}: the file ends inside a record length")
 
         # the same number has to stand at both ends, or this is no record
         size = struct.unpack_from(">i", data, at)[0]
@@ -233,46 +207,27 @@ HEAD = re.compile(rb"\s*STORMGRID_(BINARY|ASCII)" + rb"\s+([^\s]+)" * 8 + rb"[ \
 UNDEFINED = -999.0
 
 
-def read_storm(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_storm(path: Path) -> Decoded:
     r"""
     Read a STORM grid, binary or text.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
-
-    Raises
-    ------
-    FormatError
-        If the header is incomplete, or values are missing, too many or not finite.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.storm"
     >>> _ = file.write_text("STORMGRID_ASCII\n\n2 2 10 20\n0 10 0 20\n1 2\n3 -999\n")
-    >>> read_storm(file, Request(name="Top", positive="up")).values
+    >>> read_horizon(file, positive="up").values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, request)
     data = read_bytes(path)
     match = HEAD.match(data)
     if match is None:
-        raise FormatError(
+        raise damaged(
             f"{path}: the first bytes are {data[:16]!r}, expected STORMGRID_BINARY or "
-            "STORMGRID_ASCII and eight numbers. The header is incomplete; export the file again."
+            "STORMGRID_ASCII and eight numbers"
         )
     # lines of a header of nine words serve for messages only
     words = [word.decode("latin-1") for word in match.groups()[1:]]
@@ -291,7 +246,7 @@ def read_storm(path: Path, request: Request) -> xr.DataArray:
     noted("null", f"{UNDEFINED:g}")
     values[values == UNDEFINED] = np.nan
     grid = values.reshape(nrow, ncol)
-    return finished(path, request, header, grid, scale, "rows from the south, each from the west")
+    return Decoded(header, grid, "rows from the south, each from the west")
 
 
 # ---- surfer ----------------------------------------
@@ -306,41 +261,21 @@ HEAD_6 = "<4s2h6d"
 HEAD_7 = "<2i8d"
 
 
-def read_surfer(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_surfer(path: Path) -> Decoded:
     r"""
     Read a Surfer grid: version 6, text or binary, or version 7.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN where blank, shape (nrow, ncol).
-
-    Raises
-    ------
-    FormatError
-        If the content is not a Surfer grid, is cut short, rotated, or holds values that are not
-        finite.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.grd"
     >>> _ = file.write_text("DSAA\n2 2\n0 10\n0 20\n1 3\n1 2\n3 1.70141e38\n")
-    >>> read_surfer(file, Request(name="Top", positive="up")).values
+    >>> read_horizon(file, positive="up").values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, request)
     data = read_bytes(path)
     kinds = {b"DSAA": _text, b"DSBB": _version_6, b"DSRB": _version_7}
     if data[:4] not in kinds:
@@ -353,7 +288,7 @@ def read_surfer(path: Path, request: Request) -> xr.DataArray:
     noted("null", f"{blank:g} and above")
     values[values >= blank] = np.nan
     grid = values.reshape(header.nrow, header.ncol)
-    return finished(path, request, header, grid, scale, "rows from the south, each from the west")
+    return Decoded(header, grid, "rows from the south, each from the west")
 
 
 def _text(path: Path, _: bytes) -> tuple[GridHeader, np.ndarray, float]:
@@ -362,9 +297,9 @@ def _text(path: Path, _: bytes) -> tuple[GridHeader, np.ndarray, float]:
     lines = blocks.head.split("\n", 5)
     rows = [line.split() for line in lines[1:5]]
     if len(lines) < 6 or any(len(row) != 2 for row in rows):
-        raise FormatError(
-            f"{path}, lines 2 to 5: expected two values on each (columns and rows, limits of x, "
-            "y and z). The header of the Surfer grid is incomplete; export the file again."
+        raise damaged(
+            f"{path}, lines 2 to 5: expected two values on each (columns and rows, limits of x, y "
+            "and z)"
         )
     ncol, nrow = (integer(word, path, 2, "number of columns or rows") for word in rows[0])
     x0, x1 = (number(word, path, 3, "limit of x") for word in rows[1])
@@ -378,10 +313,7 @@ def _version_6(path: Path, data: bytes) -> tuple[GridHeader, np.ndarray, float]:
     """Header, values and blank value of a binary file of version 6."""
     size = struct.calcsize(HEAD_6)
     if len(data) < size:
-        raise FormatError(
-            f"{path}: found {len(data)} bytes, expected a header of {size}. The file is "
-            "truncated; export it again."
-        )
+        raise damaged(f"{path}: found {len(data)} bytes, expected a header of {size}")
     _, ncol, nrow, x0, x1, y0, y1, _, _ = struct.unpack_from(HEAD_6, data)
     header = from_corners(path, "header", (ncol, nrow), (x0, x1), (y0, y1))
     return header, binary_values(path, data[size:], "<f4", header), float(np.float32(BLANK))
@@ -394,18 +326,18 @@ def _version_7(path: Path, data: bytes) -> tuple[GridHeader, np.ndarray, float]:
     while at < len(data):
         tag, size = data[at : at + 4], int.from_bytes(data[at + 4 : at + 8], "little")
         if at + 8 + size > len(data):
-            raise FormatError(
+            raise damaged(
                 f"{path}, byte {at}: section {tag!r} announces {size} bytes, but "
-                f"{max(0, len(data) - at - 8)} are left. The file is truncated; export it again."
+                f"{max(0, len(data) - at - 8)} are left"
             )
         parts.setdefault(tag, data[at + 8 : at + 8 + size])
         at += 8 + size
 
     head = parts.get(b"GRID", b"")
     if len(head) < struct.calcsize(HEAD_7) or b"DATA" not in parts:
-        raise FormatError(
+        raise damaged(
             f"{path}: the sections are {sorted(parts)}, expected a complete GRID and DATA among "
-            "them. Export the file again."
+            "them"
         )
     nrow, ncol, x0, y0, dx, dy, _, _, rotation, blank = struct.unpack_from(HEAD_7, head)
     if rotation:

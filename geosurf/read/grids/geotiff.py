@@ -8,90 +8,51 @@ offset of the band count; overviews do not.
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.conventions.crs import label
-from geosurf.errors import DependencyError, FormatError, InputError
-from geosurf.read._common import Request, noted
-from geosurf.read._guard import read_bytes, refuse_large
-from geosurf.read.grids.nodes import GridHeader, finished
+from geosurf.conventions.packages import need
+from geosurf.errors import FormatError, InputError
+from geosurf.read._common import noted
+from geosurf.read._guard import damaged, read_bytes, reading_with, refuse_large
+from geosurf.read.grids.nodes import Decoded, GridHeader, grid_reader
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
+    pass
 
 STRAIGHT = 1e-9  # cosine of the angle between rows and columns that is a right one, to rounding
 UNITS = ("m", "metre", "meter", "metres", "meters", "ft", "foot", "feet", "km")
 
 
-def read_geotiff(path: Path, request: Request) -> xr.DataArray:
-    """
-    Read a GeoTIFF of one band.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values, if the band does not state it. Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m] at the centres of cells, positive up, NaN where undefined.
-
-    Raises
-    ------
-    DependencyError
-        If rasterio is not installed (extra ``gis``).
-    FormatError
-        If the file is damaged, has several bands, no place, or is sheared.
-    InputError
-        If `positive` is missing, or coordinates are in degrees.
-    """
+@grid_reader
+def read_geotiff(path: Path) -> Decoded:
+    """Read a GeoTIFF of one band."""
     data = read_bytes(path)
-    try:
-        import rasterio
-    except ImportError as error:
-        raise DependencyError(
-            f"{path}: GeoTIFF needs rasterio. Install the extra: pip install 'geosurf[gis]'."
-        ) from error
+    need(f"{path}: GeoTIFF needs", "rasterio")
+    import rasterio
 
-    # a map without a place is refused below; rasterio warns of it, too
-    import warnings
-
-    try:
-        with (
-            warnings.catch_warnings(),
-            rasterio.MemoryFile(data) as memory,
-            memory.open(driver="GTiff") as source,
-        ):
-            warnings.simplefilter("ignore")
-            header = _header(path, source)
-            refuse_large(
-                path, 24 * header.ncol * header.nrow, len(data),
-                f"a map of {header.ncol} x {header.nrow} cells",
-            )  # fmt: skip
-            values = _values(path, source)
-            unit = (source.units[0] or "").strip().lower()
-            crs = _crs(path, source)
-    except rasterio.errors.RasterioError as error:
-        raise FormatError(
-            f"{path}: rasterio cannot read it ({' '.join(str(error).split())[:160]}). The GeoTIFF "
-            "is damaged or truncated; export it again."
-        ) from error
-    what = f"{path.name}: horizon {request.named(path)!r}"
-    stated = unit if unit in UNITS else None
-    scale = request.scale(what, unit=stated)
+    with (
+        warnings.catch_warnings(),
+        reading_with(path, "rasterio"),
+        rasterio.MemoryFile(data) as memory,
+        memory.open(driver="GTiff") as source,
+    ):
+        warnings.simplefilter("ignore")  # a map without a place is refused here
+        header = _header(path, source)
+        cells = header.ncol * header.nrow
+        refuse_large(path, 24 * cells, len(data), f"a map of {header.ncol} x {header.nrow} cells")
+        values = _values(path, source)
+        unit = (source.units[0] or "").strip().lower()
+        crs = _crs(path, source)
     noted("kind", "nodes are the centres of cells")
-    nodes = finished(path, request, header, values, scale, "rows from the first corner of the file")
     if crs is not None:
-        nodes.attrs["crs"] = crs
         noted("crs", label(crs))
-    return nodes
+    order = "rows from the first corner of the file"
+    return Decoded(header, values, order, crs=crs, unit=unit if unit in UNITS else None)
 
 
 def _header(path: Path, source: Any) -> GridHeader:
@@ -133,7 +94,7 @@ def _values(path: Path, source: Any) -> np.ndarray:
     values: np.ndarray = np.ma.filled(band.astype(np.float64), np.nan)
     noted("null", "none stated" if source.nodata is None else f"{source.nodata:g}")
     if np.isinf(values).any():
-        raise FormatError(f"{path}: {np.isinf(values).sum()} values are infinite. Export it again.")
+        raise damaged(f"{path}: {np.isinf(values).sum()} values are infinite")
     scale, offset = source.scales[0], source.offsets[0]
     if (scale, offset) != (1.0, 0.0):
         noted("transform", f"{scale:g} x value + {offset:g}")

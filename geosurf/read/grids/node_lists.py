@@ -10,9 +10,9 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._common import Request, integer, noted, number, number_text, read_text
-from geosurf.read._guard import refuse_large
+from geosurf.read._guard import damaged, refuse_large
 from geosurf.read._table import words_per_line
-from geosurf.read.grids.nodes import GridHeader, finished, from_corners, grid_array, scale_of
+from geosurf.read.grids.nodes import Decoded, GridHeader, from_corners, grid_array, grid_reader
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -80,7 +80,7 @@ def read_ijxyz(path: Path, request: Request) -> xr.DataArray:
     >>> top.values.tolist(), top.coords["easting"].values.tolist()
     ([[1.0, 2.0], [3.0, nan]], [0.0, 5.0])
     """
-    scale = scale_of(path, request)
+    scale = request.scale(f"{path.name}: horizon {request.named(path)!r}")
     text = read_text(path)
     # most files hold numbers only: looking for words in them takes longer than reading them
     words = bool(text.encode().translate(None, b"0123456789+-.eE \t\n"))
@@ -117,7 +117,7 @@ def read_ijxyz(path: Path, request: Request) -> xr.DataArray:
     values = np.full(shape, np.nan)
     values[row, column] = np.where(table[:, 4] >= UNDEFINED, np.nan, table[:, 4])
     _note(along, first, shape, steps)
-    return _nodes(places, scale * values + 0.0, (row, column), request.named(path), path.name)
+    return _nodes(places, scale * values + 0.0, (row, column), request.named(path), path)
 
 
 def _indices(path: Path, numbers: np.ndarray) -> tuple[np.ndarray, list[int]]:
@@ -170,7 +170,7 @@ def _note(along: np.ndarray, first: int, shape: tuple[int, int], steps: list[int
 
 
 def _nodes(
-    places: np.ndarray, elevation: np.ndarray, at: tuple[Any, Any], name: str, source: str
+    places: np.ndarray, elevation: np.ndarray, at: tuple[Any, Any], name: str, path: Path
 ) -> xr.DataArray:
     """Nodes with one coordinate per axis where the text has straight axes, else one per node."""
     # straight axes: all nodes of a column have the very same x, those of a row the same y
@@ -179,7 +179,7 @@ def _nodes(
     straight = (x[at[1]] == places[at][:, 0]).all() and (y[at[0]] == places[at][:, 1]).all()
     if not straight or not (np.diff(x) > 0).all() or not (np.diff(y) > 0).all():
         x, y = places[..., 0].copy(), places[..., 1].copy()
-    return grid_array(elevation, x, y, name, source)
+    return grid_array(elevation, x, y, name, path)
 
 
 # ---- earthvision ----------------------------------------
@@ -197,42 +197,22 @@ COMMENT = re.compile(r"^[ \t]*#[^\n]*\n", re.MULTILINE)
 NEEDED = ("x", "y", "z", "column", "row")
 
 
-def read_earthvision(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_earthvision(path: Path) -> Decoded:
     r"""
     Read an EarthVision grid.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN at nodes that are absent, shape (nrow, ncol).
-
-    Raises
-    ------
-    FormatError
-        If the header is incomplete, a node lies elsewhere than the header puts it, occurs twice
-        or lies outside the grid.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.dat"
     >>> head = "# Type: scattered data\n# Grid_size: 2 x 2\n# Grid_space: 0,10,0,20\n# End:\n"
     >>> _ = file.write_text(head + "0 0 1 1 1\n10 0 2 2 1\n0 20 3 1 2\n")
-    >>> read_earthvision(file, Request(name="Top", positive="up")).values
+    >>> read_horizon(file, positive="up").values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, request)
     text = read_text(path)
     header = _geometry(path, text)
     refuse_large(path, 24 * header.ncol * header.nrow, len(text), f"{header.ncol} x {header.nrow}")
@@ -242,15 +222,12 @@ def read_earthvision(path: Path, request: Request) -> xr.DataArray:
     values = number_text(COMMENT.sub("\n", text), path, 1, "x, y, z, column or row")
     width = max(len(FIELD.findall(text)), len(NEEDED))
     if len(values) % width:
-        raise FormatError(
-            f"{path}: found {len(values)} values, expected {width} on each line. The file is "
-            "truncated; export it again."
-        )
+        raise damaged(f"{path}: found {len(values)} values, expected {width} on each line")
     x, y, z, column, row = (values.reshape(-1, width)[:, k] for k in places)
     grid = _placed(path, header, (column, row), (x, y), z)
     noted("columns", f"x, y, z, column, row are columns {[k + 1 for k in places]}")
     noted("null", "absent lines, 1e20 and above")
-    return finished(path, request, header, grid, scale, "by the column and row of each line")
+    return Decoded(header, grid, "by the column and row of each line")
 
 
 def _geometry(path: Path, text: str) -> GridHeader:
@@ -265,9 +242,8 @@ def _geometry(path: Path, text: str) -> GridHeader:
     shape = (integer(size[1], path, i, "columns"), integer(size[2], path, i, "rows"))
     words = space[1].replace(",", " ").split()
     if len(words) != 4:
-        raise FormatError(
-            f"{path}, line {k}: Grid_space has {len(words)} values, expected xmin,xmax,ymin,ymax."
-            " Correct that line or export the file again."
+        raise damaged(
+            f"{path}, line {k}: Grid_space has {len(words)} values, expected xmin,xmax,ymin,ymax"
         )
     x0, x1, y0, y1 = (number(word, path, k, "Grid_space") for word in words)
     return from_corners(path, f"lines {i} and {k}", shape, (x0, x1), (y0, y1))
@@ -301,9 +277,9 @@ def _placed(
     for good, what in ((inside, "outside the grid"), (whole, "between nodes")):
         if not good.all():
             k = int(np.argmin(good))
-            raise FormatError(
+            raise damaged(
                 f"{path}: node {k + 1} has column {column[k]:g} and row {row[k]:g}, which is "
-                f"{what} of {header.ncol} x {header.nrow} nodes. Export the file again."
+                f"{what} of {header.ncol} x {header.nrow} nodes"
             )
 
     # x and y repeat what the header states; a grid that was rotated contradicts it
@@ -321,9 +297,7 @@ def _placed(
     seen = np.zeros(header.ncol * header.nrow, dtype=bool)
     seen[number_of] = True
     if seen.sum() < len(number_of):
-        raise FormatError(
-            f"{path}: {len(number_of) - seen.sum()} nodes occur twice. Export the file again."
-        )
+        raise damaged(f"{path}: {len(number_of) - seen.sum()} nodes occur twice")
     grid = np.full(header.ncol * header.nrow, np.nan)
     grid[number_of] = np.where(z >= 1e20, np.nan, z)
     return grid.reshape(header.nrow, header.ncol)

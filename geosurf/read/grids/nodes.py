@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,18 +13,13 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._common import Request, TextBlocks, block_numbers, noted, piece_numbers
+from geosurf.read._guard import damaged
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
 
 # ---- text ----------------------------------------
 # What readers of gridded formats share: values in bulk, counts, headers of keys, the result.
-
-
-def scale_of(path: Path, request: Request) -> float:
-    """Metres of elevation per unit of a file that states neither direction nor unit."""
-    what = f"{path.name}: horizon {request.named(path)!r}"
-    return request.scale(what)
 
 
 def text_values(
@@ -60,10 +56,9 @@ def check_count(path: Path, found: float, header: GridHeader) -> None:
     """Refuse a file with more or fewer values than its header announces."""
     expected = header.ncol * header.nrow
     if found != expected:
-        raise FormatError(
+        raise damaged(
             f"{path}: found {found:g} values, expected {expected} ({header.ncol} columns x "
-            f"{header.nrow} rows). The file is truncated or its header is wrong; export it "
-            "again."
+            f"{header.nrow} rows)"
         )
 
 
@@ -74,9 +69,9 @@ def binary_values(path: Path, data: bytes, dtype: str, header: GridHeader) -> np
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
         row, column = divmod(int(bad[0]), header.ncol)
-        raise FormatError(
+        raise damaged(
             f"{path}: node (row {row}, column {column}) is {values[bad[0]]}, expected a finite "
-            "number or the null value of the format. Export the file again."
+            "number or the null value of the format"
         )
     return values
 
@@ -98,50 +93,71 @@ def from_corners(
     """Header of a grid from (ncol, nrow) and the first and last node in x and y."""
     ncol, nrow = shape
     if ncol < 2 or nrow < 2:
-        raise FormatError(
-            f"{path}, {where}: {ncol} columns x {nrow} rows, expected at least 2 of each. This is "
-            "not the header of a grid; export the file again."
-        )
+        raise damaged(f"{path}, {where}: {ncol} columns x {nrow} rows, expected at least 2 of each")
     header = GridHeader(
         ncol, nrow, x[0], y[0], (x[1] - x[0]) / (ncol - 1), (y[1] - y[0]) / (nrow - 1)
     )
     return header.checked(path, where)
 
 
-def finished(
-    path: Path, request: Request, header: GridHeader, values: np.ndarray, scale: float, order: str
-) -> xr.DataArray:
-    """Elevations of values (nrow, ncol), rows from the origin on; their order is noted.
+@dataclass(frozen=True)
+class Decoded:
+    """What the file of a regular grid holds.
 
-    Coordinates have one dimension if the grid is not rotated, else two.
+    Attributes
+    ----------
+    header : GridHeader
+    values : ndarray of float64, shape (nrow, ncol)
+        Rows from the origin on, in the unit and direction of the file; NaN where undefined.
+    order : str
+        Order of the values in the file, for `geosurf.info`.
+    crs, unit : str or None
+        Reference system and unit of the values, where the file states them.
     """
-    noted("order of values", order)
-    # in place, as maps are large; adding 0 makes -0 to 0
-    values = np.require(values, np.float64, ["W"])
-    values *= scale
-    values += 0.0
-    noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
-    noted("nodes", f"{header.ncol} columns x {header.nrow} rows")
-    noted("steps", f"{header.xinc:g} x {header.yinc:g} m")
-    header, values = header.upright(values)
-    column = np.arange(header.ncol, dtype=np.float64)
-    row = np.arange(header.nrow, dtype=np.float64)
 
-    # unrotated grids have one coordinate per axis; rotated ones one per node
-    if header.rotation % 360.0 == 0.0:
-        x, y = header.xori + column * header.xinc, header.yori + row * header.yinc
-    else:
-        # Node = origin + column * step along the turned easting axis + row * step across it [m].
-        along, across = header.axes()
-        step_x, step_y = column * header.xinc, row[:, None] * header.yinc
-        x = header.xori + (step_x * along[0] + step_y * across[0])
-        y = header.yori + (step_x * along[1] + step_y * across[1])
-    found = grid_array(np.ascontiguousarray(values), x, y, request.named(path), path.name)
+    header: GridHeader
+    values: np.ndarray
+    order: str
+    crs: str | None = None
+    unit: str | None = None
 
-    # The header stays in the attributes, so that a grid can be written as it was read.
-    for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
-        found.attrs[key] = getattr(header, key)
-    return found
+
+def grid_reader(decode: Callable[[Path], Decoded]) -> Callable[[Path, Request], xr.DataArray]:
+    """
+    Make a reader of horizons from what decodes the files of one format.
+
+    The reader takes a path and a `Request` with the name of the horizon, `positive`, which no such
+    format states, and `length_unit`: unit of the values (z only; x and y are metres), default
+    ``"m"``. It returns elevations [m], positive up, NaN where undefined, and raises a FormatError
+    if the header is incomplete, or values are missing, too many or not finite; an InputError if
+    `positive` is missing or `length_unit` unknown. Coordinates have one dimension if the grid is
+    not rotated, else two.
+    """
+
+    @functools.wraps(decode)
+    def read(path: Path, request: Request) -> xr.DataArray:
+        what = f"{path.name}: horizon {request.named(path)!r}"
+        request.scale(what)  # what the caller has to state is missed before the file is read
+        found = decode(path)
+        noted("order of values", found.order)
+        # in place, as maps are large; adding 0 makes -0 to 0
+        values = np.require(found.values, np.float64, ["W"])
+        values *= request.scale(what, unit=found.unit)
+        values += 0.0
+        header, values = found.header.upright(values)
+        noted("rotation", f"{header.rotation:g} degrees counter-clockwise from east")
+        noted("nodes", f"{header.ncol} columns x {header.nrow} rows")
+        noted("steps", f"{found.header.xinc:g} x {found.header.yinc:g} m")
+        grid = grid_array(np.ascontiguousarray(values), *header.places(), request.named(path), path)
+
+        # The header stays in the attributes, so that a grid can be written as it was read.
+        for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
+            grid.attrs[key] = getattr(header, key)
+        if found.crs is not None:
+            grid.attrs["crs"] = found.crs
+        return grid
+
+    return read
 
 
 # what a header may claim before we refuse to allocate for it
@@ -176,9 +192,8 @@ class GridHeader:
         """Return self, or raise an error that names the impossible header value."""
         for key in ("ncol", "nrow"):
             if getattr(self, key) < 1:
-                raise FormatError(
-                    f"{path}, {where}: {key} is {getattr(self, key)}, expected at least 1. "
-                    "This is not the header of a grid; export the file again."
+                raise damaged(
+                    f"{path}, {where}: {key} is {getattr(self, key)}, expected at least 1"
                 )
 
         # checked before arrays are made: a damaged header may ask for any amount of memory
@@ -190,10 +205,9 @@ class GridHeader:
         for key in ("xori", "yori", "xinc", "yinc", "rotation"):
             value = getattr(self, key)
             if not math.isfinite(value) or (key in ("xinc", "yinc") and value == 0.0):
-                raise FormatError(
-                    f"{path}, {where}: {key} is {value}, expected a finite number"
-                    f"{' other than 0' if key in ('xinc', 'yinc') else ''}. "
-                    "Export the file again."
+                raise damaged(
+                    f"{path}, {where}: {key} is {value}, expected a finite "
+                    f"number{' other than 0' if key in ('xinc', 'yinc') else ''}"
                 )
         return self
 
@@ -204,6 +218,18 @@ class GridHeader:
         quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
         cos, sin = quarter.get(turn, (math.cos(math.radians(turn)), math.sin(math.radians(turn))))
         return np.array([cos, sin]), np.array([-sin, cos])
+
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Easting and northing of columns and rows, or of all nodes where the grid is rotated."""
+        column, row = np.arange(self.ncol, dtype=np.float64), np.arange(self.nrow, dtype=np.float64)
+        step_x, step_y = column * self.xinc, row * self.yinc
+        if self.rotation % 360.0 == 0.0:
+            return self.xori + step_x, self.yori + step_y
+        # along the turned easting axis, and across it
+        along, across = self.axes()
+        step_y = step_y[:, None]
+        x = self.xori + (step_x * along[0] + step_y * across[0])
+        return x, self.yori + (step_x * along[1] + step_y * across[1])
 
     def upright(self, values: np.ndarray) -> tuple[GridHeader, np.ndarray]:
         """Return the same nodes with both increments positive, so right-handed."""
@@ -224,7 +250,7 @@ METRE = {"units": "m"}
 
 
 def grid_array(
-    values: np.ndarray, easting: np.ndarray, northing: np.ndarray, name: str, source: str
+    values: np.ndarray, easting: np.ndarray, northing: np.ndarray, name: str, path: Path
 ) -> xr.DataArray:
     """Elevations [m] of nodes (row, column), with one coordinate for each axis or each node."""
     import xarray as xr
@@ -232,28 +258,16 @@ def grid_array(
     axes = ("northing", "easting") if easting.ndim == 1 else ("row", "column")
     dims = (axes[:1], axes[1:]) if easting.ndim == 1 else (axes, axes)
     coords = {"northing": (dims[0], northing, METRE), "easting": (dims[1], easting, METRE)}
-    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
+    attrs = {"units": "m", "positive": "up", "long_name": name, "source": path.name}
     return xr.DataArray(values, dims=axes, coords=coords, name=name, attrs=attrs)
 
 
 def nodes_from_places(
-    nodes: np.ndarray, *, name: str, source: str, crs: str | None = None
+    nodes: np.ndarray, name: str, path: Path, crs: str | None = None
 ) -> xr.DataArray:
-    """Return the nodes of a grid of which each has its own place.
+    """Return a grid of which each node (n_row, n_column, 3) has its own place [m].
 
-    Parameters
-    ----------
-    nodes : ndarray of float64, shape (n_row, n_column, 3)
-        Easting, northing, elevation [m]; NaN where absent.
-    name, source : str
-        Name of the horizon, and of the file (without folder).
-    crs : str, optional
-        Coordinate reference system.
-
-    Returns
-    -------
-    xarray.DataArray
-        With 1-D coordinates where rows run east and columns north, else 2-D ones.
+    Coordinates have one dimension where rows run east and columns north, else two.
     """
     # columns, rows and up are right-handed, as in all grids
     along, across = np.diff(nodes, axis=1)[:-1], np.diff(nodes, axis=0)[:, :-1]
@@ -265,7 +279,5 @@ def nodes_from_places(
         east, north = x[0], y[:, 0]
         if (np.diff(east) > 0).all() and (np.diff(north) > 0).all():
             x, y = east, north
-    nodes_of = grid_array(z, x, y, name, source)
-    if crs is not None:
-        nodes_of.attrs["crs"] = crs
-    return nodes_of
+    grid = grid_array(z, x, y, name, path)
+    return grid if crs is None else grid.assign_attrs(crs=crs)

@@ -11,7 +11,6 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._common import (
-    Request,
     TextBlocks,
     block_numbers,
     integer,
@@ -20,20 +19,21 @@ from geosurf.read._common import (
     number,
     numbers,
 )
+from geosurf.read._guard import damaged
 from geosurf.read._placed import crs_of_prj
 from geosurf.read._table import words_per_line
 from geosurf.read.grids.nodes import (
+    Decoded,
     GridHeader,
     check_count,
     check_step,
-    finished,
     from_corners,
-    scale_of,
+    grid_reader,
     text_values,
 )
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
+    pass
 
 # ---- esri ----------------------------------------
 # ESRI grids in text: rows of a map from north to south, each from west to east.
@@ -47,41 +47,22 @@ LINE = re.compile(r"[ \t]*([A-Za-z_]+)[ \t]+(\S+)[ \t]*\n")
 ESRI_NULL = "-9999"  # where the header states none
 
 
-def read_esri(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_esri(path: Path) -> Decoded:
     r"""
     Read an ESRI grid in text.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m] at the centres of cells, positive up, NaN where undefined.
-
-    Raises
-    ------
-    FormatError
-        If the header is incomplete, or values are missing, too many or not numbers.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.asc"
     >>> head = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n"
     >>> _ = file.write_text(head + "1 2\n3 -9999\n")
-    >>> top = read_esri(file, Request(name="Top", positive="up"))
+    >>> top = read_horizon(file, positive="up")
     >>> top.values.tolist(), top.coords["easting"].values.tolist()
     ([[3.0, nan], [1.0, 2.0]], [5.0, 15.0])
     """
-    scale = scale_of(path, request)
     blocks = TextBlocks(path)
 
     # keys come in any case and order; values begin at the first line that is no key
@@ -122,10 +103,8 @@ def read_esri(path: Path, request: Request) -> xr.DataArray:
     values = text_values(blocks, header)
     values[values == number(null, path, i, "NODATA_value")] = np.nan
     grid = values.reshape(nrow, ncol)[::-1]
-    nodes = finished(path, request, header, grid, scale, "rows from the north, each from the west")
-    if (crs := crs_of_prj(path)) is not None:
-        nodes.attrs["crs"] = crs
-    return nodes
+    order = "rows from the north, each from the west"
+    return Decoded(header, grid, order, crs=crs_of_prj(path))
 
 
 # ---- gxf ----------------------------------------
@@ -143,50 +122,26 @@ SENSES = {1: 1, -2: -1}  # rows from the south, from the north
 Keys = dict[str, tuple[int, str]]
 
 
-def read_gxf(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_gxf(path: Path) -> Decoded:
     r"""
     Read a GXF grid.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only). Default ``"m"``. ``#UNIT_LENGTH`` is that of x
-        and y.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
-
-    Raises
-    ------
-    FormatError
-        If the header is incomplete, the grid is compressed or runs in another direction, or
-        values are missing, too many or not numbers.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.gxf"
     >>> head = "#POINTS\n2\n#ROWS\n2\n#PTSEPARATION\n10\n#RWSEPARATION\n20\n#DUMMY\n-99\n"
     >>> _ = file.write_text(head + "#GRID\n1 2\n3 -99\n")
-    >>> read_gxf(file, Request(name="Top", positive="up")).values
+    >>> read_horizon(file, positive="up").values
     array([[ 1.,  2.],
            [ 3., nan]])
     """
-    scale = scale_of(path, request)
     blocks = TextBlocks(path)
     start = GRID.search(blocks.head)
     if start is None:
-        raise FormatError(
-            f"{path}: the file has no line #GRID. It is truncated or not a GXF grid; export it "
-            "again."
-        )
+        raise damaged(f"{path}: the file has no line #GRID")
     keys = _keys(blocks.head[: start.start()])
     header = _geometry(path, keys)
     if _real(path, keys, "GTYPE", 0.0):
@@ -214,7 +169,7 @@ def read_gxf(path: Path, request: Request) -> xr.DataArray:
     rows = SENSES[int(sense)]
     order = f"rows from the {'south' if rows > 0 else 'north'}, each from the west"
     grid = values.reshape(header.nrow, header.ncol)[::rows]
-    return finished(path, request, header, grid, scale, order)
+    return Decoded(header, grid, order)
 
 
 def _keys(head: str) -> Keys:
@@ -235,7 +190,7 @@ def _real(path: Path, keys: Keys, key: str, default: float | None = None) -> flo
     if key not in keys and default is not None:
         return default
     if key not in keys:
-        raise FormatError(f"{path}: the header has no #{key}. Export the GXF grid again.")
+        raise damaged(f"{path}: the header has no #{key}")
     i, text = keys[key]
     return number(text.split()[0], path, i, f"#{key}")
 
@@ -286,42 +241,22 @@ HUGE = 1e20  # null values of a header are larger, other numbers of its line sma
 Lines = dict[str, tuple[int, list[str]]]
 
 
-def read_cps3(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_cps3(path: Path) -> Decoded:
     r"""
     Read a CPS-3 grid in text.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
-
-    Raises
-    ------
-    FormatError
-        If the header is incomplete, values are missing, too many or not numbers, or line ends show
-        that values run along rows.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.cps3"
     >>> head = "FSASCI 0 1 COMPUTED 0 1.0E30 0\nFSLIMI 0 10 0 20 1 6\nFSNROW 2 2\nFSXINC 10 20\n"
     >>> _ = file.write_text(head + "-> MODEL\n1 2\n3 1.0E30\n")
-    >>> read_cps3(file, Request(name="Top", positive="up")).values
+    >>> read_horizon(file, positive="up").values
     array([[ 2., nan],
            [ 1.,  3.]])
     """
-    scale = scale_of(path, request)
     blocks = TextBlocks(path)
     lines, start = _cps3_header(path, blocks.head)
 
@@ -348,9 +283,7 @@ def read_cps3(path: Path, request: Request) -> xr.DataArray:
     ends.refuse_rows(path)
     values[values == null] = np.nan
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
-    return finished(
-        path, request, header, grid, scale, "columns from the west, each from the north"
-    )
+    return Decoded(header, grid, "columns from the west, each from the north")
 
 
 class _LineEnds:
@@ -408,7 +341,7 @@ def _cps3_header(path: Path, text: str) -> tuple[Lines, int]:
         if key.startswith("FS"):
             lines[key] = (i, words[1:])
         at += len(line) + 1
-    raise FormatError(f"{path}: the header has no values after it. Export the file again.")
+    raise damaged(f"{path}: the header has no values after it")
 
 
 def _line(path: Path, lines: Lines, key: str, count: int) -> tuple[int, list[str]]:
@@ -416,10 +349,7 @@ def _line(path: Path, lines: Lines, key: str, count: int) -> tuple[int, list[str
     i, words = lines.get(key, (0, []))
     if len(words) < count:
         where = f", line {i}" if i else ""
-        raise FormatError(
-            f"{path}{where}: {key} has {len(words)} values, expected {count}. The header of the "
-            "CPS-3 grid is incomplete; export the file again."
-        )
+        raise damaged(f"{path}{where}: {key} has {len(words)} values, expected {count}")
     return i, words
 
 
@@ -436,41 +366,22 @@ SYSTEM = re.compile(r"^![ \t]*CRS:[ \t]*(\S[^\n]*\S)[ \t]*$", re.MULTILINE)  # a
 PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
 
 
-def read_zmap(path: Path, request: Request) -> xr.DataArray:
+@grid_reader
+def read_zmap(path: Path) -> Decoded:
     r"""
     Read a ZMAP+ grid.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    request : Request
-        `name`: Name of the horizon.
-        `positive`: The format does not state it, so this argument is required.
-        `length_unit`: Unit of the values (z only; x and y are metres). Default ``"m"``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
-
-    Raises
-    ------
-    FormatError
-        If the header is incomplete, or values are missing, too many or not numbers.
-    InputError
-        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
     >>> import pathlib, tempfile
+    >>> from geosurf import read_horizon
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.zmap"
     >>> _ = file.write_text("@top, GRID, 2\n 8, -99, , 1, 1\n"
     ...     " 2, 2, 0, 10, 0, 10\n 0, 0, 0\n@\n 1.0 2.0\n 3.0 -99\n")
-    >>> read_zmap(file, Request(name="Top", positive="up")).values
+    >>> read_horizon(file, positive="up").values
     array([[ 2., nan],
            [ 1.,  3.]])
     """
-    scale = scale_of(path, request)
     blocks = TextBlocks(path)
 
     # The header lies between two lines that begin with @.
@@ -507,10 +418,7 @@ def read_zmap(path: Path, request: Request) -> xr.DataArray:
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
     order = "columns from the west, each from the north"
-    nodes = finished(path, request, header, grid, scale, order)
-    if system is not None:
-        nodes.attrs["crs"] = system[1]
-    return nodes
+    return Decoded(header, grid, order, crs=None if system is None else system[1])
 
 
 class _Pieces:

@@ -11,22 +11,29 @@ import io
 import posixpath
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from geosurf.errors import DependencyError, FormatError, InputError
+from geosurf.conventions.packages import need
+from geosurf.errors import FormatError, InputError
 from geosurf.read._common import noted
-from geosurf.read._guard import ALLOWANCE, opened, read_bytes, refuse_large, same_file
-from geosurf.read._netcdf_file import refuse_bombs
-from geosurf.read.vtp import refuse_entities
+from geosurf.read._guard import (
+    ALLOWANCE,
+    damaged,
+    opened,
+    read_bytes,
+    reading_with,
+    refuse_large,
+    same_file,
+)
+from geosurf.read._hdf5 import refuse_bombs
+from geosurf.read.vtp import xml_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import h5py
@@ -107,12 +114,6 @@ def _announced(package: Package, node: Element) -> int:
 
 
 COPIES = 10  # of the text of an object, as a tree
-# what these libraries raise for damaged files
-ZIP_DAMAGE = (
-    zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, NotImplementedError,
-    RuntimeError, LookupError,
-)  # fmt: skip
-HDF5_DAMAGE = (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError)
 EXTERNAL = "/externalResource"
 
 
@@ -212,16 +213,11 @@ class Package:
         """Return the array that an element such as ``Values`` names."""
         name, proxy = self.text(node, "PathInHdfFile"), self.text(node, "HdfProxy", "UUID")
         path, file = self._file(proxy)
-        try:
+        with reading_with(path, f"h5py (array {name!r})"):
             found = file[name]
             values = np.asarray(found[()]) if found.dtype.kind in "fiub" else None
-        except HDF5_DAMAGE as error:
-            raise FormatError(
-                f"{path}: array {name!r} cannot be read ({str(error)[:200]}). The file is damaged, "
-                f"or belongs to another package than {self.path.name}; export both again."
-            ) from error
         if values is None:
-            raise FormatError(f"{path}: array {name!r} does not hold numbers. Export it again.")
+            raise damaged(f"{path}: array {name!r} does not hold numbers")
         return values
 
     def refuse_large(self, needed: int, what: str) -> None:
@@ -251,24 +247,13 @@ class Package:
         )
 
     def _opened(self, path: Path) -> tuple[Path, h5py.File]:
-        try:
-            import h5py
-        except ImportError as error:
-            raise DependencyError(
-                f"{self.path}: reading RESQML needs h5py, which is not installed. Install it with: "
-                'pip install "geosurf[io]"'
-            ) from error
+        need(f"{self.path}: RESQML needs", "h5py")
+        import h5py
+
         handle, size = self.opened.enter_context(opened(path))
-        try:
+        with reading_with(path, "h5py"):
             file = self.opened.enter_context(h5py.File(same_file(path, handle), "r"))
             refuse_bombs(path, file, size)
-        except HDF5_DAMAGE as error:
-            if isinstance(error, FormatError):
-                raise
-            raise FormatError(
-                f"{path}: the HDF5 library cannot read it ({str(error)[:200]}). The file is "
-                "damaged or truncated; export it again."
-            ) from error
         return path, file
 
 
@@ -294,35 +279,29 @@ def open_package(path: Path) -> Iterator[Package]:
     objects: dict[str, Element] = {}
     names: dict[str, str] = {}
     total = 0
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as package:
-            listed = {info.filename: info for info in package.infolist()}
-            parts = [one for one in listed if one.endswith(".xml") and not _is_about(one)]
-            proxies = {}
-            for part in parts:
-                total += COPIES * listed[part].file_size
-                refuse_large(path, total, len(data), f"the object {part!r}")
-                node = _parsed(path, part, package.read(part))
-                uuid = node.get("uuid", "")
-                objects[uuid] = node
-                if tag(node) == "EpcExternalPartReference":
-                    proxies[uuid] = part
-            for uuid, part in proxies.items():
-                relations = posixpath.join(
-                    posixpath.dirname(part), "_rels", posixpath.basename(part) + ".rels"
-                )
-                if relations in listed:
-                    total += COPIES * listed[relations].file_size
-                    refuse_large(path, total, len(data), f"the object {relations!r}")
-                    named = _external(_parsed(path, relations, package.read(relations)))
-                    names |= {} if named is None else {uuid: named}
-    except ZIP_DAMAGE as error:
-        if isinstance(error, FormatError):
-            raise
-        raise FormatError(
-            f"{path}: the zip file cannot be unpacked ({str(error)[:200]}). The package is "
-            "damaged or truncated; export it again."
-        ) from error
+    with reading_with(path, "zipfile"), zipfile.ZipFile(io.BytesIO(data)) as package:
+        listed = {info.filename: info for info in package.infolist()}
+
+        def tree_of(part: str) -> Element:
+            """One file as a tree, if there is memory for all of them so far."""
+            nonlocal total
+            total += COPIES * listed[part].file_size
+            refuse_large(path, total, len(data), f"the object {part!r}")
+            return xml_of(path, package.read(part), f"the object {part!r}")
+
+        proxies = {}
+        for part in listed:
+            if not part.endswith(".xml") or _is_about(part):
+                continue
+            node = tree_of(part)
+            objects[node.get("uuid", "")] = node
+            if tag(node) == "EpcExternalPartReference":
+                proxies[node.get("uuid", "")] = part
+        for uuid, part in proxies.items():
+            folder, name = posixpath.split(part)
+            relations = posixpath.join(folder, "_rels", f"{name}.rels")
+            named = _external(tree_of(relations)) if relations in listed else None
+            names |= {} if named is None else {uuid: named}
     _refuse_other(path, objects)
     noted("kind", "RESQML 2.0.1")
     with contextlib.ExitStack() as stack:
@@ -332,18 +311,6 @@ def open_package(path: Path) -> Iterator[Package]:
 def _is_about(name: str) -> bool:
     """Whether a file of a package describes the package, and no object of it."""
     return name.startswith(("docProps/", "[Content_Types]"))
-
-
-def _parsed(path: Path, name: str, data: bytes) -> Element:
-    """One file of the package as a tree."""
-    refuse_entities(path, data)
-    try:
-        return ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise FormatError(
-            f"{path}: the XML of {name!r} is incomplete ({error}). The package is damaged; export "
-            "it again."
-        ) from error
 
 
 def _external(relations: Element) -> str | None:
@@ -365,4 +332,4 @@ def _refuse_other(path: Path, objects: dict[str, Element]) -> None:
             f"{path}: the package has objects of {other}, expected RESQML 2.0.1. Export it as "
             "RESQML 2.0.1."
         )
-    raise FormatError(f"{path}: this is not a package of RESQML. Export the surfaces again.")
+    raise damaged(f"{path}: this is not a package of RESQML")

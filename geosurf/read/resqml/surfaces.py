@@ -68,7 +68,7 @@ def read_resqml_horizon(path: Path, request: Request) -> xr.DataArray | TriSurfa
         if one.kind == MESH:
             return mesh_of(package, one, request, "horizon")
         nodes, crs = grid_of(package, one, request)
-        return nodes_from_places(nodes, name=one.title, source=path.name, crs=crs)
+        return nodes_from_places(nodes, one.title, path, crs)
 
 
 def read_resqml_fault(path: Path, request: Request) -> TriSurface | FaultSticks | xr.Dataset:

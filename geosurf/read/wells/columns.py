@@ -14,6 +14,7 @@ from geosurf.conventions import did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import FormatError, InputError
 from geosurf.read._common import COMMA, is_number, noted, number, read_text
 from geosurf.read._detect import detect
+from geosurf.read._guard import damaged
 from geosurf.read._tops_layout import COMMENTS, layout_of, plain_name, unit_in_name
 from geosurf.read.tops import USUAL as OF_TOPS
 
@@ -148,10 +149,9 @@ def _check_widths(path: Path, found: Trace) -> None:
     """Refuse rows that are shorter or longer than the header."""
     for line, words in found.rows:
         if found.header and len(words) != len(found.header):
-            raise FormatError(
+            raise damaged(
                 f"{path}, line {line}: found {len(words)} values, expected {len(found.header)} as "
-                f"the columns {', '.join(found.header)}. Correct that line or export the file "
-                "again."
+                f"the columns {', '.join(found.header)}"
             )
 
 
@@ -182,9 +182,9 @@ def _petrel(path: Path, lines: list[str]) -> Trace:
             else:
                 found.header.extend(words)
     if not found.rows or any(map(is_number, found.header)):
-        raise FormatError(
+        raise damaged(
             f"{path}: the well trace has no line with names of columns and rows below it, such as "
-            "'MD X Y Z TVD DX DY AZIM_TN INCL DLS AZIM_GN'. Export it again."
+            "'MD X Y Z TVD DX DY AZIM_TN INCL DLS AZIM_GN'"
         )
     _check_widths(path, found)
     return found
@@ -200,14 +200,11 @@ def _rms(path: Path) -> Trace:
     count = int(lines[3])
     logs = [line.split()[0] if line else "" for line in lines[4 : 4 + count]]
     if len(logs) < count or not all(logs):
-        raise FormatError(
-            f"{path}, line 4: the header announces {count} logs, but not each has a line. Export "
-            "the well again."
-        )
+        raise damaged(f"{path}, line 4: the header announces {count} logs, but not each has a line")
     rows = [(i, text.split()) for i, text in enumerate(lines, start=1) if text and i > 4 + count]
     found = Trace("well of RMS", ["x", "y", "z", *logs], rows, " ".join(words[:n]))
     if not rows:
-        raise FormatError(f"{path}: the well has no points below its header. Export it again.")
+        raise damaged(f"{path}: the well has no points below its header")
     _check_widths(path, found)
     return found
 
@@ -247,14 +244,14 @@ def _sections(path: Path, lines: list[str]) -> Trace:
         elif not words or not is_number(words[0]) or words == ["-999"]:
             continue  # comments, names of columns, and the end of a well
         elif well is None or len(words) != 4:
-            raise FormatError(
+            raise damaged(
                 f"{path}, line {i}: found {len(words)} values, expected x, y, TVD and MD below the "
-                "name of a well. Correct that line or export the file again."
+                "name of a well"
             )
         else:
             rows.append((i, [well, *words]))
     if not rows:
-        raise FormatError(f"{path}: the wells have no points. Export the file again.")
+        raise damaged(f"{path}: the wells have no points")
     header = ["well", "x", "y", "z", "md"]
     return Trace("wells of ResInsight", header, rows, positive="down")
 
@@ -482,9 +479,6 @@ def rows_of_wells(path: Path, trace: Trace, places: dict[str, int]) -> dict[str,
     for k, (line, words) in enumerate(trace.rows):
         name = words[places["well"]].strip()
         if not name:
-            raise FormatError(
-                f"{path}, line {line}: the name of the well is missing. Correct that line or "
-                "export the file again."
-            )
+            raise damaged(f"{path}, line {line}: the name of the well is missing")
         rows.setdefault(name, []).append(k)
     return {name: np.array(at) for name, at in rows.items()}

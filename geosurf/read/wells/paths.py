@@ -14,6 +14,7 @@ from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import path_of
 from geosurf.read._common import Request, agreed_scale, agreed_sign, noted
 from geosurf.read._detect import detect, refuse_foreign
+from geosurf.read._guard import damaged
 from geosurf.read._placed import points_dataset, refuse_columns
 from geosurf.read._table import checked_decimal
 from geosurf.read._tops_layout import plain_name, unit_in_name
@@ -325,9 +326,9 @@ def _sign_of_petrel(path: Path, trace: Trace, z: np.ndarray) -> str | None:
     spread = {"up": np.ptp(z + tvd), "down": np.ptp(z - tvd)}
     best = min(spread, key=lambda key: float(spread[key]))
     if spread[best] > 0.01 * max(float(np.ptp(tvd)), 1.0):
-        raise FormatError(
+        raise damaged(
             f"{path}: Z and TVD do not differ by one number along the well, as elevation and "
-            f"vertical depth do: they drift by {spread[best]:g}. Export the well trace again."
+            f"vertical depth do: they drift by {spread[best]:g}"
         )
     return best if np.ptp(tvd) > 0.0 else "up"
 
@@ -380,9 +381,7 @@ def _by_directions(
         lines = [trace.rows[int(k)][0] for k in at]
         md, inc, azi = checked_stations(path, name, lines, md, inc, azi)
         if len(md) < 2:
-            raise FormatError(
-                f"{path}: well {name!r} has one station at the well head only. Export it again."
-            )
+            raise damaged(f"{path}: well {name!r} has one station at the well head only")
         places, depths = along_arcs(md, inc, azi)
         found[name] = (places + np.array(head), depths)
     return found
