@@ -158,63 +158,32 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
     if x.ndim == 1:
         n, m = len(x) - 1, len(y) - 1
         return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
-    gain, reach, size = gain_of_diagonals(x, y)
-    # The kernel sums in another order than the rule says; its error bound tells whether that
-    # matters.
-    if abs(gain) - reach > 1e-3 * size and size < 1e150:  # rounding cannot change the answer
-        return gain > 0
-    return _rising_by_every_cell(x, y)
-
-
-def gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
-    """Return three sums over the cells, for the diagonal rule.
-
-    They are ``dx * dy`` along one diagonal minus the other, a bound of its rounding error, and an
-    upper bound of all squared diagonals.
-    """
-    from geosurf.kernels.lattices.survey import EDGES, GAIN, REACH, survey_lattice
-    from geosurf.kernels.search.tree import N_PLACE
-
-    n_row, n_col = x.shape
-    # The kernel compares sums of products of easting and elevation: northing takes the place of
-    # elevation here.
-    places = np.zeros(N_PLACE, dtype=np.int64)  # the second coordinate is one zero
-    places[[1, 2, 7, 8, 9, 10]] = n_col, 1, n_col, 1, n_row, n_col
-    flat = np.ascontiguousarray(x).reshape(-1), np.zeros(1), np.ascontiguousarray(y).reshape(-1)
-    _, _, _, sums = survey_lattice(*flat, places, True)
-    # squared diagonals of a cell are at most its squared edges (Euler)
-    return float(sums[GAIN]), float(sums[REACH]), float(sums[EDGES])
-
-
-def _rising_by_every_cell(x: np.ndarray, y: np.ndarray) -> bool:
-    """Apply the rule of `rising_diagonal` to every cell, exactly as it is stated there."""
     # Both diagonals of each cell as vectors in the map.
-    places = np.stack([x, y], axis=-1)
-    rising = places[1:, 1:] - places[:-1, :-1]
-    falling = places[1:, :-1] - places[:-1, 1:]
-    whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
+    rising = np.stack([part[1:, 1:] - part[:-1, :-1] for part in (x, y)])
+    falling = np.stack([part[1:, :-1] - part[:-1, 1:] for part in (x, y)])
+    whole = np.isfinite(rising[0] + rising[1] + falling[0] + falling[1])
     # No cell, no triangle: either answer will do.
     if not whole.any():
         return True
-    choice = _compare_diagonals(rising[whole], falling[whole])
+    choice = _compare_diagonals(rising[:, whole], falling[:, whole])
     # Both rules tie: the westernmost cell, and of several the southernmost, decides for all.
     if choice == 0:
         # sums over pairs of opposite corners do not depend on the order of corners
         west = ((x[1:, 1:] + x[:-1, :-1]) + (x[1:, :-1] + x[:-1, 1:]))[whole]
         south = ((y[1:, 1:] + y[:-1, :-1]) + (y[1:, :-1] + y[:-1, 1:]))[whole]
         first = np.lexsort((south, west))[:1]
-        choice = _compare_diagonals(rising[whole][first], falling[whole][first])
+        choice = _compare_diagonals(rising[:, whole][:, first], falling[:, whole][:, first])
     return choice >= 0
 
 
 def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
-    """Return +1 or -1 for the diagonals (n_cell, 2) that run more to the north-east; 0 for a tie.
+    """Return +1 or -1 for the diagonals (2, n_cell) that run more to the north-east; 0 for a tie.
 
     Where the two agree to a part in a million, the diagonals that run more to the north win.
     """
     terms = (
-        (rising[:, 0] * rising[:, 1], falling[:, 0] * falling[:, 1]),
-        (rising[:, 1] ** 2, falling[:, 1] ** 2),
+        (rising[0] * rising[1], falling[0] * falling[1]),
+        (rising[1] ** 2, falling[1] ** 2),
     )
     # The scale of a part in a million.
     size = float((rising**2).sum() + (falling**2).sum())

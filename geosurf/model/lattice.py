@@ -112,8 +112,8 @@ class Lattice(Noun):
 
     @cached_property
     def survey(self) -> Survey:
-        """The survey of all nodes; for faults, of the orientation of their cells, too."""
-        return Survey.of(self.coordinates, self.places, quads=self.reverse is not None)
+        """The survey of all nodes."""
+        return Survey.of(self.coordinates, self.places)
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Lattice:
         """Return the lattice with another diagonal and sense; what is known of nodes is shared."""
@@ -201,7 +201,7 @@ class Lattice(Noun):
         # the same arrays, not views of them: who compares maps sees it at once
         made.__dict__.update({key: self.__dict__[key] for key in OF_MAP if key in self.__dict__})
         survey, z = self.survey, made.coordinates[2]
-        if self.reverse is None and survey.finite_map:
+        if survey.finite_map:
             made.__dict__["survey"] = survey.over_same_map(z, made.shape)
         return made
 

@@ -57,12 +57,9 @@ class MapFrame:
 
 
 # sums over cells, where they were not requested
-_UNKNOWN = np.full(2, np.nan), np.full(2, np.inf), math.inf, 0.0, np.full((2, 3), np.nan)
-
-
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Boxes of blocks of cells, holes, and sums over cells: see `geosurf.kernels.lattices.survey`.
+    """Boxes of blocks of cells, and holes: see `geosurf.kernels.lattices.survey`.
 
     Attributes
     ----------
@@ -79,17 +76,6 @@ class Survey:
         Whether a coordinate is -0.0, whose bits differ from those of 0.0.
     axes_rise : bool
         Whether easting and northing are axes that rise strictly, with finite ends.
-    gains, reach : ndarray of float64, shape (2,)
-        x z and y z of the diagonal of each cell that rises, less those of the other [m2], and how
-        far these may be off. They and what follows are sums over cells, made for faults only:
-        elsewhere nothing is known.
-    edges : float
-        Squared edges of all cells, or more [m2]; infinite if unknown.
-    margin : float
-        The least of ``|u|^2 |v|^2 - (u . v)^2`` over all corners of cells that were asked one by
-        one, less a part in 1e10; infinite if bounds settled all, 0 if unknown.
-    normals : ndarray of float64, shape (2, 3)
-        Normals of all triangles (length: area), if diagonals fall and if they rise; NaN if unknown.
     """
 
     nodes: np.ndarray
@@ -98,64 +84,27 @@ class Survey:
     numbers: tuple[bool, bool, bool]
     minus_zero: bool
     axes_rise: bool
-    gains: np.ndarray
-    reach: np.ndarray
-    edges: float
-    margin: float
-    normals: np.ndarray
 
     @classmethod
     def of(
-        cls,
-        coordinates: tuple[np.ndarray, np.ndarray, np.ndarray],
-        places: np.ndarray,
-        *,
-        quads: bool,
+        cls, coordinates: tuple[np.ndarray, np.ndarray, np.ndarray], places: np.ndarray
     ) -> Survey:
-        """Pass over all nodes of a lattice once; with `quads`, survey each cell, too.
+        """Pass over all nodes of a lattice once.
 
         `coordinates` and `places` are those of `geosurf.model.Lattice`.
         """
         from geosurf.kernels.lattices import survey
 
-        nodes, levels, marks, sums = survey.survey_lattice(*coordinates, places, quads)
+        nodes, levels, marks = survey.survey_lattice(*coordinates, places)
         counts = marks.tolist()
-        gains, reach, edges, margin, normals = _UNKNOWN
-        if quads:
-            found = sums.tolist()  # a few numbers: calls of numpy take longer
-            both = found[survey.NORMAL : survey.NORMAL + 3]
-            # Triangles in cells with a missing corner, by the diagonal that they need.
-            alone = (found[k : k + 3] for k in (survey.ONLY_FALLING, survey.ONLY_RISING))
-
-            # cells with four nodes have the same total for both diagonals, half the cross product
-            # of these; `alone` adds the triangles of cells with three nodes, which exist for one
-            # diagonal only
-            normals = np.array(
-                [[0.5 * b + a for b, a in zip(both, one, strict=True)] for one in alone]
-            )
-            gains, reach = (
-                sums[survey.GAIN : survey.GAIN + 2],
-                sums[survey.REACH : survey.REACH + 2],
-            )
-            edges, margin = found[survey.EDGES], found[survey.MARGIN]
-        # Shared by all lattices of these nodes, hence read-only.
-        for part in (gains, reach, normals):
-            part.flags.writeable = False
-        made = object.__new__(cls)  # what is frozen takes its parts one by one otherwise
-        made.__dict__.update(
+        return cls(
             nodes=frozen(nodes, np.float64),  # views: kernels take what is below as it is
             levels=frozen(levels, np.int64),
             n_triangles=(counts[survey.N_FALLING], counts[survey.N_RISING]),
             numbers=tuple(count == 0 for count in counts[survey.NOT_A_NUMBER :][:3]),
             minus_zero=bool(counts[survey.MINUS_ZERO]),
             axes_rise=bool(counts[survey.AXES_RISE]),
-            gains=gains,
-            reach=reach,
-            edges=edges,
-            margin=margin,
-            normals=normals,
         )
-        return made
 
     @property
     def finite_map(self) -> bool:
@@ -170,7 +119,7 @@ class Survey:
         n_row, n_col = shape
         layout = np.array([0, 0, 0, 0, 0, 0, 0, n_col, 1, n_row, n_col, 0, 0, 1], dtype=np.int64)
         zero = np.zeros(1)
-        found = Survey.of((zero, zero, elevation), layout, quads=False)
+        found = Survey.of((zero, zero, elevation), layout)
         nodes = found.nodes.copy()
         nodes[:, :2], nodes[:, 3:5] = self.nodes[:, :2], self.nodes[:, 3:5]
         return replace(found, nodes=frozen(nodes, np.float64))

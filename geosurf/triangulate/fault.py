@@ -31,7 +31,7 @@ from geosurf.triangulate.mesh import (
     triangulate_mesh,
 )
 from geosurf.triangulate.neighbours import own_form
-from geosurf.triangulate.orient import corners_are_open, fault_diagonal, orient_fault, refuse_far
+from geosurf.triangulate.orient import fault_diagonal, orient_fault, refuse_far
 from geosurf.triangulate.sticks import triangulate_sticks
 
 _HOW_FAULT = (
@@ -136,11 +136,10 @@ def triangulate_fault(
     # Triangles without area have no normal, so exact geometry cannot use them.
     if surface.lattice is None:
         refuse_flat_triangles(surface)
-    elif not corners_are_open(surface.lattice):
-        doubted = surface.lattice.rows_of_keys(surface.lattice.normals[2])
+    elif len(keys := surface.lattice.normals[2]):
+        doubted = surface.lattice.rows_of_keys(keys)
         remedy = "Set one of the coincident or collinear nodes to NaN."
-        if len(doubted):
-            refuse_zero_area(title, surface.vertices, surface.triangles, remedy, doubted)
+        refuse_zero_area(title, surface.vertices, surface.triangles, remedy, doubted)
 
     surface = orient_fault(surface)
     surface.checked = surface.lattice is not None

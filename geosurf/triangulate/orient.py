@@ -16,18 +16,6 @@ from geosurf.conventions import place, rising_diagonal
 from geosurf.errors import SurfaceError
 from geosurf.model import Lattice, TriSurface
 
-# ---- cells ----------------------------------------
-# Orientation of the cells of a gridded fault, from bounds where they suffice.
-#
-# `Lattice.survey` holds those bounds, made while the nodes were read. Each question here is
-# answered from them where the answer is clear by far, and otherwise from scratch, with the very
-# numbers that the rule speaks of (`Lattice.normals`, `rising_diagonal`).
-
-
-_CLEAR = 1e-3  # of squared edges; sums are off by less than a part in a billion of them
-_UNDERFLOW = 1e-290
-_OVERFLOW = 1e150
-
 
 def fault_diagonal(lattice: Lattice) -> bool:
     """Return the diagonal of a fault: the one that climbs towards the east end of strike.
@@ -52,9 +40,9 @@ def fault_diagonal(lattice: Lattice) -> bool:
     >>> fault_diagonal(Lattice(x, y, -y, True, False))
     False
     """
-    survey = lattice.survey
     # with either diagonal, so that it is the same from whatever corner the grid is read
-    east, north, up = (a + b for a, b in zip(*survey.normals.tolist(), strict=True))
+    falling, rising = (lattice.turned_as(way, lattice.reverse).normals[0] for way in (False, True))
+    east, north, up = (falling + rising).tolist()
     largest = max(abs(east), abs(north))
     if largest <= 1e-6 * abs(up):
         return rising_diagonal(lattice.easting, lattice.northing)
@@ -63,54 +51,9 @@ def fault_diagonal(lattice: Lattice) -> bool:
 
     # strike points east, or north where it has no easting: one direction whatever the grid's
     size = math.copysign(math.hypot(x, y), lead)
-    strike = x / size, y / size
-    # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges
-    (gain_x, gain_y), (reach_x, reach_y) = survey.gains.tolist(), survey.reach.tolist()
-    gain = strike[0] * gain_x + strike[1] * gain_y
-    reach = abs(strike[0]) * reach_x + abs(strike[1]) * reach_y
-    if abs(gain) - reach > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
-        return gain > 0
-    x = lattice.easting - np.nanmin(lattice.easting)
-    y = lattice.northing - np.nanmin(lattice.northing)
-    return rising_diagonal(x * strike[0] + y * strike[1], lattice.elevation)
-
-
-def corners_are_open(lattice: Lattice) -> bool:
-    """Return whether all triangles have an area, with either diagonal; False: perhaps.
-
-    Every corner of a cell is then farther from a straight line than any rounding could hide:
-    bounds of the edges around show it, or an angle that is 1e-5 radians off 0 and 180 degrees.
-
-    Parameters
-    ----------
-    lattice : Lattice
-        With `reverse`.
-
-    Returns
-    -------
-    bool
-    """
-    return lattice.survey.margin > _UNDERFLOW and lattice.survey.edges < _OVERFLOW
-
-
-def bounds_of_normals(lattice: Lattice) -> tuple[np.ndarray, float, float]:
-    """Return the sum of all normals (length: area, not turned), and bounds of the sum of areas.
-
-    Parameters
-    ----------
-    lattice : Lattice
-        With `reverse`.
-
-    Returns
-    -------
-    normal : ndarray of float64, shape (3,)
-        [m2]
-    least, most : float
-        [m2]; far enough from the truth that no rounding matters.
-    """
-    normal = lattice.survey.normals[int(lattice.rising)]
-    # two edges u, v of a triangle: its area is at most (u^2 + v^2) / 4
-    return normal, (1.0 - _CLEAR) * math.hypot(*normal.tolist()), 0.2501 * lattice.survey.edges
+    along = (lattice.easting - np.nanmin(lattice.easting)) * (x / size)
+    along += (lattice.northing - np.nanmin(lattice.northing)) * (y / size)
+    return rising_diagonal(along, lattice.elevation)
 
 
 # A component of the unit normal below this counts as zero: a dip of 89.9999 degrees.
@@ -173,7 +116,7 @@ def _oriented(surface: TriSurface) -> TriSurface:
 
     # Sums of area vectors [m2] for each sheet, and of their sizes.
     means = _sum_by(sheet, np.column_stack([normal, np.linalg.norm(normal, axis=1)]))
-    wrong = np.array([_points_into_footwall(mean[:3], mean[3], mean[3]) for mean in means])
+    wrong = np.array([_points_into_footwall(mean[:3], mean[3]) for mean in means])
     turned ^= wrong[sheet]
 
     if not turned.any():
@@ -206,18 +149,12 @@ limited to 1.15292e+18 m. If this is a no-data value, set those nodes to NaN.
 
 
 def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
-    """A lattice agrees with itself; only the whole can be the wrong way round."""
-    # Bounds of the normal are cheap; the sum over all triangles is needed only if they do not
-    # decide.
-    normal, least, most = bounds_of_normals(lattice)
-    wrong = _points_into_footwall(-normal if lattice.turned else normal, least, most)
-    if wrong is None:
-        normal, area, _ = lattice.normals
-        wrong = _points_into_footwall(-normal if lattice.turned else normal, area, area)
-
+    """Point the normals of a grid, which agree already, into the hanging wall."""
+    normal, area, _ = lattice.normals
+    wrong = _points_into_footwall(-normal if lattice.turned else normal, area)
     if not wrong and lattice.reverse is not None:
         return surface
-    oriented = lattice.turned_as(lattice.rising, lattice.turned ^ bool(wrong))
+    oriented = lattice.turned_as(lattice.rising, lattice.turned ^ wrong)
     return _turned(surface, lattice=oriented)
 
 
@@ -228,20 +165,14 @@ def _turned(surface: TriSurface, **parts: Any) -> TriSurface:
     return made
 
 
-def _points_into_footwall(normal: np.ndarray, least: float, most: float) -> bool | None:
+def _points_into_footwall(normal: np.ndarray, area: float) -> bool:
     """Whether a normal, summed over an area, points down; for vertical faults west, else south.
 
-    The area lies between two bounds; None if they are too far apart to tell.
     A closed surface has none of these; it stays as its first triangle has it.
     """
     # The first component that is clearly not zero decides: up, then east, then north.
     x, y, z = normal.tolist()
-    for component in (z, x, y):
-        if abs(component) > _VERTICAL * most:
-            return bool(component < 0)
-        if not abs(component) <= _VERTICAL * least:
-            return None
-    return False
+    return next((c < 0 for c in (z, x, y) if abs(c) > _VERTICAL * area), False)
 
 
 def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
