@@ -129,7 +129,7 @@ class Lattice(Noun):
         twin.__dict__.update(rising=rising, reverse=reverse)
         return twin
 
-    @cached_property
+    @property
     def normals(self) -> tuple[np.ndarray, float, np.ndarray]:
         """Sum of all normals (length: area, not turned), of areas, and keys that may be flat."""
         from geosurf.kernels.lattices.lattice_corners import lattice_normals
