@@ -4,19 +4,17 @@ Commands import what they need when they run, so that ``geosurf --help`` answers
 that geosurf raises on purpose are printed without a traceback; `exit_codes` turns them into exit
 codes.
 
-===================== ============================================
-`parser`              commands, options and their help
-`arguments`           arguments are refused in one sentence
-`scenario_commands`   ``run``, ``validate``, ``check``, ``report``, ``new``, ``ensemble``
-`render_command`      ``render``
-`convert_command`     ``convert``, ``curves``
-`info_command`        ``info``
-`install_commands`    ``doctor``, ``warmup``
-`installation`        packages, kernels and extras, checked
-`console`             answers, progress, output in any encoding, warnings
-`without_dask`        a faster start of the process of a command
-`exit_codes`          errors and signals become exit codes
-===================== ============================================
+================== ============================================
+parser             commands, options and their help
+arguments          arguments are refused in one sentence
+scenario_commands  ``run``, ``validate``, ``check``, ``report``
+new_command        ``new``
+ensemble_command   ``ensemble``
+render_command     ``render``
+convert_command    ``convert``, ``curves``
+info_commands      ``info``, ``doctor``, ``warmup``
+console            answers, progress, output in any encoding, exit codes
+================== ============================================
 """
 
 from __future__ import annotations
@@ -24,14 +22,16 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
 
 from geosurf.cli.console import ExitCode, encodable_output, peak_megabytes, printed_warnings
-from geosurf.cli.install_commands import doctor_command
 from geosurf.cli.parser import build_parser
-from geosurf.cli.scenario_commands import ensemble_command
-from geosurf.cli.without_dask import skip_dask
 
 __all__ = ["build_parser", "main"]
+
+WITH_DASK = ("ensemble", "doctor")
+PACKAGES = ("dask", "distributed")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     # outermost: the parser's own messages quote arguments in any script
     with encodable_output():
         options = build_parser().parse(argv)
-        if argv is None and options.run not in (ensemble_command, doctor_command):
+        if argv is None and options.command not in WITH_DASK:
             skip_dask()
         exit_code = ExitCode(options.debug, lambda: options.kept(options))
         start = time.perf_counter()
@@ -63,7 +63,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         # commands show their own progress
         with exit_code, printed_warnings(), silence():
-            answer = options.run(options)
+            module = import_module(f"geosurf.cli.{options.module}")
+            answer = getattr(module, f"{options.command}_command")(options)
             exit_code.code = answer.code
             if shown := answer.shown(as_json=options.json, quiet=options.quiet):
                 print(shown)
@@ -76,3 +77,16 @@ def main(argv: Sequence[str] | None = None) -> int:
             if sys.stdout is not None:  # closed from the beginning
                 sys.stdout.flush()
     return exit_code.code
+
+
+def skip_dask() -> None:
+    """Let nothing import Dask in this process, if nothing has.
+
+    Where Dask is installed, xarray imports it for the first array that it makes, and again parts of
+    it to write the first file: half a second, for arrays that no such command has. Modules set to
+    None in `sys.modules` count as not installed. Only the process of a command does this: other
+    programs that call `geosurf.cli.main` may have Dask arrays of their own.
+    """
+    modules: dict[str, Any] = sys.modules
+    if not any(name in modules for name in PACKAGES):
+        modules.update(dict.fromkeys(PACKAGES))

@@ -6,14 +6,28 @@ import argparse
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import geosurf
+from geosurf import read
 from geosurf.cli.console import Answer
+from geosurf.conventions import area_text, counted, did_you_mean, length_text
+from geosurf.conventions.crs import are_same, label
 from geosurf.errors import FormatError, InputError, OutputError
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.write.written import Loss, Written
-
+from geosurf.intersect import intersect_surfaces
+from geosurf.measure.section import ragged
+from geosurf.read import FAULT_FORMATS, GRID_FORMATS, read_fault, read_horizon
+from geosurf.read._common import collected, otherwise
+from geosurf.read._detect import detect
+from geosurf.read.features import features
+from geosurf.read.file_info import kind_of_file
+from geosurf.read.netcdf import holds_fault
+from geosurf.read.registry import MESH_FORMATS, TITLES
+from geosurf.read.resqml.surfaces import function_of
+from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
+from geosurf.write import write
+from geosurf.write.registry import NO_DIRECTION, WRITERS, kind_of
+from geosurf.write.written import Loss, Written
 
 # ---- curves command ----------------------------------------
 # The command ``curves``: the intersection lines of two surface files.
@@ -21,10 +35,6 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 def curves_command(options: argparse.Namespace) -> Answer:
     """Find the curves of two surface files, and write them."""
-    from geosurf.conventions import area_text, counted, length_text
-    from geosurf.intersect import intersect_surfaces
-    from geosurf.write import write
-
     # what a file states itself wins; these fill in the rest (`otherwise`)
     words = {"positive": options.positive, "length_unit": options.length_unit}
     surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
@@ -62,11 +72,6 @@ def curves_command(options: argparse.Namespace) -> Answer:
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
     """Read one surface: a horizon or a fault, by content, else by suffix; NetCDF by dimensions."""
-    from geosurf.read import FAULT_FORMATS, GRID_FORMATS, otherwise, read_fault, read_horizon
-    from geosurf.read._detect import detect
-    from geosurf.read.netcdf import holds_fault
-    from geosurf.triangulate import triangulate_fault, triangulate_horizon
-
     # the content decides where it can; a file that neither content nor suffix shows is refused
     suffix = path.suffix.lower()
     formats = (*GRID_FORMATS.values(), *FAULT_FORMATS.values())
@@ -137,8 +142,6 @@ class Source:
 
 def convert_command(options: argparse.Namespace) -> Answer:
     """Read one file, write another, and list what was lost."""
-    from geosurf.read.registry import TITLES
-
     source, written = _converted(options)
     data = {"source": str(source.path), "format": source.key, "read_with": source.function}
     title = TITLES.get(source.key, source.key)
@@ -151,10 +154,6 @@ def convert_command(options: argparse.Namespace) -> Answer:
 
 def _converted(options: argparse.Namespace) -> tuple[Source, Written]:
     """Return what was read, and what was written of it."""
-    from geosurf.conventions.crs import are_same, label
-    from geosurf.write import write
-    from geosurf.write.written import Loss, Written
-
     path, target = Path(options.source), Path(options.target)
     suffix = target.suffix.lower()
     _refuse_unknown(target, suffix)
@@ -183,9 +182,6 @@ def _converted(options: argparse.Namespace) -> tuple[Source, Written]:
 
 def _refuse_unknown(target: Path, suffix: str) -> None:
     """Refuse a suffix that nothing is written to, with the nearest one and all others."""
-    from geosurf.conventions import did_you_mean
-    from geosurf.write.registry import WRITERS
-
     if target.is_dir():
         raise OutputError(f"{target}: this is a folder. Give the name of a file in it.")
     known = sorted({one for suffixes in WRITERS.values() for one in suffixes})
@@ -198,13 +194,6 @@ def _refuse_unknown(target: Path, suffix: str) -> None:
 
 def _read(path: Path, suffix: str, options: argparse.Namespace) -> Source:
     """Read a file by its content; z keeps the direction of the file where nobody states one."""
-    import geosurf
-    from geosurf import read
-    from geosurf.read._common import collected, otherwise
-    from geosurf.read.file_info import kind_of_file
-    from geosurf.read.registry import MESH_FORMATS
-    from geosurf.write.registry import NO_DIRECTION, kind_of
-
     key, functions = kind_of_file(path)
     source = Source(path, key, _function(path, functions, suffix, options.read_as))
     words = otherwise({"positive": options.positive or "up", "length_unit": options.length_unit})
@@ -274,8 +263,6 @@ def _of_table(source: Source, options: argparse.Namespace) -> dict[str, Any]:
 
 def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> str:
     """Return which function reads a file: the one asked for, or the one that fits the target."""
-    from geosurf.write.registry import WRITERS
-
     if read_as is not None:
         return FUNCTIONS[read_as]
     if not functions:
@@ -290,22 +277,15 @@ def _function(path: Path, functions: str, suffix: str, read_as: str | None) -> s
 
 
 def _of_resqml(path: Path, name: str | None, suffix: str) -> str:
-    from geosurf.read.resqml.surfaces import function_of
-    from geosurf.write.registry import WRITERS
-
     return function_of(path, name, suffix in WRITERS["Units"])
 
 
 def _of_netcdf(path: Path) -> str:
-    from geosurf.read.netcdf import holds_fault
-
     return "read_fault" if holds_fault(path) else "read_horizon"
 
 
 def _attributes(source: Source) -> None:
     """Names and numbers of lines and points: carried along where readers know them, else listed."""
-    from geosurf.write.written import Loss
-
     if source.key in ("geojson", "shapefile"):
         _features(source)
     elif source.key in ("xyz", "polygons") and source.path.suffix.lower() == ".csv":
@@ -318,9 +298,6 @@ def _attributes(source: Source) -> None:
 
 def _features(source: Source) -> None:
     """Lines of GeoJSON and shapefiles with their attributes, and their reference system."""
-    from geosurf.measure.section import ragged
-    from geosurf.read.features import features
-
     found = features(source.path)
     source.crs = found.crs
     items = [one for one in found.items if one.kind != "point"]
@@ -337,10 +314,6 @@ def _features(source: Source) -> None:
 
 def _fit(source: Source, suffix: str, name: str | None) -> None:
     """Make a surface of what is none, where the target holds surfaces only."""
-    from geosurf.triangulate import triangulate_fault, triangulate_horizon, triangulate_sticks
-    from geosurf.write.registry import WRITERS, kind_of
-    from geosurf.write.written import Loss
-
     kind = kind_of(source.obj)
     if kind is None or suffix in WRITERS[kind] or suffix not in WRITERS["TriSurface"]:
         return

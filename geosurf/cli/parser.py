@@ -10,29 +10,21 @@ import geosurf
 from geosurf.cli.arguments import (
     SHELLS,
     Parser,
-    completion_command,
     did_you_mean,
     length_unit,
     list_of,
+    named_file,
+    number,
     one_of,
     whole_number,
 )
-from geosurf.cli.console import Answer
-from geosurf.cli.convert_command import convert_command, curves_command
-from geosurf.cli.info_command import info_command
-from geosurf.cli.install_commands import doctor_command, warmup_command
-from geosurf.cli.render_command import add_render_options, render_command
-from geosurf.cli.scenario_commands import (
-    RESULTS,
-    VARIANTS,
-    check_command,
-    ensemble_command,
-    new_command,
-    report_command,
-    run_command,
-    validate_command,
-)
 
+# what commands take, known before a command is loaded
+FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
+RESULTS = (*FILES, "grid", "pictures", "report")
+VARIANTS = ("grids", "points", "network")
+VIEW, SHOW = "southwest", "horizons,faults,curves"
+SCENARIO = "scenario file (TOML); its keys are in docs/scenario.md"
 EXIT_CODES = """exit codes: 0 done, 2 invalid input, 3 impossible geometry or a failed check,
 4 a bug in geosurf, 128 + n stopped by signal n (Ctrl-C: 130)"""
 
@@ -57,19 +49,15 @@ def build_parser() -> Parser:
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
-    def add(
-        name: str, run: Callable[[argparse.Namespace], Answer], help_: str, example: str
-    ) -> Any:
-        """Add a command with the options that all commands have."""
-        command = commands.add_parser(
-            name,
-            help=help_,
-            description=help_,
-            epilog=f"example: geosurf {name} {example}".rstrip(),
-        )
+    def add(name: str, module: str, help_: str, example: str) -> Any:
+        """Add a command with the options that all commands have, and where its function is."""
+        end = f"example: geosurf {name} {example}".rstrip()
+        command = commands.add_parser(name, help=help_, description=help_, epilog=end)
 
-        # `main` calls `options.run`, so no table of commands exists twice
-        command.set_defaults(run=run, kept=lambda _: "No file was left half-written.")
+        # `main` imports and calls it, so no table of commands exists twice
+        command.set_defaults(
+            command=name, module=module, kept=lambda _: "No file was left half-written."
+        )
         _add_common(command)
         return command
 
@@ -78,13 +66,15 @@ def build_parser() -> Parser:
     _add_ensemble(add)
     _add_curves(add)
     _add_convert(add)
-    info = add("info", info_command, "show what files hold and how geosurf reads them", "Top.gri")
+    info = add(
+        "info", "info_commands", "show what files hold and how geosurf reads them", "Top.gri"
+    )
     info.add_argument("files", metavar="FILE", nargs="+", help="files of any format")
-    add("doctor", doctor_command, "check the installation", "")
-    add("warmup", warmup_command, "pre-compile the kernels (not needed with a wheel)", "")
+    add("doctor", "info_commands", "check the installation", "")
+    add("warmup", "info_commands", "pre-compile the kernels (not needed with a wheel)", "")
     completion = add(
         "completion",
-        completion_command,
+        "arguments",
         "print a script that lets a shell complete commands and options",
         "bash >> ~/.bash_completion",
     )
@@ -121,29 +111,30 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
     of, out = "field/scenario.toml", "-o field/out"
     run = add(
         "run",
-        run_command,
+        "scenario_commands",
         "build the model of a scenario: volumes, pictures and a report",
         f"{of} {out} --set tear.trim_cells=2",
     )
     validate = add(
-        "validate", validate_command, "list all mistakes of a scenario; nothing is built", of
+        "validate", "scenario_commands", "list all mistakes of a scenario; nothing is built", of
     )
     check = add(
-        "check", check_command, "check the model of a scenario and print its certificate", of
+        "check", "scenario_commands", "check the model of a scenario and print its certificate", of
     )
     render = add(
         "render",
-        render_command,
+        "render_command",
         "draw one picture of the model of a scenario",
         f"{of} -o top.png --view top",
     )
     report = add(
-        "report", report_command, "write the report of a scenario and its pictures", f"{of} {out}"
+        "report",
+        "scenario_commands",
+        "write the report of a scenario and its pictures",
+        f"{of} {out}",
     )
     for command in (run, validate, check, render, report):
-        command.add_argument(
-            "scenario", help="scenario file (TOML); its keys are in docs/scenario.md"
-        )
+        command.add_argument("scenario", help=SCENARIO)
         _add_set(command)
     for command in (run, check, report):
         command.add_argument(
@@ -170,7 +161,61 @@ def _add_scenario_commands(add: Callable[..., Any]) -> None:
         "--dry-run", action="store_true", help="list what a run would read and write; build nothing"
     )
 
-    add_render_options(render)
+    _add_render_options(render)
+
+
+def _add_render_options(render: argparse.ArgumentParser) -> None:
+    """Add the options of pictures."""
+    # no defaults here: `_draw_view` takes them from the scenario, and `_draw_section` refuses what
+    # is given for views only
+    render.add_argument("-o", "--out", required=True, help="output file (.png)")
+    render.add_argument("--view", help=f"direction of view: north, top ... (default: {VIEW})")
+    render.add_argument(
+        "--show", help=f"what to draw, also walls, patches, units (default: {SHOW})"
+    )
+    render.add_argument(
+        "--section",
+        metavar="LINE",
+        help='draw a vertical section along this line, as in "0,2500 6000,2500 ..." [m]',
+    )
+    render.add_argument(
+        "--exaggeration",
+        type=number,
+        help="vertical exaggeration (default: chosen by the shape of the model)",
+    )
+    render.add_argument(
+        "--camera",
+        metavar="ANGLES",
+        help='azimuth and height of the viewer in degrees, in place of --view: "225,30"',
+    )
+    render.add_argument("--zoom", type=number, help="2 shows the middle twice as large")
+    render.add_argument("--only", metavar="NAMES", help="draw these surfaces, units, zones, blocks")
+    render.add_argument(
+        "--colour-by", help="colours of units: unit, zone, block, contact or z (elevation)"
+    )
+    render.add_argument("--title", help="text above the picture (default: what is shown)")
+    render.add_argument("--theme", help="light or dark")
+    render.add_argument(
+        "--transparent", action=argparse.BooleanOptionalAction, help="leave the background out"
+    )
+    for kind, what in (
+        ("wells", "the path of a well, from the top down"),
+        ("polygons", "polygons such as a licence"),
+        ("points", "data points"),
+    ):
+        render.add_argument(
+            f"--{kind}",
+            metavar="NAME=FILE",
+            action="append",
+            default=[],
+            type=named_file,
+            help=f"also draw {what}; can be repeated",
+        )
+    render.add_argument(
+        "--size", metavar="W,H", help='pixels (default: of the scenario): "1280,800"'
+    )
+    render.add_argument("--clip", action=argparse.BooleanOptionalAction,
+                        help="draw the inside of the model only")  # fmt: skip
 
 
 def _add_cache(command: argparse.ArgumentParser) -> None:
@@ -191,28 +236,28 @@ def _kept(options: argparse.Namespace) -> str:
     return f"{kept} Finished steps are in {options.cache_dir}; the same command continues there."
 
 
+def _add_direction(command: argparse.ArgumentParser, when: str, default: str = "") -> None:
+    """Add what files may not state: the direction and the unit of z."""
+    words = one_of("up", "down")
+    command.add_argument(
+        "--positive", type=words, metavar="up|down", help=f"direction of z, {when}"
+    )
+    command.add_argument(
+        "--length-unit", type=length_unit, metavar="UNIT", help=f"unit of z, {when}{default}"
+    )
+
+
 def _add_convert(add: Callable[..., Any]) -> None:
     """Add the command that converts one file."""
     convert = add(
         "convert",
-        convert_command,
+        "convert_command",
         "write a file in another format, and list what is lost",
         "Top.gri Top.zmap",
     )
     convert.add_argument("source", metavar="SOURCE", help="file of any format")
     convert.add_argument("target", metavar="TARGET", help="its suffix picks the format")
-    convert.add_argument(
-        "--positive",
-        type=one_of("up", "down"),
-        metavar="up|down",
-        help="direction of z, if the file does not state it",
-    )
-    convert.add_argument(
-        "--length-unit",
-        type=length_unit,
-        metavar="UNIT",
-        help="unit of z, if the file does not state it",
-    )
+    _add_direction(convert, "if the file does not state it")
     convert.add_argument(
         "--crs", metavar="EPSG:CODE", help="coordinate reference system, if the file states none"
     )
@@ -240,25 +285,14 @@ def _add_curves(add: Callable[..., Any]) -> None:
     """Add the command that takes two surfaces."""
     curves = add(
         "curves",
-        curves_command,
+        "convert_command",
         "find the intersection lines of two surface files",
         "Top.gri F1.ts -o curves.vtp",
     )
     curves.add_argument("first", help="surface file: .gri .zmap .nc .ts .vtp .pol .obj ...")
     curves.add_argument("second", help="second surface file")
     curves.add_argument("-o", "--out", required=True, help="output file (.vtp, .pl or .pol)")
-    curves.add_argument(
-        "--positive",
-        type=one_of("up", "down"),
-        metavar="up|down",
-        help="direction of z, if a file does not state it",
-    )
-    curves.add_argument(
-        "--length-unit",
-        type=length_unit,
-        metavar="UNIT",
-        help="length unit, if a file does not state it",
-    )
+    _add_direction(curves, "if a file does not state it")
 
 
 def _add_set(command: argparse.ArgumentParser) -> None:
@@ -277,7 +311,7 @@ def _add_ensemble(add: Callable[..., Any]) -> None:
     """Add the command that builds many realisations."""
     ensemble = add(
         "ensemble",
-        ensemble_command,
+        "ensemble_command",
         "compute P90, P50 and P10 of the volumes of a scenario",
         "field/scenario.toml -o field/ensemble -n 200",
     )
@@ -286,7 +320,7 @@ def _add_ensemble(add: Callable[..., Any]) -> None:
             f"Finished realisations are in {options.out}; the same command continues there."
         )
     )
-    ensemble.add_argument("scenario", help="scenario file (TOML); its keys are in docs/scenario.md")
+    ensemble.add_argument("scenario", help=SCENARIO)
     _add_set(ensemble)
     ensemble.add_argument(
         "-o", "--out", required=True,
@@ -314,24 +348,13 @@ def _add_new(add: Callable[..., Any]) -> None:
     """Add the command that writes a scenario."""
     new = add(
         "new",
-        new_command,
+        "new_command",
         "write a scenario from files: horizons, faults, well tops ...",
         "field data/*.gri data/*.pol",
     )
     new.add_argument("folder", metavar="FOLDER", help="where scenario.toml is written")
     new.add_argument("files", metavar="FILES", nargs="*", help="files of the field, or folders")
-    new.add_argument(
-        "--positive",
-        type=one_of("up", "down"),
-        metavar="up|down",
-        help="direction of z, if files do not state it",
-    )
-    new.add_argument(
-        "--length-unit",
-        type=length_unit,
-        metavar="UNIT",
-        help="unit of z, if files do not state it (default: m)",
-    )
+    _add_direction(new, "if files do not state it", " (default: m)")
     new.add_argument("--replace", action="store_true", help="replace an existing scenario")
     new.add_argument(
         "--example",

@@ -5,80 +5,27 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from geosurf.cli.arguments import named_file, number
 from geosurf.cli.console import Answer, clear_line, live_progress
+from geosurf.cli.parser import SHOW, VIEW
 from geosurf.cli.scenario_commands import cache_of, scenario_of
+from geosurf.conventions.packages import need_plots
 from geosurf.errors import InputError
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.render.overlay import PictureOverlay
-    from geosurf.render.picture_style import PictureStyle
-    from geosurf.scenario.keys import Scenario
-    from geosurf.scene import Scene
-
-VIEW, SHOW = "southwest", "horizons,faults,curves"
-
-
-def add_render_options(render: argparse.ArgumentParser) -> None:
-    """Add the options of pictures."""
-    # no defaults here: `_draw_view` takes them from the scenario, and `_draw_section` refuses what
-    # is given for views only
-    render.add_argument("-o", "--out", required=True, help="output file (.png)")
-    render.add_argument("--view", help=f"direction of view: north, top ... (default: {VIEW})")
-    render.add_argument(
-        "--show", help=f"what to draw, also walls, patches, units (default: {SHOW})"
-    )
-    render.add_argument(
-        "--section",
-        metavar="LINE",
-        help='draw a vertical section along this line, as in "0,2500 6000,2500 ..." [m]',
-    )
-    render.add_argument(
-        "--exaggeration",
-        type=number,
-        help="vertical exaggeration (default: chosen by the shape of the model)",
-    )
-    render.add_argument(
-        "--camera",
-        metavar="ANGLES",
-        help='azimuth and height of the viewer in degrees, in place of --view: "225,30"',
-    )
-    render.add_argument("--zoom", type=number, help="2 shows the middle twice as large")
-    render.add_argument("--only", metavar="NAMES", help="draw these surfaces, units, zones, blocks")
-    render.add_argument(
-        "--colour-by", help="colours of units: unit, zone, block, contact or z (elevation)"
-    )
-    render.add_argument("--title", help="text above the picture (default: what is shown)")
-    render.add_argument("--theme", help="light or dark")
-    render.add_argument(
-        "--transparent", action=argparse.BooleanOptionalAction, help="leave the background out"
-    )
-    for kind, what in (
-        ("wells", "the path of a well, from the top down"),
-        ("polygons", "polygons such as a licence"),
-        ("points", "data points"),
-    ):
-        render.add_argument(
-            f"--{kind}",
-            metavar="NAME=FILE",
-            action="append",
-            default=[],
-            type=named_file,
-            help=f"also draw {what}; can be repeated",
-        )
-    render.add_argument(
-        "--size", metavar="W,H", help='pixels (default: of the scenario): "1280,800"'
-    )
-    render.add_argument("--clip", action=argparse.BooleanOptionalAction,
-                        help="draw the inside of the model only")  # fmt: skip
+from geosurf.render.colouring import check_colour_by
+from geosurf.render.compose import check_look, png_path
+from geosurf.render.overlay import PictureOverlay
+from geosurf.render.picture_style import PictureStyle
+from geosurf.render.views import check_size
+from geosurf.scenario import build_scene
+from geosurf.scenario.execute import overlay_of_files
+from geosurf.scenario.keys import Scenario
+from geosurf.scenario.step_log import StepLog
+from geosurf.scene import Scene
 
 
 def render_command(options: argparse.Namespace) -> Answer:
     """Draw one picture of a scenario."""
-    from geosurf.render.compose import png_path
-
     scenario = scenario_of(options)
     png_path(options.out)  # refuse a wrong suffix before the computation
     draw = _draw_view if options.section is None else _draw_section
@@ -88,8 +35,6 @@ def render_command(options: argparse.Namespace) -> Answer:
 
 def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a view in space; options that are not given are those of the scenario."""
-    from geosurf.render.colouring import check_colour_by
-    from geosurf.render.compose import check_look
 
     def given(option: Any, otherwise: Any) -> Any:
         """Return an option, or its default if it is not given."""
@@ -145,8 +90,6 @@ def _numbers_of(text: str, option: str, example: str) -> tuple[float, float]:
 
 def _size_of(scenario: Scenario, options: argparse.Namespace) -> tuple[int, int]:
     """Width and height of the picture [pixels]."""
-    from geosurf.render.views import check_size
-
     if options.size is None:
         return scenario.output.size_px
     pair: Any = _numbers_of(options.size, "--size", "1280,800")
@@ -162,8 +105,6 @@ def _style_of(scenario: Scenario, options: argparse.Namespace) -> PictureStyle:
 
 def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverlay:
     """Wells, polygons and points of the scenario, and those of the options."""
-    from geosurf.scenario.pictures import overlay_of_files
-
     settings = scenario.pictures
     drawn: dict[str, Any] = {
         kind: {**(getattr(settings, kind) or {}), **dict(getattr(options, kind))}
@@ -174,9 +115,6 @@ def _overlay_of(scenario: Scenario, options: argparse.Namespace) -> PictureOverl
 
 def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
     """Build the scene, with its steps shown as a command was asked to."""
-    from geosurf.scenario import build_scene
-    from geosurf.scenario.step_log import StepLog
-
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
     log.begin("read")
@@ -187,8 +125,6 @@ def _built(scenario: Scenario, options: argparse.Namespace) -> Scene:
 
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; refuse options of views, which would have no effect."""
-    from geosurf.conventions.packages import need_plots
-
     # None means "not given": argparse has no other way to tell it from a default
     for word in ("view", "show", "exaggeration", "clip", "camera", "zoom", "only", "colour_by"):
         if getattr(options, word) is not None:

@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import shlex
 import sys
 import time
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geosurf.cli.console import Answer, clear_line, live_progress
-from geosurf.errors import InputError, OutputError
-from geosurf.files.atomic import write_whole
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.errors import GeosurfWarning
-    from geosurf.model import Certificate, Units
-    from geosurf.scenario.execute import Outcome
-    from geosurf.scenario.keys import Scenario
-    from geosurf.scenario.new import NewScenario
-    from geosurf.scene import Scene
-    from geosurf.scene.result_cache import ResultCache
-
+from geosurf.cli.parser import FILES
+from geosurf.conventions import counted
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.model import Certificate, Units
+from geosurf.report.page import as_plain_text
+from geosurf.report.tables import volume_table
+from geosurf.scenario import read_scenario, run
+from geosurf.scenario.execute import Outcome, compute, will_draw, write_report
+from geosurf.scenario.keys import Scenario
+from geosurf.scenario.output import input_files, output_files
+from geosurf.scenario.step_log import StepLog
+from geosurf.scenario.validate import find_mistakes
+from geosurf.scene import Scene
+from geosurf.scene.result_cache import ResultCache, check_with_cache
 
 # ---- results ----------------------------------------
 # What commands answer in common: units, warnings, and the verdict of a certificate.
@@ -78,210 +79,8 @@ def certificate_data(certificate: Certificate) -> dict[str, Any]:
     return {"ok": certificate.ok, "checks": lines}
 
 
-# ---- new command ----------------------------------------
-# The command ``new``: a scenario from the files of a field.
-
-
-VARIANTS = ("grids", "points", "network")
-# Of the example: depths of its horizons, so that `geosurf ensemble` runs on it.
-UNCERTAIN = """
-# How uncertain are depths between wells? Only `geosurf ensemble` reads this.
-
-[[uncertain]]
-kind = "depth error"
-of = ["Top"]
-sd_m = 8.0
-range_m = 1500.0
-
-[[uncertain]]
-kind = "depth error"
-of = ["Base"]
-sd_m = 12.0
-range_m = 1500.0
-"""
-MOST_REPEATED = 200  # characters of a command that is shown again
-
-
-def new_command(options: argparse.Namespace) -> Answer:
-    """Write a scenario from files, and list how each file is used."""
-    from geosurf.scenario.new import new_scenario
-    from geosurf.scenario.new.text import table_text
-
-    files, truth = list(options.files), None
-    if options.example is not None:
-        files, truth = _example(options)
-    new = new_scenario(
-        options.folder,
-        files,
-        positive=options.positive,
-        length_unit=options.length_unit,
-        replace=options.replace,
-    )
-    questions = [
-        {"line": one.line, "needed": one.stops, "question": one.text} for one in new.questions
-    ]
-    data = {"scenario": new.path, "runs": new.runs, "questions": questions}
-    lines = [table_text(new.found), "", *_questions(new)]
-    if truth is not None:
-        write_whole(new.path, new.path.read_bytes() + UNCERTAIN.encode())
-        data["truth"] = truth
-        lines = [f"{truth}: the true volumes of this synthetic field", "", *lines]
-    return Answer(data, "\n".join(lines), closing=tuple(_end(new, options)))
-
-
-def _example(options: argparse.Namespace) -> tuple[list[str], Path]:
-    """Write the files of a synthetic field; return their paths, and that of its volumes."""
-    from geosurf.errors import OutputError
-    from geosurf.scenario.new import FILE
-    from geosurf.synthetic import field_export
-
-    if options.files:
-        raise InputError("--example writes its own files. Leave the files or --example out.")
-    folder = Path(options.folder)
-    if folder.exists() and any(folder.iterdir()) and not options.replace:
-        raise OutputError(
-            f"{folder}: the folder is not empty. Give another one, or replace the files of the "
-            f"example and {FILE} with --replace."
-        )
-    truth = field_export(folder, options.example)
-    files = [str(path) for name, path in truth.files.items() if name != "scenario"]
-    return files, folder / "truth" / "volumes.csv"
-
-
-def _questions(new: NewScenario) -> Iterable[str]:
-    """The questions, with their lines."""
-    for question in new.questions:
-        need = "needs an answer" if question.stops else "optional"
-        yield f"{new.path}, line {question.line} ({need}): {question.text}"
-    if new.questions:
-        yield ""
-
-
-def _end(new: NewScenario, options: argparse.Namespace) -> Iterable[str]:
-    """The next command, or what has to be answered before it."""
-    run = f"geosurf run {shlex.quote(str(new.path))} -o {shlex.quote(str(new.path.parent / 'out'))}"
-    if new.runs:
-        yield f"{new.path} is written. Next: {run}"
-        if new.questions:  # so there will be a second run
-            cache = shlex.quote(str(new.path.parent / "cache"))
-            yield f"With --cache-dir {cache}, a run after an answer redoes only what it changes."
-        return
-    again = " ".join(map(shlex.quote, ["new", str(options.folder), *options.files]))
-    if len(again) > MOST_REPEATED:
-        again = f"new {shlex.quote(str(options.folder))} FILES..."
-    unit = "" if options.length_unit is None else f" --length-unit {options.length_unit}"
-    yield f"{new.path} is written, but a run needs the answer above. Edit that line, or repeat"
-    yield "with down if z is depth, with up if it is elevation:"
-    yield f"  geosurf {again} --positive down --replace{unit}"
-    yield f"  geosurf {again} --positive up --replace{unit}"
-    yield f"Then: {run}"
-
-
-# ---- ensemble command ----------------------------------------
-# The command ``ensemble``: P90, P50 and P10 of the volumes of a scenario.
-
-
-EVERY = 30.0  # s between two lines of progress in a log file
-
-
-def ensemble_command(options: argparse.Namespace) -> Answer:
-    """Build many realisations of a scenario, and write quantiles of volumes."""
-    from geosurf.conventions.packages import missing_sentence
-    from geosurf.ensemble import report_ensemble, run_ensemble
-    from geosurf.ensemble.results import quantile_csv, quantile_text
-    from geosurf.files.atomic import write_whole
-    from geosurf.scenario.plan import input_files
-
-    out, start = Path(options.out), time.perf_counter()
-    scenario = scenario_of(options)  # before a folder is made
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
-    result = run_ensemble(
-        scenario,
-        options.n,
-        seed=options.seed,
-        store=out / "ensemble.zarr",
-        cache_dir=options.cache_dir,
-        workers=options.workers,
-        processes=options.processes,
-        progress=False if options.quiet or options.json else _Log(),
-    )
-    for by in ("unit", "zone", "contact"):
-        write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
-    # clusters have no matplotlib; the report can be written elsewhere, from the store
-    missing, page = missing_sentence("charts need", "matplotlib"), None
-    if not missing:
-        page = report_ensemble(
-            result,
-            out,
-            title=scenario.heading,
-            inputs=input_files(scenario),
-            relative_to=scenario.path.parent,
-        )
-    seconds, count = time.perf_counter() - start, result.sizes["realization"]
-    data = {
-        "scenario": scenario.path,
-        "settings": scenario.settings,
-        "out": out,
-        "realisations": count,
-        "seconds": seconds,
-        "report": page,
-        "quantiles": {by: _rows(quantile_csv(result, by)) for by in ("unit", "zone", "contact")},
-    }
-    return Answer(
-        data,
-        f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
-        closing=(
-            f"There is no report: {missing}" if page is None else f"Open {page}.",
-            f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",
-        ),
-    )
-
-
-def _rows(text: str) -> list[dict[str, str | float]]:
-    """Return the rows of a table, with numbers where cells are numbers."""
-    return [
-        {key: _cell(value) for key, value in row.items()}
-        for row in csv.DictReader(text.splitlines())
-    ]
-
-
-def _cell(text: str) -> str | float:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-class _Log:
-    """Shows progress on stderr: in place on a console, else a line every half minute."""
-
-    def __init__(self) -> None:
-        self._shown = time.monotonic()
-
-    def __call__(self, line: str) -> None:
-        """Show a line, or leave it out."""
-        from geosurf.ensemble.run import console_line
-
-        if sys.stderr is None or sys.stderr.isatty():
-            console_line(line)
-        elif time.monotonic() - self._shown > EVERY:
-            self._shown = time.monotonic()
-            print(line, file=sys.stderr, flush=True)
-
-
-FILES = ("vtm", "vtp", "csv", "nc", "pl", "ml", "epc")
-RESULTS = (*FILES, "grid", "pictures", "report")
-
-
 def run_command(options: argparse.Namespace) -> Answer:
     """Run a scenario and write everything, or what ``--only`` names."""
-    from geosurf.report.page import as_plain_text
-    from geosurf.report.tables import volume_table
-    from geosurf.scenario import run
-
     # time counts from here: reading is part of the run
     progress = live_progress(options, steps=True)
     start = time.perf_counter()
@@ -336,9 +135,6 @@ def _closing(outcome: Outcome, options: argparse.Namespace) -> Iterable[str]:
 
 def _planned(scenario: Scenario, options: argparse.Namespace) -> Answer:
     """What a run would read and write."""
-    from geosurf.scenario.pictures import will_draw
-    from geosurf.scenario.plan import input_files, output_files
-
     draws = will_draw(scenario, _draws(options))
     read = {name: path for name, path in input_files(scenario).items() if name != "scenario"}
     written = output_files(scenario, pictures=draws, report=_reports(options))
@@ -358,8 +154,6 @@ def _planned(scenario: Scenario, options: argparse.Namespace) -> Answer:
 
 def scenario_of(options: argparse.Namespace) -> Scenario:
     """Read the scenario, with the keys that ``--set`` changes; ``--merge-slivers`` merges them."""
-    from geosurf.scenario import read_scenario
-
     scenario = read_scenario(options.scenario, options.set)
     if not getattr(options, "merge_slivers", False):
         return scenario
@@ -368,8 +162,6 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
 
 def cache_of(options: argparse.Namespace) -> ResultCache | None:
     """Return the folder of ``--cache-dir``, where results of earlier commands are."""
-    from geosurf.scene.result_cache import ResultCache
-
     return None if options.cache_dir is None else ResultCache(options.cache_dir)
 
 
@@ -412,9 +204,6 @@ def _model_data(scene: Scene) -> dict[str, Any]:
 
 def validate_command(options: argparse.Namespace) -> Answer:
     """List all mistakes of a scenario; nothing is read or built."""
-    from geosurf.conventions import counted
-    from geosurf.scenario.validate import find_mistakes
-
     mistakes = find_mistakes(options.scenario, options.set)
     rows = [{"line": one.line, "mistake": one.sentence} for one in mistakes]
     data = {"scenario": options.scenario, "settings": options.set, "mistakes": rows}
@@ -439,10 +228,6 @@ def validate_command(options: argparse.Namespace) -> Answer:
 
 def check_command(options: argparse.Namespace) -> Answer:
     """Print the certificate of a scenario."""
-    from geosurf.scenario.execute import compute
-    from geosurf.scenario.step_log import StepLog
-    from geosurf.scene.result_cache import check_with_cache
-
     scenario, cache = scenario_of(options), cache_of(options)
     progress = live_progress(options, steps=False)
     log = StepLog(progress)
@@ -458,8 +243,6 @@ def check_command(options: argparse.Namespace) -> Answer:
 
 def report_command(options: argparse.Namespace) -> Answer:
     """Write the report of a scenario."""
-    from geosurf.scenario.execute import write_report
-
     scenario = scenario_of(options)
     progress = live_progress(options, steps=True)
     certificate, path, notes = write_report(

@@ -21,13 +21,11 @@ from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
 from geosurf.render import palette
 from geosurf.render.compose import save_png
-from geosurf.render.furniture import tick_texts, ticks
-from geosurf.render.map_frame import colours_of
+from geosurf.render.furniture import colours_of, tick_texts, ticks
 from geosurf.render.sheet import figure_bytes
 from geosurf.report import page
-from geosurf.report.input_tables import described_files, file_table
 from geosurf.report.page import NOTHING, Section, Table, number
-from geosurf.report.run_tables import version_table
+from geosurf.report.tables import described_files, file_table, version_table
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

@@ -30,8 +30,8 @@ from geosurf.ensemble.store import EnsembleStore, is_finished
 from geosurf.ensemble.worker_processes import Workers
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model.expected import flag_of, path_of
-from geosurf.scenario.ensemble_keys import EnsembleSettings
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.output_keys import EnsembleSettings
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache
 from geosurf.warning import warn

@@ -17,11 +17,13 @@ import numpy as np
 from geosurf.conventions import area_texts
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
-from geosurf.render import furniture, palette
+from geosurf.render import palette
 from geosurf.render.diagram import Line, diagram_axes, draw_ends, lines_of, outline_of, range_shown
-from geosurf.render.layers import DETAIL_ROOM, Entry
-from geosurf.render.names import shortened_apart
+from geosurf.render.furniture import draw_legend, draw_words
+from geosurf.render.layers import DETAIL_ROOM, Entry, shortened_apart
 from geosurf.render.palette import AreaStyle, LineStyle
+from geosurf.render.picture_style import FONT
+from geosurf.render.sheet import STRIPE_WIDTH, STRIPES, Sheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -33,7 +35,7 @@ HALO = 1.9  # width of the white rim of a contact over the width of its line
 
 
 def draw_allan(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     diagram: xarray.Dataset,
     table: xarray.Dataset,
     *,
@@ -83,7 +85,7 @@ def draw_allan(
     strike = float(diagram.attrs["strike"])
     draw_ends(sheet, axes, strike)
     legend = _legend(pairs, colours)
-    furniture.draw_legend(sheet, legend, 640.0)
+    draw_legend(sheet, legend, 640.0)
 
     # caption, title, file
     blue = " Fluid contacts: blue." if (diagram.kind == "contact").any() else ""
@@ -93,7 +95,7 @@ def draw_allan(
         f"{blue}{areas} Vertical exaggeration {exaggeration:.2g}×."
     )
     words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
-    furniture.draw_words(sheet, words_above if title is None else title, words)
+    draw_words(sheet, words_above if title is None else title, words)
 
 
 def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
@@ -149,16 +151,16 @@ def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> Non
         look: AreaStyle = {"facecolor": colours[minus], "edgecolor": colours[minus]}
         axes.add_artist(PathPatch(outline, linewidth=0.4, **look))
         if plus != minus:
-            look = {"facecolor": "none", "edgecolor": colours[plus], "hatch": furniture.STRIPES}
+            look = {"facecolor": "none", "edgecolor": colours[plus], "hatch": STRIPES}
             stripes = PathPatch(outline, linewidth=0.0, **look)
-            stripes.set_hatch_linewidth(furniture.STRIPE_WIDTH)
+            stripes.set_hatch_linewidth(STRIPE_WIDTH)
             axes.add_artist(stripes)
 
 
-def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None:
+def _draw_cutoffs(sheet: Sheet, axes: Axes, lines: list[Line]) -> None:
     """Draw cut-offs and contacts of both walls, with their names at the ends."""
     unit = sheet.layout.unit
-    width = 1.9 * unit * 72.0 / furniture.DPI
+    width = sheet.points(1.9)
     ends: dict[str, dict[tuple[str, str], float]] = {"+": {}, "-": {}}
 
     # a cut-off in several pieces is named at its outermost end only
@@ -189,8 +191,8 @@ def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None
         for (kind, name), z in zip(names, levels, strict=True):
             axes.annotate(
                 labels[name], (x, z), (offset * unit, 0), annotation_clip=False,
-                textcoords="offset pixels", ha=ha, va="center", family=furniture.FONT,
-                fontsize=11.0 * unit * 72.0 / furniture.DPI, color=LINES[kind], parse_math=False,
+                textcoords="offset pixels", ha=ha, va="center", family=FONT,
+                fontsize=sheet.points(11.0), color=LINES[kind], parse_math=False,
             )  # fmt: skip
 
 

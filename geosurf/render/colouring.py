@@ -14,8 +14,8 @@ from geosurf.conventions.colours import unit_colours
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
 from geosurf.render import palette
+from geosurf.render.furniture import colours_of, contour_levels
 from geosurf.render.layers import LABEL_ROOM, Bar, Entry
-from geosurf.render.map_frame import colours_of, contour_levels
 from geosurf.render.palette import RGB
 from geosurf.render.picture_style import COLOUR_BY, PictureStyle
 

@@ -2,18 +2,213 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.render import furniture, palette
-from geosurf.render.furniture import fitting, tick_texts, ticks
+from geosurf.errors import InputError
+from geosurf.model.expected import expect
+from geosurf.render import palette
+from geosurf.render.furniture import (
+    draw_legend,
+    draw_words,
+    label_axes,
+    rim_of_words,
+)
+from geosurf.render.layers import Entry
+from geosurf.render.picture_style import FONT, apply_theme, readable
+from geosurf.render.sheet import DPI, Sheet, UserSheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
     from matplotlib.path import Path as Outline
+
+
+# ---- column ----------------------------------------
+# Draw the stratigraphic column of a model: zones, the horizons between them, and their rules.
+
+
+LEAST = 0.35  # height of a thin zone, in mean heights: its name has to fit
+WAVES = 12  # of the line of an unconformity
+
+
+def draw_column(
+    sheet: Sheet,
+    zones: Mapping[str, float],
+    rules: Mapping[str, str],
+    *,
+    title: str | None = None,
+) -> None:
+    """Draw the column.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    zones : mapping of str to float
+        Mean thickness of each zone [m], youngest first.
+    rules : mapping of str to str
+        ``"conformable"``, ``"erosional"``, ``"base"`` or ``"discontinuous"`` by horizon, youngest
+        first.
+    title : str, optional
+    """
+    title = "Stratigraphic column" if title is None else title
+    layout, unit = sheet.layout, sheet.layout.unit
+    axes = sheet.frame((0.12, 0.06, 0.5, 0.84))
+    points = 10.5  # readable at any size of the picture
+
+    # heights follow thickness by its square root: thin zones stay visible
+    high = np.sqrt(np.maximum(list(zones.values()), 0.0))
+    high = np.maximum(high, LEAST * high.mean()) if len(high) else high
+    tops = np.concatenate([[0.0], -np.cumsum(high)])
+    for k, (zone, thick) in enumerate(zones.items()):
+        colour = sheet.style.colour(zone, palette.stratum(k))
+        axes.fill_between([0.0, 1.0], tops[k + 1], tops[k], color=colour, linewidth=0)
+        middle = 0.5 * (tops[k] + tops[k + 1])
+        axes.text(
+            0.5, middle, f"{zone}\n{thick:.0f} m", ha="center", va="center", fontsize=points,
+            family=FONT, color=palette.INK, parse_math=False,
+            path_effects=rim_of_words(sheet),
+        )  # fmt: skip
+
+    # a horizon lies on top of the zone that is named after it: "Top/Base" or "below Base"
+    for k, zone in enumerate(zones):
+        name = zone.removeprefix("below ").partition("/")[0]
+        if k and name in rules:
+            _draw_horizon(axes, tops[k], name, rules[name], points)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(float(tops[-1]), 0.0)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_color(palette.FRAME)
+    if isinstance(sheet, UserSheet):
+        axes.set_title(title, loc="left", parse_math=False)
+    else:
+        sheet.text((28 * unit, layout.height - 34 * unit), title, 13.5 / unit, weight="bold")
+        words = "Heights: square root of the mean thickness. Wavy lines are unconformities."
+        sheet.text((28 * unit, 24 * unit), words, 10.0 / unit, palette.FAINT)
+        apply_theme(sheet.figure, sheet.axes, sheet.style)
+
+
+def _draw_horizon(axes: Axes, level: float, name: str, rule: str, points: float) -> None:
+    """The line of a horizon, wavy if it cuts others, with its name and rule on the right."""
+    x = np.linspace(0.0, 1.0, 40 * WAVES + 1)
+    wave = 0.0 if rule == "conformable" else 0.006 * abs(axes.dataLim.height)
+    y = level + wave * np.sin(2.0 * np.pi * WAVES * x)
+    axes.plot(x, y, color=palette.INK, linewidth=points / 8.0, clip_on=False)
+    label = name if rule == "conformable" else f"{name} ({rule})"
+    axes.annotate(
+        label, (1.0, level), (6.0, 0.0), textcoords="offset points", ha="left", va="center",
+        fontsize=points, family=FONT, color=palette.INK, annotation_clip=False,
+        parse_math=False,
+    )  # fmt: skip
+
+
+def column_of(units: Sequence[tuple[str, float, float]], zones: Sequence[str]) -> dict[str, float]:
+    """Return the mean thickness of zones [m], from zone, volume and map area of each unit."""
+    volume, area = dict.fromkeys(zones, 0.0), dict.fromkeys(zones, 0.0)
+    for zone, v, a in units:
+        volume[zone] += v
+        area[zone] += a
+    return {zone: volume[zone] / area[zone] if area[zone] > 0.0 else 0.0 for zone in zones}
+
+
+# ---- profile ----------------------------------------
+# Draw the throw of horizons along a fault: one line for each horizon.
+
+
+DARKER = 0.75  # than the zones of a column: thin lines on white
+ROOM = 10.0  # margin on both sides [design pixels]
+_NEEDED = ("throw", "along_strike", "pair")
+
+
+def draw_throw(
+    sheet: Sheet,
+    throws: Mapping[str, xarray.Dataset],
+    *,
+    horizons: Sequence[str] = (),
+    title: str | None = None,
+) -> None:
+    """Draw the throw of horizons along a fault.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    throws : mapping of str to xarray.Dataset
+        Results of `Scene.throw` for one fault, by horizon.
+    horizons : sequence of str
+        All horizons, youngest first, for the same colours as in other pictures.
+    title : str, optional
+        Default: the name of the fault.
+
+    Raises
+    ------
+    InputError
+        If there is no throw to draw, or `throws` are not results of `Scene.throw`.
+    """
+    how = "pass {horizon: scene.throw(horizon, fault)}"
+    expect(throws, Mapping, "throws must be a mapping", how)
+    for name, found in throws.items():
+        if any(not hasattr(found, word) for word in _NEEDED):
+            raise InputError(f"throws[{name!r}] is a {type(found).__name__} without throw; {how}.")
+
+    # one line for each stretch of the fault on which both walls have a cut-off
+    lines = {name: _stretches(found) for name, found in throws.items()}
+    points = [line for parts in lines.values() for line in parts]
+    if not points:
+        raise InputError("no horizon has throw along this fault, so there is nothing to draw.")
+    # no throw is in the picture, which is two metres high at least
+    start = points[0][0, 0]
+    throw = np.concatenate([line[:, 1] for line in points])
+    # a little room, or the frame would cut the line at the largest throw in half
+    room = 0.03 * np.ptp([*throw, 0.0])
+    low, high = min(-1.0, throw.min() - room), max(1.0, throw.max() + room)
+    every = np.concatenate([*points, [(start, low), (start, high)]])
+    axes, _ = diagram_axes(
+        sheet, range_shown(every, [every[:, 1]]), "Distance along strike [km]", ROOM, "Throw [m]"
+    )
+
+    # no throw, and the profiles in the colours of the horizons
+    width = sheet.points(2.0)
+    axes.axhline(0.0, color=palette.FRAME, linewidth=0.5 * width, zorder=1)
+    order = list(horizons) or list(throws)
+    legend = []
+    for row, (name, parts) in enumerate(lines.items()):
+        red, green, blue = palette.stratum(order.index(name) if name in order else len(order))
+        # thin lines of light zones would not be seen on white; on a dark background they are
+        darker = 1.0 if sheet.style.dark else DARKER
+        colour = sheet.style.colour(name, (darker * red, darker * green, darker * blue))
+        if sheet.style.dark:
+            colour = readable(colour)
+        for line in parts:
+            # the last line is the thinnest: those below are seen where throws are the same
+            wide = 1.0 + 1.6 * (len(lines) - 1 - row) / max(len(lines) - 1, 1)
+            axes.plot(*line.T, color=colour, linewidth=wide * width, zorder=2)
+        if parts:
+            low, high = (f(float(f(line[:, 1])) for line in parts) for f in (min, max))
+            span = f"{round(low)} to {round(high)} m".replace("-", "\N{MINUS SIGN}")
+            legend.append(Entry(name, colour, span, "line"))
+    draw_legend(sheet, tuple(legend), 640.0)
+    attrs = next(iter(throws.values())).attrs
+    fault = attrs.get("fault", "fault")
+    if "dip_azimuth" in attrs:  # the strike is 90 degrees to the left of it
+        draw_ends(sheet, axes, float(attrs["dip_azimuth"]) - 90.0)
+    words = "Throw: vertical offset of both cut-offs; negative where the hanging wall is higher."
+    draw_words(sheet, f"{fault}: throw" if title is None else title, words)
+
+
+def _stretches(throw: xarray.Dataset) -> list[np.ndarray]:
+    """Distance along strike and throw (n, 2) of each pair of cut-offs, in order [m]."""
+    found = []
+    for pair in np.unique(throw.pair.values).tolist():
+        mine = (throw.pair.values == pair) & np.isfinite(throw.throw.values)
+        line = np.column_stack([throw.along_strike.values[mine], throw.throw.values[mine]])
+        if len(line):
+            found.append(line[np.argsort(line[:, 0], kind="stable")])
+    return found
+
 
 Line = tuple[dict[str, str], np.ndarray]  # attributes, and points (n, 2) [m]
 
@@ -82,21 +277,21 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
     return left, right, max(low, bottom - room), min(high, top + room)
 
 
-def draw_ends(sheet: furniture.Sheet, axes: Axes, azimuth: float) -> None:
+def draw_ends(sheet: Sheet, axes: Axes, azimuth: float) -> None:
     """Write the compass directions at both ends of a section or a fault, by its azimuth."""
     # eighths of a turn, clockwise from north
     turn = round(azimuth / 45.0) % 8
-    points = 14.0 * sheet.layout.unit * 72.0 / furniture.DPI
+    points = sheet.points(14.0)
     for x, wind in ((0.0, WINDS[(turn + 4) % 8]), (1.0, WINDS[turn])):
         axes.annotate(
             wind, (x, 1.0), (0.0, 12.0 * sheet.layout.unit), xycoords="axes fraction",
             textcoords="offset pixels", ha="center", va="bottom", weight="bold",
-            family=furniture.FONT, fontsize=points, color=palette.INK,
+            family=FONT, fontsize=points, color=palette.INK,
         )  # fmt: skip
 
 
 def diagram_axes(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     shown: tuple[float, ...],
     along: str,
     room: float,
@@ -122,33 +317,21 @@ def diagram_axes(
 
     # matplotlib wants the rectangle as fractions of the picture
     axes = sheet.frame((*place, up / layout.height))
-    if isinstance(sheet, furniture.UserSheet):
+    if isinstance(sheet, UserSheet):
         across, up = sheet.room
         exaggeration = (up / high) / (across / wide)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
 
-    # round tick values, kilometres along and metres up
-    points_high = 12.0 * unit * 72.0 / furniture.DPI
-    for axis, name, first, span, per, pixels in (
-        (axes.xaxis, along, left, wide, 1000.0, across),
-        (axes.yaxis, upwards, bottom, high, 1.0, up),
-    ):
-        values = ticks(first, first + span, fitting(pixels, unit))
-        axis.set_ticks(values, tick_texts(values, per))
-        axis.set_label_text(
-            name, fontsize=points_high * 1.08, color=palette.INK, family=furniture.FONT
-        )
-    axes.tick_params(labelsize=points_high, colors=palette.INK, width=0.8, color=palette.FAINT)
+    # kilometres along and metres up
+    rows = [(axes.xaxis, along, left, left + wide, 1000.0, across),
+            (axes.yaxis, upwards, bottom, bottom + high, 1.0, up)]  # fmt: skip
+    label_axes(sheet, axes, rows)
 
     # the axis of elevations stands outside the margin for names
-    axes.spines["left"].set_position(("outward", margin * 72.0 / furniture.DPI))
+    axes.spines["left"].set_position(("outward", margin * 72.0 / DPI))
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set_fontfamily(furniture.FONT)
-    for spine in axes.spines.values():
-        spine.set_color(palette.FRAME)
     return axes, exaggeration
 
 

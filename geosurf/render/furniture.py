@@ -7,33 +7,334 @@ bar and a title take its place.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Unpack
+from collections.abc import Sequence
+from itertools import compress
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from geosurf.conventions import length_text
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import DETAIL_ROOM, Entry
-from geosurf.render.names import shortened, shortened_apart
+from geosurf.render.layers import DETAIL_ROOM, Entry, shortened, shortened_apart
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, LEGEND, apply_theme, readable
 from geosurf.render.sheet import (
-    DPI,
     STRIPE_WIDTH,
     STRIPES,
-    Layout,
     Sheet,
     UserSheet,
-    figure_bytes,
-    lay_out,
-    sheet_for,
 )
-from geosurf.render.views import Camera
+from geosurf.render.views import Camera, corners
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.colors import LinearSegmentedColormap
+    from matplotlib.contour import ContourSet
     from matplotlib.patheffects import AbstractPathEffect
+
+
+# ---- axes ----------------------------------------
+# Draw the axes of the model box: round tick values, numbers and names.
+
+
+AXES = (("Easting", "km", 1000.0), ("Northing", "km", 1000.0), ("Elevation", "m", 1.0))
+END_ON = 0.06  # an axis shorter than this fraction of the picture gets no labels
+
+
+def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
+    """Label the visible edges of the box."""
+    offset = np.array([sheet.layout.left, sheet.layout.bottom])
+    box = corners(bounds)
+    pixels = camera.to_pixels(box) + offset
+    middle = pixels.mean(axis=0)
+
+    # middles of numbers written so far: axes meet at corners, where they would overlap
+    taken: list[np.ndarray] = []
+    for axis, (name, unit, per) in enumerate(AXES):
+        # the edge on the outline of the box, so that numbers stay outside of it
+        edge = _outer_edge(pixels, axis, min(camera.size) * END_ON)
+        if edge is None:
+            continue
+
+        # round values between its ends, as many as fit
+        low, high = box[edge[0]], box[edge[1]]
+        length = float(np.linalg.norm(pixels[edge[1]] - pixels[edge[0]]))
+        texts_fit = fitting(length, sheet.layout.unit)
+        values = ticks(low[axis], high[axis], min(texts_fit, 4 if axis == 2 else 5))
+        texts = tick_texts(values, per)
+        part = (values - low[axis]) / (high[axis] - low[axis])
+
+        # unit vectors in pixels: along the edge, and away from the middle of the box
+        ends = pixels[list(edge)]
+        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        outward = np.array([along[1], -along[0]])
+        if outward @ (ends.mean(axis=0) - middle) < 0.0:
+            outward = -outward
+        places = ends[0] + part[:, None] * (ends[1] - ends[0])
+
+        # a picture at a larger scale shows only a part of the box
+        here = _inside(sheet, places)
+        _draw_axis(sheet, places[here], list(compress(texts, here)), outward, taken)
+        if _inside(sheet, ends.mean(axis=0)[None])[0]:
+            _name_axis(sheet, ends.mean(axis=0), f"{name} [{unit}]", along, outward, texts)
+
+
+def _inside(sheet: Sheet, places: np.ndarray) -> np.ndarray:
+    """Whether each pixel (n, 2) is in the rectangle of the view."""
+    low = np.array([sheet.layout.left, sheet.layout.bottom])
+    high = low + sheet.layout.view_size
+    off = np.abs(places - 0.5 * (low + high)) - 0.5 * (high - low)
+    found: np.ndarray = off.max(axis=1) <= 0.5
+    return found
+
+
+def _outer_edge(pixels: np.ndarray, axis: int, shortest: float) -> tuple[int, int] | None:
+    """The lowest edge for horizontal axes, the leftmost for elevation; None if seen end-on."""
+    # corners are numbered in binary: the edges of an axis differ in its bit only
+    bit = (4, 2, 1)[axis]
+    edges = [(i, i | bit) for i in range(8) if not i & bit]
+    length = np.linalg.norm(pixels[edges[0][1]] - pixels[edges[0][0]])
+    if length < shortest:
+        return None
+
+    # rounded, so that equal edges of a symmetric view are chosen in the same order
+    middles = [pixels[list(edge)].mean(axis=0).round(3) for edge in edges]
+    keys = [(m[0], m[1]) if axis == 2 else (m[1], m[0]) for m in middles]
+    return edges[min(range(4), key=keys.__getitem__)]
+
+
+def _draw_axis(
+    sheet: Sheet,
+    places: np.ndarray,
+    texts: list[str],
+    outward: np.ndarray,
+    taken: list[np.ndarray],
+) -> None:
+    """Draw ticks and numbers; a number that would overlap one in `taken` is left out."""
+    unit = sheet.layout.unit
+    x, y = outward
+    for place, words in zip(places, texts, strict=True):
+        sheet.line([place, place + 6.0 * unit * outward], 1.0, palette.FAINT)
+        about = place + 30.0 * unit * outward  # the middle of the number
+        if any(np.hypot(*(about - other)) < 28.0 * unit for other in taken):
+            continue
+        taken.append(about)
+        sheet.text(
+            place + 11.0 * unit * outward,
+            words,
+            12.0,
+            ha="left" if x > 0.4 else "right" if x < -0.4 else "center",
+            va="bottom" if y > 0.8 else "top" if y < -0.4 else "center",
+            path_effects=rim_of_words(sheet),
+        )
+
+
+def _name_axis(
+    sheet: Sheet,
+    at: np.ndarray,
+    words: str,
+    along: np.ndarray,
+    outward: np.ndarray,
+    texts: list[str],
+) -> None:
+    """Write the name along its axis, outside the numbers, never upside down."""
+    angle = math.degrees(math.atan2(along[1], along[0]))
+
+    # between -90 and 90 degrees: never upside down
+    angle = (angle + 90.0) % 180.0 - 90.0
+    # the numbers are as wide as their longest, and one line high
+    wide = 7.6 * max(map(len, texts), default=0)
+    distance = 25.0 + wide * abs(outward[0]) + 14.0 * abs(outward[1])
+    place = at + distance * sheet.layout.unit * outward
+    if abs(angle + 90.0) < 1e-6:
+        angle = 90.0
+    sheet.text(
+        place,
+        words,
+        13.0,
+        ha="center",
+        va="center",
+        path_effects=rim_of_words(sheet),
+        rotation=angle,
+        rotation_mode="anchor",
+    )
+
+
+# ---- map frame ----------------------------------------
+# Draw the frame of a map: axes, contour levels and their numbers, colour bar, north arrow.
+
+
+N_CONTOUR = 20  # approximate number of contour intervals
+NUMBERED = 120.0  # contours shorter than this get no number [design pixels]
+
+
+def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
+    """Return about `n` round values that enclose a range, or one value for an empty range.
+
+    Examples
+    --------
+    >>> contour_levels(-2041.0, -1985.0).tolist()[:3]
+    [-2045.0, -2040.0, -2035.0]
+    """
+    if not top > bottom:
+        return np.array([bottom])
+
+    # multiples of a round step, one below and one above the range at least
+    step = nice_step(top - bottom, n)
+    return step * np.arange(math.floor(bottom / step), math.ceil(top / step) + 1)
+
+
+def map_axes(sheet: Sheet, extent: tuple[float, float, float, float]) -> tuple[Axes, float]:
+    """Return axes in metres, as large as the layout allows, and the metres per pixel.
+
+    The axes of a user stay where they are; they only get an equal scale in both directions.
+    """
+    layout = sheet.layout
+    west, east, south, north = extent
+    wide, high = sheet.room
+
+    # one scale for both directions: the longer side fills its room, the other is centred
+    metres_per_pixel = max((east - west) / wide, (north - south) / high)
+    width, height = (east - west) / metres_per_pixel, (north - south) / metres_per_pixel
+    left, bottom = layout.left + (wide - width) / 2.0, layout.bottom + (high - height) / 2.0
+    total = (layout.width, layout.height)
+    place = (left / total[0], bottom / total[1], width / total[0], height / total[1])
+
+    # matplotlib wants the rectangle as fractions of the picture
+    axes = sheet.frame(place)
+    axes.set_aspect("equal")
+    axes.set_xlim(west, east)
+    axes.set_ylim(south, north)
+    rows = [
+        (axes.xaxis, "Easting [km]", west, east, 1000.0, (east - west) / metres_per_pixel),
+        (axes.yaxis, "Northing [km]", south, north, 1000.0, (north - south) / metres_per_pixel),
+    ]
+    label_axes(sheet, axes, rows)
+    return axes, metres_per_pixel
+
+
+def label_axes(
+    sheet: Sheet, axes: Axes, rows: Sequence[tuple[Axis, str, float, float, float, float]]
+) -> None:
+    """Give axes round values and names: axis, name, both ends, the unit and the length [pixels]."""
+    size = sheet.points(12.0)
+    for axis, name, low, high, per, pixels in rows:
+        values = ticks(low, high, fitting(pixels, sheet.layout.unit))
+        axis.set_ticks(values, tick_texts(values, per))
+        axis.set_label_text(name, fontsize=size * 1.08, color=palette.INK, family=FONT)
+    axes.tick_params(labelsize=size, colors=palette.INK, width=0.8, color=palette.FAINT)
+    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
+        label.set_fontfamily(FONT)
+    for spine in axes.spines.values():
+        spine.set_color(palette.FRAME)
+
+
+def thin_and_bold(levels: np.ndarray) -> tuple[tuple[np.ndarray, float], ...]:
+    """Return contour levels and their widths [design pixels]: every fifth is bold."""
+    bold = np.round(levels / (levels[1] - levels[0])).astype(np.int64) % 5 == 0
+    return (levels[~bold], 0.35), (levels[bold], 0.9)
+
+
+def colours_of(codes: tuple[str, ...]) -> LinearSegmentedColormap:
+    """Return a matplotlib colour map through the given colours, low to high."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("geosurf", codes)
+
+
+def number_contours(sheet: Sheet, axes: Axes, lines: ContourSet) -> None:
+    """Write the value of each contour on its longest line if that is long enough."""
+    unit = sheet.layout.unit
+    places = []
+    for parts in lines.allsegs:
+        # lengths along each part in pixels; short contours get no number
+        pixels = [axes.transData.transform(part) for part in parts if len(part) > 1]
+        lengths = [np.hypot(*np.diff(part, axis=0).T).cumsum() for part in pixels]
+        if lengths and max(length[-1] for length in lengths) > NUMBERED * unit:
+            # 40 % along the longest part, away from its ends
+            k = max(range(len(lengths)), key=lambda k: lengths[k][-1])
+            at = np.searchsorted(lengths[k], 0.4 * lengths[k][-1])
+            places.append(tuple(axes.transData.inverted().transform(pixels[k][at])))
+    if not places:
+        return
+    points = sheet.points(9.5)
+    for text in axes.clabel(
+        lines, fontsize=points, fmt=plain_number, inline_spacing=3, manual=places
+    ):
+        text.set_fontfamily(FONT)
+
+
+def draw_colour_bar(
+    sheet: Sheet,
+    levels: np.ndarray,
+    words: str,
+    codes: tuple[str, ...],
+    n_band: int,
+    ends: tuple[float, float],
+    where: str = "everywhere",
+) -> None:
+    """Draw the colour bar on the right, with `n_band` bands between two levels.
+
+    `ends` are its lower and upper end in design pixels. If there is only one level, `where` names
+    the part of the map that has this value.
+    """
+    if isinstance(sheet, UserSheet):
+        sheet.colour_bar(levels, words, colours_of(codes), n_band)
+        return
+    layout, unit = sheet.layout, sheet.layout.unit
+    left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
+    if len(levels) < 2:
+        sheet.text((left, high), f"{where} {plain_number(levels[0])} m", 12.5)
+        return
+    n_band *= len(levels) - 1
+
+    # bands overlap by 2 %, so that no white line shows between them
+    colours = colours_of(codes)
+    height = (high - low) / n_band
+    for i in range(n_band):
+        face = colours((i + 0.5) / n_band)
+        corner = (left, low + i * height)
+        sheet.rectangle(corner, 22.0 * unit, height * 1.02, facecolor=face, linewidth=0.0)
+
+    # numbers at round values
+    span = levels[-1] - levels[0]
+    values = ticks(float(levels[0]), float(levels[-1]), 5)
+    for value, number in zip(values, tick_texts(values, 1.0), strict=True):
+        y = low + (high - low) * (value - levels[0]) / span
+        sheet.line([(left + 22 * unit, y), (left + 28 * unit, y)], 1.0, palette.FAINT)
+        sheet.text((left + 34 * unit, y), number, 12.0)
+    sheet.text((left, high + 22 * unit), words, 13.0)
+
+
+def frame_map(
+    sheet: Sheet,
+    legend: Sequence[Entry],
+    levels: np.ndarray,
+    metres_per_pixel: float,
+    title: str,
+    note: str,
+    **bar: Any,
+) -> None:
+    """Draw what stands next to a map; `bar` has the other arguments of `draw_colour_bar`."""
+    draw_legend(sheet, tuple(legend), 290.0)
+    draw_colour_bar(sheet, levels, ends=(260.0, 400.0), **bar)
+    draw_north(sheet)
+    draw_scale_bar(sheet, metres_per_pixel, "")
+    interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
+    draw_words(sheet, title, f"Map view{interval}.{note}")
+
+
+def draw_north(sheet: Sheet) -> None:
+    """Draw the north arrow on the lower right."""
+    if isinstance(sheet, UserSheet):
+        return
+    unit = sheet.layout.unit
+    foot = np.array([sheet.layout.width - 239.0 * unit, 160.0 * unit])
+    tip = foot + np.array([0.0, 62.0 * unit])
+    arrow_head(sheet, foot, tip, 2.2, palette.INK)
+    sheet.text(tip + np.array([0.0, 14.0 * unit]), "N", 15.0, ha="center", weight="bold")
 
 
 # ---- ticks ----------------------------------------
@@ -92,11 +393,11 @@ def plain_number(value: float) -> str:
 TWO_LINES, ONE_LINE = 38.0, 18.0  # heights of an entry of the legend [design pixels]
 
 
-def rim_of_words(unit: float) -> list[AbstractPathEffect]:
+def rim_of_words(sheet: Sheet) -> list[AbstractPathEffect]:
     """Return a white rim that makes text readable on any background."""
     from matplotlib.patheffects import withStroke
 
-    return [withStroke(linewidth=3.0 * unit * 72.0 / DPI, foreground="white")]
+    return [withStroke(linewidth=sheet.points(3.0), foreground="white")]
 
 
 def halo_text(
@@ -111,12 +412,11 @@ def halo_text(
     """Write text centred on a point of the axes, with a white rim; pale colours become darker."""
     x, y = at
     colour = readable(colour, palette.PAPER)
-    per = sheet.layout.unit * 72.0 / DPI
-    rim = rim_of_words(sheet.layout.unit)
+    rim, points = rim_of_words(sheet), sheet.points(size)
     style: TextStyle = {
         "ha": "center", "va": "center", "parse_math": False, "path_effects": rim, **look,
     }  # fmt: skip
-    axes.text(x, y, words, fontsize=size * per, color=colour, family=FONT, clip_on=True, **style)
+    axes.text(x, y, words, fontsize=points, color=colour, family=FONT, clip_on=True, **style)
 
 
 def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
@@ -260,25 +560,3 @@ def draw_words(sheet: Sheet, title: str, caption: str) -> None:
     sheet.text((28 * unit, layout.height - 34 * unit), title, 19.0, weight="bold")
     sheet.text((28 * unit, 24 * unit), caption, 12.5, palette.FAINT)
     apply_theme(sheet.figure, sheet.axes, sheet.style)
-
-
-__all__ = [
-    "DPI",
-    "FONT",
-    "STRIPES",
-    "STRIPE_WIDTH",
-    "Layout",
-    "Sheet",
-    "UserSheet",
-    "arrow_head",
-    "draw_compass",
-    "draw_legend",
-    "draw_scale_bar",
-    "draw_words",
-    "figure_bytes",
-    "halo_text",
-    "lay_out",
-    "rim_of_words",
-    "sheet_for",
-    "shortened",
-]

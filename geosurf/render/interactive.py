@@ -25,9 +25,15 @@ from geosurf.model import (
 )
 from geosurf.model.protocols import Body, View3D
 from geosurf.render import palette
-from geosurf.render.surface_layers import rim
-from geosurf.render.thin_units import UnitMesh, mesh_to_draw, shells_to_draw, thinned
-from geosurf.render.unit_layers import explosion, outline
+from geosurf.render.surface_layers import (
+    UnitMesh,
+    explosion,
+    mesh_to_draw,
+    outline,
+    rim,
+    shells_to_draw,
+    thinned,
+)
 from geosurf.render.views import bounds_of, choose_exaggeration
 
 # ---- bodies ----------------------------------------

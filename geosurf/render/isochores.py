@@ -13,21 +13,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, counted, length_text
+from geosurf.conventions import HORIZON_DIMS, counted
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
-from geosurf.render import furniture, palette
+from geosurf.render import palette
 from geosurf.render.diagram import lines_of
-from geosurf.render.layers import Entry
-from geosurf.render.map_frame import (
+from geosurf.render.furniture import (
     colours_of,
     contour_levels,
-    draw_colour_bar,
-    draw_north,
+    frame_map,
+    halo_text,
     map_axes,
     number_contours,
+    thin_and_bold,
 )
+from geosurf.render.layers import Entry
 from geosurf.render.palette import Dashes
+from geosurf.render.sheet import Sheet
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -94,14 +96,14 @@ def _dense(line: np.ndarray, step: float) -> np.ndarray:
 
 
 def draw_rings(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     axes: Axes,
     rings: xarray.Dataset,
     dashes: Dashes,
     metres: float,
 ) -> None:
     """Fault polygons of one horizon; each fault is named once, at its longest ring."""
-    width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
+    width = sheet.points(1.1)
 
     longest: dict[str, np.ndarray] = {}
     for (fault, ring), kind in zip(_rings_of(rings), rings.kind.values, strict=True):
@@ -113,16 +115,14 @@ def draw_rings(
     if dashes == DASHES[0]:
         for fault, ring in longest.items():
             at = ring[len(ring) // 3] + (9.0 * metres, 0.0)
-            furniture.halo_text(
-                sheet, axes, at, fault, 11.5, palette.ACCENT, ha="left", fontweight="bold"
-            )
+            halo_text(sheet, axes, at, fault, 11.5, palette.ACCENT, ha="left", fontweight="bold")
 
 
 N_CONTOUR = 12
 
 
 def draw_thickness(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     thickness: xarray.DataArray,
     *,
     polygons: Mapping[str, xarray.Dataset] | None = None,
@@ -172,22 +172,15 @@ def draw_thickness(
     large = _large_blocks(thickness)
     letters = _letter_blocks(sheet, axes, x, y, values[large])
     legend = _legend(thickness, values[large], letters, tuple(polygons))
-    furniture.draw_legend(sheet, legend, 290.0)
-    where = _where_level(values, cut)
-    draw_colour_bar(sheet, levels, "Thickness [m]", codes, 1, (260.0, 400.0), where)
-    draw_north(sheet)
-    furniture.draw_scale_bar(sheet, metres_per_pixel, "")
-
-    # caption and title
-    words = "Map view"
-    if len(levels) > 1:
-        words += f", contour interval {length_text(levels[1] - levels[0])}"
     meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
-    words += f". {kind.capitalize()}: {meaning[kind]}." if kind in meaning else "."
+    note = f" {kind.capitalize()}: {meaning[kind]}." if kind in meaning else ""
     if cut.any():
-        words += " Contours end where faults cut the zone."
+        note += " Contours end where faults cut the zone."
     title = f"{zone}: {kind} map" if title is None else title
-    furniture.draw_words(sheet, title, words)
+    frame_map(
+        sheet, legend, levels, metres_per_pixel, title, note, words="Thickness [m]", codes=codes,
+        n_band=1, where=_where_level(values, cut),
+    )  # fmt: skip
 
 
 def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
@@ -268,7 +261,7 @@ def _colour(
 
 
 def _contour(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     axes: Axes,
     place: tuple[np.ndarray, np.ndarray],
     heights: tuple[np.ndarray, np.ndarray],
@@ -278,11 +271,6 @@ def _contour(
     if len(levels) < 2:
         return
     total, values = heights
-
-    # every fifth contour is bold and has a number
-    step = levels[1] - levels[0]
-    bold = np.round(levels / step).astype(np.int64) % 5 == 0
-    unit = sheet.layout.unit
 
     # nodes with the same set of blocks make one region: contours stop at its border
     held = np.isfinite(values)
@@ -296,19 +284,19 @@ def _contour(
 
         # levels outside a region's range would make matplotlib warn of contours without lines
         low, high = np.nanmin(mine), np.nanmax(mine)
-        for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
+        for chosen, width in thin_and_bold(levels):
             inside = chosen[(chosen > low) & (chosen < high)]
             if len(inside):
                 lines = axes.contour(
                     *place, np.ma.masked_invalid(mine), levels=inside,
-                    colors=[palette.INK], linewidths=width * unit,
+                    colors=[palette.INK], linewidths=width * sheet.layout.unit,
                 )  # fmt: skip
                 if width > 0.5:
                     number_contours(sheet, axes, lines)
 
 
 def _letter_blocks(
-    sheet: furniture.Sheet, axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray
+    sheet: Sheet, axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray
 ) -> list[str]:
     """Write a letter on each block, as far from other blocks as possible."""
     from scipy.ndimage import distance_transform_edt
@@ -322,7 +310,7 @@ def _letter_blocks(
             alone = block & (np.isfinite(values).sum(axis=0) == 1)
             inside = distance_transform_edt(np.pad(alone if alone.any() else block, 1))[1:-1, 1:-1]
             at = np.unravel_index(np.argmax(inside), inside.shape)
-            furniture.halo_text(sheet, axes, (x[at], y[at]), letter, 14.0, weight="bold")
+            halo_text(sheet, axes, (x[at], y[at]), letter, 14.0, weight="bold")
     return letters
 
 

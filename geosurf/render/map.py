@@ -14,23 +14,28 @@ from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.model.column import fault_of
 from geosurf.model.expected import expect, listed
-from geosurf.render import furniture, palette
+from geosurf.render import palette
 from geosurf.render.clip import Prism
-from geosurf.render.layers import Entry
-from geosurf.render.map_frame import (
+from geosurf.render.furniture import (
     colours_of,
     contour_levels,
-    draw_colour_bar,
-    draw_north,
+    frame_map,
+    halo_text,
     map_axes,
     number_contours,
+    thin_and_bold,
 )
-from geosurf.render.names import shortened_apart
-from geosurf.render.overlay import PictureOverlay, overlay_of
-from geosurf.render.overlay_drawing import draw_on_map
+from geosurf.render.layers import Entry, shortened_apart
+from geosurf.render.overlay import (
+    PictureOverlay,
+    draw_on_map,
+    draw_wells_on_map,
+    overlay_of,
+    tops_on_map,
+)
 from geosurf.render.palette import RGB
-from geosurf.render.thin_units import thinned
-from geosurf.render.wells import draw_wells_on_map, tops_on_map
+from geosurf.render.sheet import Sheet
+from geosurf.render.surface_layers import thinned
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -41,7 +46,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 def draw_curves(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     axes: Axes,
     surface: TriSurface,
     curves: Curves,
@@ -78,7 +83,7 @@ def draw_curves(
     others: dict[int, float] = {}
     lines: dict[int, list[np.ndarray]] = {}
     longest: dict[int, tuple[float, np.ndarray]] = {}
-    width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
+    width = sheet.points(2.6)
     for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
         if row not in pair:
             continue
@@ -114,7 +119,7 @@ def draw_curves(
 
 
 def _name_lines(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     axes: Axes,
     longest: dict[str, tuple[float, np.ndarray]],
     colours: dict[str, RGB],
@@ -137,7 +142,7 @@ def _name_lines(
             continue
         at = axes.transData.inverted().transform((x, y))
         colour = palette.shade(colours[other], 1, 2)
-        furniture.halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
+        halo_text(sheet, axes, at, label, 11.5, colour, ha="left", fontweight="bold")
 
 
 # ---- virtual lines ----------------------------------------
@@ -149,13 +154,13 @@ HOW = "give lines of shape (n, 2) or (n, 3) [m] by name of the wall"
 
 
 def draw_virtual_walls(
-    sheet: furniture.Sheet, axes: Axes, virtual: Lines, faults: Sequence[str]
+    sheet: Sheet, axes: Axes, virtual: Lines, faults: Sequence[str]
 ) -> list[Entry]:
     """Draw virtual walls on the map; return the entry of the legend.
 
     Parameters
     ----------
-    sheet : furniture.Sheet
+    sheet : Sheet
     axes : Axes
         Of the map.
     virtual : mapping of str to sequence of ndarray of float64, each (n, 3)
@@ -164,7 +169,7 @@ def draw_virtual_walls(
         Names of all faults, for their colours.
     """
     virtual = check_lines(virtual)
-    width = 1.8 * sheet.layout.unit * 72.0 / furniture.DPI
+    width = sheet.points(1.8)
     shown = []
     for name, lines in virtual.items():
         fault = fault_of(name)
@@ -206,7 +211,7 @@ RADIUS = 6.0  # of a mark [design pixels]
 
 
 def draw_remedies(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     axes: Axes,
     remedies: Sequence[GeosurfWarning],
 ) -> list[Entry]:
@@ -214,14 +219,13 @@ def draw_remedies(
 
     Parameters
     ----------
-    sheet : furniture.Sheet
+    sheet : Sheet
     axes : Axes
         Of the map.
     remedies : sequence of GeosurfWarning
         Those without a place are left out.
     """
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
-    per = sheet.layout.unit * 72.0 / furniture.DPI
     shown: list[str] = []
     for remedy in remedies:
         if remedy.place is None:
@@ -232,8 +236,9 @@ def draw_remedies(
         if not (west <= x <= east and south <= y <= north):
             continue
         axes.plot(
-            [x], [y], marker="o", markersize=2.0 * RADIUS * per, markerfacecolor="none",
-            markeredgecolor=palette.ACCENT, markeredgewidth=2.4 * per, linestyle="none", zorder=6.5,
+            [x], [y], marker="o", markersize=sheet.points(2.0 * RADIUS), markerfacecolor="none",
+            markeredgecolor=palette.ACCENT, markeredgewidth=sheet.points(2.4),
+            linestyle="none", zorder=6.5,
         )  # fmt: skip
         shown.append(remedy.kind)
     if not shown:
@@ -250,7 +255,7 @@ N_BAND = 3  # bands of colour per contour interval
 
 
 def draw_map(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     surface: TriSurface,
     curves: Curves | None = None,
     *,
@@ -349,13 +354,10 @@ def draw_map(
     legend += draw_wells_on_map(sheet, axes, wells)
     legend += draw_on_map(sheet, axes, overlay)
     legend = [*draw_remedies(sheet, axes, remedies), *legend]
-    furniture.draw_legend(sheet, tuple(legend), 290.0)
-    codes = sheet.style.codes(palette.ELEVATION)
-    draw_colour_bar(sheet, levels, "Elevation [m]", codes, N_BAND, (260.0, 400.0))
-    draw_north(sheet)
-    furniture.draw_scale_bar(sheet, metres_per_pixel, "")
-    interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
-    furniture.draw_words(sheet, title, f"Map view{interval}.{note}")
+    frame_map(
+        sheet, legend, levels, metres_per_pixel, title, note, words="Elevation [m]",
+        codes=sheet.style.codes(palette.ELEVATION), n_band=N_BAND,
+    )  # fmt: skip
 
 
 def _hatch(
@@ -403,9 +405,7 @@ def _corners_of(outline: Any) -> np.ndarray:
     return corners
 
 
-def _draw_elevation(
-    sheet: furniture.Sheet, axes: Axes, surface: TriSurface, levels: np.ndarray
-) -> None:
+def _draw_elevation(sheet: Sheet, axes: Axes, surface: TriSurface, levels: np.ndarray) -> None:
     """Bands of colour with contour lines; every fifth line is bold."""
     from matplotlib.tri import Triangulation
 
@@ -415,15 +415,11 @@ def _draw_elevation(
     colours = colours_of(sheet.style.codes(palette.ELEVATION))
     axes.tricontourf(mesh, z, levels=bands, cmap=colours, antialiased=False)
 
-    # every fifth contour is bold and has a number
-    step = levels[1] - levels[0]
-    bold = np.round(levels / step).astype(np.int64) % 5 == 0
-    unit = sheet.layout.unit
-    for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
+    for chosen, width in thin_and_bold(levels):
         if len(chosen):
             lines = axes.tricontour(
                 mesh, z, levels=chosen, alpha=0.75,
-                colors=[palette.INK], linewidths=width * unit, linestyles="solid",
+                colors=[palette.INK], linewidths=width * sheet.layout.unit, linestyles="solid",
             )  # fmt: skip
             if width > 0.5:
                 number_contours(sheet, axes, lines)

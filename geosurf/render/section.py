@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import area_texts, number_text
+from geosurf.conventions import area_texts, is_word, number_text
 from geosurf.errors import InputError
-from geosurf.render import furniture, palette
+from geosurf.model import CornerPointGrid
+from geosurf.model.expected import expect
+from geosurf.render import palette
 from geosurf.render.allan import HALO
+from geosurf.render.compose import figure_path, save_figure
 from geosurf.render.diagram import (
     diagram_axes,
     draw_ends,
@@ -19,28 +24,170 @@ from geosurf.render.diagram import (
     outline_of,
     range_shown,
 )
-from geosurf.render.layers import Entry
-from geosurf.render.names import shortened_apart
-from geosurf.render.overlay import PictureOverlay, overlay_of
-from geosurf.render.overlay_drawing import draw_on_section
-from geosurf.render.picture_style import PictureStyle, readable
-from geosurf.render.wells import draw_wells_on_section, tops_on_section
+from geosurf.render.furniture import draw_legend, draw_words, rim_of_words
+from geosurf.render.layers import Entry, shortened_apart
+from geosurf.render.overlay import (
+    PictureOverlay,
+    draw_on_section,
+    draw_wells_on_section,
+    overlay_of,
+    tops_on_section,
+)
+from geosurf.render.picture_style import FONT, PictureStyle, readable
+from geosurf.render.sheet import Sheet, sheet_for
+from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+# ---- grid section ----------------------------------------
+# Draw a row or a column of cells of a corner-point grid, as a vertical section.
+
+
+ROOM = 24.0  # margin at both ends [design pixels]
+BY = ("zone", "block")
+
+
+def render_grid_section(
+    grid: CornerPointGrid,
+    path: str | os.PathLike[str],
+    *,
+    row: int | None = None,
+    column: int | None = None,
+    colour_by: str = "zone",
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+    style: PictureStyle | None = None,
+) -> Path:
+    """Draw the active cells of one row or column of a grid.
+
+    Parameters
+    ----------
+    grid : CornerPointGrid
+    path : path-like
+        A ``.png``, ``.svg`` or ``.pdf`` file; its folder is created.
+    row, column : int, optional
+        J of a row or I of a column, from 1. Default: the middle row.
+    colour_by : {"zone", "block"}
+    size : (int, int)
+        Width and height in pixels.
+    title : str, optional
+        Default: the number of the row or column.
+    style : PictureStyle, optional
+        Theme, font, colours by name, colour map.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        For a row or column that the grid does not have, or both.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes()
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> grid = gs.build_grid(scene, cell=200, layers={"Top/Base": 4})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     gs.render_grid_section(grid, f"{folder}/row.png", row=8, size=(400, 250)).name
+    'row.png'
+    """
+    path = figure_path(path)
+    expect(grid, CornerPointGrid, "render_grid_section takes a grid", "pass gs.build_grid(scene)")
+    if not is_word(colour_by, BY):
+        raise InputError(f"colour_by is {colour_by!r}, expected one of {BY}.")
+    axis, number = _where(grid, row, column)
+    cells, shown = _cells(grid, axis, number - 1)
+    if not shown.any():
+        raise InputError(f"{'JI'[axis]} {number} has no active cell. Choose another one.")
+    names, values, order = grid.block_names, grid.block, grid.block_names
+    if colour_by == "zone":
+        names, values, order = grid.zone_names, grid.zone, grid.zones_of_model
+    sheet = sheet_for(None, check_size(size), style)
+    colours = [sheet.style.colour(name, palette.stratum(order.index(name))) for name in names]
+    kinds = values[:, number - 1] if axis == 0 else values[:, :, number - 1]
+    title = f"Cells at {'JI'[axis]} = {number}, by {colour_by}" if title is None else title
+    return save_figure(_figure(sheet, cells[shown], kinds[shown], names, colours, title), path)
+
+
+def _where(grid: CornerPointGrid, row: Any, column: Any) -> tuple[int, int]:
+    """Axis (0: a row, 1: a column) and its number, from 1."""
+    if row is not None and column is not None:
+        raise InputError("row and column are both given. Give one of them.")
+    axis = 0 if column is None else 1
+    most = grid.shape[1 + axis]
+    number = (most + 1) // 2 if row is None and column is None else (row, column)[axis]
+    if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= most:
+        raise InputError(
+            f"{('row', 'column')[axis]} is {number!r}. Give a whole number from 1 to {most}."
+        )
+    return axis, number
+
+
+def _cells(grid: CornerPointGrid, axis: int, at: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rings of distance and elevation [m] (nz, n, 4, 2), and which of them are active."""
+    corners = np.stack([grid.corners_of_layer(k) for k in range(grid.shape[0])])
+    cut = corners[:, at] if axis == 0 else corners[:, :, at]
+
+    # (nz, n, top or base, first or second side, xyz), in the middle of the row or column
+    middle = cut.mean(axis=3 + axis) if axis == 0 else cut.mean(axis=4)
+    first, last = grid.coord[0, 0, :2], grid.coord[-1, 0, :2] if axis else grid.coord[0, -1, :2]
+    along = (last - first) / np.hypot(*(last - first))
+    flat = np.stack([(middle[..., :2] - first) @ along, middle[..., 2]], axis=-1)
+    ring = np.stack([flat[:, :, 0, 0], flat[:, :, 0, 1], flat[:, :, 1, 1], flat[:, :, 1, 0]], 2)
+    active = grid.actnum[:, at] if axis == 0 else grid.actnum[:, :, at]
+    return ring, active
+
+
+def _figure(
+    sheet: Sheet,
+    rings: np.ndarray,
+    kinds: np.ndarray,
+    names: tuple[str, ...],
+    colours: list[palette.RGB],
+    title: str,
+) -> Figure:
+    """Cells (n, 4, 2) in the colours of their kinds, with a legend."""
+    from matplotlib.collections import PolyCollection
+
+    points = rings.reshape(-1, 2)
+    axes, exaggeration = diagram_axes(
+        sheet, range_shown(points, [points[:, 1]]), "Distance along the section [km]", ROOM
+    )
+    axes.add_collection(
+        PolyCollection(
+            list(rings),
+            facecolors=np.array(colours)[kinds],
+            edgecolors=palette.INK,
+            linewidths=0.25,
+        )
+    )
+    legend = tuple(Entry(names[k], colours[k]) for k in np.unique(kinds).tolist())
+    draw_legend(sheet, legend, 640.0)
+    draw_words(sheet, title, f"Vertical exaggeration {exaggeration:.2g}×.")
+    return sheet.figure
+
 
 Part = tuple[dict[str, str], np.ndarray, float]  # attributes, points (n, 2) [m], area [m2]
 Areas = dict[tuple[str, str], float]  # of zone and contact interval [m2]
 Colours = dict[tuple[str, str], palette.RGB]
 
 ROUNDING = 1e-12  # fraction of the area of a section: smaller parts have no thickness
-ROOM = 24.0  # margin for the compass directions at both ends [design pixels]
+# margin for the compass directions at both ends [design pixels]
 _NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
 
 
 def draw_section(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     section: xarray.Dataset,
     *,
     title: str | None = None,
@@ -96,16 +243,14 @@ def draw_section(
     (_, x0, y0), (_, x1, y1) = corners.tolist()
     draw_ends(sheet, axes, math.degrees(math.atan2(x1 - x0, y1 - y0)))
     legend = (*_legend(lines, areas, colours, faults), *wells)
-    furniture.draw_legend(sheet, legend, 640.0)
+    draw_legend(sheet, legend, 640.0)
     words = f"Areas: whole section. Vertical exaggeration {exaggeration:.2g}×."
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
-    furniture.draw_words(sheet, _title(corners) if title is None else title, words)
+    draw_words(sheet, _title(corners) if title is None else title, words)
 
 
-def _draw_wells(
-    sheet: furniture.Sheet, axes: Axes, section: xarray.Dataset, tops: Any
-) -> list[Entry]:
+def _draw_wells(sheet: Sheet, axes: Axes, section: xarray.Dataset, tops: Any) -> list[Entry]:
     """Draw wells near the section, each top in the colour of the zone below its horizon."""
     line = _line_of(section)
     zones = list(section.attrs["zones"])
@@ -204,11 +349,10 @@ def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
 
 
 def _draw_lines(
-    sheet: furniture.Sheet, axes: Axes, lines: list[Part], faults: dict[str, palette.RGB]
+    sheet: Sheet, axes: Axes, lines: list[Part], faults: dict[str, palette.RGB]
 ) -> None:
     """Draw horizons, contacts, and faults in their colours with their names at the top."""
-    unit = sheet.layout.unit
-    width = 1.6 * unit * 72.0 / furniture.DPI
+    width = sheet.points(1.6)
     bottom, top = axes.get_ylim()
     named: dict[str, np.ndarray] = {}
     for words, line, _ in lines:
@@ -234,7 +378,7 @@ def _draw_lines(
 
 
 def _name_faults(
-    sheet: furniture.Sheet,
+    sheet: Sheet,
     axes: Axes,
     named: dict[str, np.ndarray],
     faults: dict[str, palette.RGB],
@@ -252,10 +396,10 @@ def _name_faults(
                 continue
             axes.annotate(
                 labels[name], (place[0], place[1]), (shift, 9.0 * unit), annotation_clip=False,
-                textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
-                fontsize=12.0 * unit * 72.0 / furniture.DPI, zorder=6,
+                textcoords="offset pixels", ha="center", va="bottom", family=FONT,
+                fontsize=sheet.points(12.0), zorder=6,
                 color=readable(faults[name], palette.PAPER),
-                path_effects=furniture.rim_of_words(unit), parse_math=False,
+                path_effects=rim_of_words(sheet), parse_math=False,
             )  # fmt: skip
             break
 

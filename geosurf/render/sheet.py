@@ -22,8 +22,7 @@ from geosurf.conventions.packages import need_plots
 from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import Entry
-from geosurf.render.names import Room
+from geosurf.render.layers import Entry, Room
 from geosurf.render.palette import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.picture_style import FONT, PLAIN, PictureStyle, style_of
 from geosurf.warning import warn
@@ -174,6 +173,10 @@ class Sheet:
         self.axes.set_ylim(0, layout.height)
         self.axes.patch.set_alpha(0.0)
 
+    def points(self, size: float) -> float:
+        """Return a size in points, as matplotlib takes it; `size` is in design pixels."""
+        return size * self.layout.unit * 72.0 / DPI
+
     def paste(self, image: np.ndarray) -> None:
         """Place the image that VTK drew."""
         self.figure.add_artist(pasted(image, self.layout.left, self.layout.bottom))
@@ -188,9 +191,8 @@ class Sheet:
     ) -> None:
         """Write text at a pixel; `size` is in design pixels."""
         x, y = at
-        points = size * self.layout.unit * 72.0 / DPI
         style: TextStyle = {"ha": "left", "va": "center", "parse_math": False, **look}
-        self.axes.text(x, y, words, fontsize=points, color=colour, family=FONT, **style)
+        self.axes.text(x, y, words, fontsize=self.points(size), color=colour, family=FONT, **style)
 
     def line(
         self,
@@ -201,10 +203,8 @@ class Sheet:
     ) -> Line2D:
         """Draw a line through pixels; `width` is in design pixels."""
         x, y = np.asarray(points, dtype=float).T
-        points_wide = width * self.layout.unit * 72.0 / DPI
-        (line,) = self.axes.plot(
-            x, y, color=colour, linewidth=points_wide, solid_capstyle="butt", **look
-        )
+        wide = self.points(width)
+        (line,) = self.axes.plot(x, y, color=colour, linewidth=wide, solid_capstyle="butt", **look)
         return line
 
     def rectangle(
@@ -228,8 +228,8 @@ class Sheet:
         from matplotlib.patches import Circle
 
         x, y = centre
-        width = 1.6 * self.layout.unit * 72.0 / DPI
-        circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=width)
+        rim = self.points(1.6)
+        circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=rim)
         self.axes.add_artist(circle)
         return circle
 
@@ -238,8 +238,7 @@ class Sheet:
         from matplotlib.backends.backend_agg import RendererAgg
         from matplotlib.font_manager import FontProperties
 
-        points = size * self.layout.unit * 72.0 / DPI
-        font = FontProperties(family=self.style.fonts, size=points, weight=weight)
+        font = FontProperties(family=self.style.fonts, size=self.points(size), weight=weight)
 
         # matplotlib's renderer has no types
         renderer: Any = RendererAgg(1, 1, DPI)  # type: ignore[no-untyped-call]

@@ -1,17 +1,12 @@
 """Write the report of a model: one HTML page with tables, pictures and the certificate.
 
-===============  ====================================================================
-sections.py      the sections of the page, in their order
-fault_parts.py   one part per fault: Allan diagram, throw, tables
-input_tables.py  tables of inputs: files, sizes, hashes, coverage
-tables.py        tables of a model: surfaces, volumes, contacts, intersection lines
-fault_tables.py  tables of faults: extension, juxtaposition, polygons, throw and heave
-well_tables.py   tables of well tops: misfits
-run_tables.py    tables of a run: warnings, certificate, counts, versions
-page.py          tables and pictures as HTML
-viewer.py        the interactive view in three dimensions
-assets/          style sheets and scripts
-===============  ====================================================================
+===========  ====================================================================
+sections.py  the sections of the page, in their order; a part for each fault
+tables.py    tables of inputs, the model, its faults and wells, and of the run
+page.py      tables and pictures as HTML
+viewer.py    the interactive view in three dimensions
+assets/      style sheets and scripts
+===========  ====================================================================
 
 The page contains its pictures, scripts and style sheet, so it is one file that needs no network and
 prints well; its policy forbids the network. The same scene gives the same page, byte for byte.
@@ -31,8 +26,8 @@ from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
 from geosurf.model.protocols import ReportedModel, missing_members
-from geosurf.report.input_tables import input_files
 from geosurf.report.sections import build_page
+from geosurf.report.tables import input_files
 from geosurf.warning import warn
 
 __all__ = ["report_scene"]

@@ -6,7 +6,9 @@ changed, how the model fits the wells, each fault, the proof, and the run.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -14,11 +16,71 @@ from geosurf.conventions import counted
 from geosurf.conventions.crs import label
 from geosurf.model import Certificate
 from geosurf.model.protocols import ReportedModel
-from geosurf.report import fault_tables, input_tables, page, run_tables, tables, well_tables
-from geosurf.report.fault_parts import fault_parts, pictures_of_faults
-from geosurf.report.input_tables import InputFile
+from geosurf.report import page, tables
 from geosurf.report.page import Section, Table, number
+from geosurf.report.tables import InputFile
 from geosurf.report.viewer import viewer_part
+
+# ---- fault parts ----------------------------------------
+# One part of the page per fault: Allan diagram, throw profile, juxtaposition, what was changed.
+
+
+# files of pictures that show one fault, as `geosurf.scene.pictures` names them: kind and row
+OF_FAULT = re.compile(r"(allan|throw)_(\d+)_.*\.png")
+
+
+def pictures_of_faults(
+    scene: ReportedModel, pictures: Mapping[str, Path]
+) -> tuple[dict[str, dict[str, Path]], dict[str, Path]]:
+    """Return the pictures of each fault, and all other pictures."""
+    names = scene.fault_names
+    of_faults: dict[str, dict[str, Path]] = {}
+    others = {}
+    for caption, path in pictures.items():
+        found = OF_FAULT.fullmatch(path.name)
+        if found and int(found[2]) < len(names):
+            of_faults.setdefault(names[int(found[2])], {})[caption] = path
+        else:
+            others[caption] = path
+    return of_faults, others
+
+
+def fault_parts(
+    scene: ReportedModel, pictures: Mapping[str, Mapping[str, Path]]
+) -> list[tuple[str, str]]:
+    """Return the name and the HTML of each fault with something to show."""
+    extended, truncated = tables.fault_tables(scene.fault_actions)
+    thrown = tables.sheet_table(scene.sheets)
+    inside = set(scene.faults_inside)
+    changed = {row[0] for table in (extended, truncated) for row in table.rows}
+
+    # in the order of the inputs; faults outside of the model count where they were changed
+    found: list[tuple[str, str]] = []
+    for name in dict.fromkeys([*scene.fault_names, *scene.faults_inside, *sorted(changed)]):
+        if name not in inside | changed and name not in pictures:
+            continue
+        across = [scene.juxtaposition(name)] if name in inside else []
+        parts = [
+            page.html_pictures(pictures.get(name, {})),
+            _part("Juxtaposition", _rows(tables.juxtaposition_table(across), name, 0)),
+            _part("Throw and heave of torn horizons", _rows(thrown, name, 1)),
+            _part("Extended", _rows(extended, name, 0)),
+            _part("Truncated", _rows(truncated, name, 0)),
+        ]
+        head = f'<h3 id="{page.part_name("fault", len(found))}">{escape(name)}</h3>'
+        found.append((name, "\n".join([head, *filter(None, parts)])))
+    return found
+
+
+def _rows(table: Table, fault: str, column: int) -> Table:
+    """The rows of one fault, without the column of its name."""
+    rows = tuple((*row[:column], *row[column + 1 :]) for row in table.rows if row[column] == fault)
+    head = (*table.head[:column], *table.head[column + 1 :])
+    return replace(table, head=head, rows=rows, n_label=table.n_label - 1)
+
+
+def _part(heading: str, table: Table) -> str:
+    return f"<h4>{heading}</h4>\n{page.html_table(table)}" if table.rows else ""
 
 
 def build_page(
@@ -72,7 +134,7 @@ def _sections(
     view, others = _view(scene, others)
     faults = fault_parts(scene, of_faults)
     return [
-        *_listed("Warnings", run_tables.warning_table(scene.warnings)),
+        *_listed("Warnings", tables.warning_table(scene.warnings)),
         Section("Volumes [million m³]", _volumes(scene), name="volumes"),
         Section("Interactive view", view, name="view"),
         Section("Inputs", _inputs(scene, files)),
@@ -84,10 +146,10 @@ def _sections(
         Section("Faults", "\n".join(html for _, html in faults), tuple(n for n, _ in faults)),
         Section("Fault polygons", _polygons(scene)),
         Section("Reports of torn horizons", _sheets(scene)),
-        Section("Certificate", page.html_table(run_tables.check_table(certificate))),
+        Section("Certificate", page.html_table(tables.check_table(certificate))),
         Section("Intersection lines", _lines(scene)),
         Section("Run log", _run_log(scene)),
-        Section("Versions", page.html_table(run_tables.version_table())),
+        Section("Versions", page.html_table(tables.version_table())),
     ]  # fmt: skip
 
 
@@ -116,7 +178,7 @@ def _view(scene: ReportedModel, pictures: Mapping[str, Path]) -> tuple[str, dict
 def _inputs(scene: ReportedModel, files: tuple[InputFile, ...]) -> str:
     """Files of the inputs, and how much of each surface is inside the model."""
     crs = "" if scene.units.crs is None else label(scene.units.crs)
-    listed = page.html_table(input_tables.file_table(files, crs))
+    listed = page.html_table(tables.file_table(files, crs))
     surfaces = page.html_table(tables.surface_table(scene.surfaces, scene.coverage))
     words = page.paragraph("Share of each surface inside the model, and its extent [m].")
     return "\n".join(filter(None, [listed, words, surfaces]))
@@ -162,7 +224,7 @@ def _run_log(scene: ReportedModel) -> str:
         rebuilt["dropped_area"] = {names[i]: a for i, a in rebuilt["dropped_area"].items()}
 
     # work counts instead of seconds: they do not depend on the machine, so pages can be compared
-    costs = run_tables.count_table(
+    costs = tables.count_table(
         ("intersect", scene.curves.cost), ("rebuild", rebuilt), ("carve", carved)
     )
     return f"{page.html_table(costs)}\n<pre>{escape(scene.explain(seconds=False))}</pre>"
@@ -173,8 +235,8 @@ def _wells(scene: ReportedModel) -> str:
     if scene.tops is None:
         return ""
     misfit = scene.misfit()
-    words = map(page.paragraph, well_tables.misfit_words(misfit))
-    return "\n".join([page.html_table(well_tables.misfit_table(misfit)), *words])
+    words = map(page.paragraph, tables.misfit_words(misfit))
+    return "\n".join([page.html_table(tables.misfit_table(misfit)), *words])
 
 
 def _polygons(scene: ReportedModel) -> str:
@@ -183,7 +245,7 @@ def _polygons(scene: ReportedModel) -> str:
         return ""
     names = scene.horizons_inside
     found = (scene.fault_polygons(name) for name in names)
-    return page.html_table(fault_tables.polygon_table(found))
+    return page.html_table(tables.polygon_table(found))
 
 
 def _sheets(scene: ReportedModel) -> str:

@@ -2,17 +2,391 @@
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
 import math
+import os
+import platform
+import re
 from collections.abc import Iterable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.model import Clipped, Curves, Remnant, TriSurface, Units
+from geosurf.conventions import counted, place
+from geosurf.errors import GeosurfWarning
+from geosurf.model import (
+    Certificate,
+    Clipped,
+    Curves,
+    Extension,
+    Remnant,
+    TriSurface,
+    Truncation,
+    Units,
+)
 from geosurf.model.column import VirtualWall
+from geosurf.model.expected import expect, path_of
 from geosurf.model.protocols import ReportedModel
 from geosurf.model.slivers import MergedSliver
 from geosurf.report.page import NOTHING, Table, number
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+
+# ---- fault tables ----------------------------------------
+# Tables of faults: extension and truncation, juxtaposition, fault polygons, throw and heave.
+
+
+def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Table]:
+    """Return two tables: how far faults were extended, and what truncation removed."""
+    extended, truncated = [], []
+
+    # one pass over the run log of the fault stage, in the order in which it acted; the two kinds of
+    # action have different figures
+    for a in actions:
+        if isinstance(a, Extension):
+            numbers = (number(a.shortest, 1), number(a.distance, 1), number(a.area))
+            extended.append((a.fault, a.side, a.until, a.lines, *numbers))
+        else:
+            numbers = (number(a.length, 1), number(a.kept_area), number(a.dropped_area))
+            truncated.append((a.fault, a.main, f"{a.keep} ({a.side})", *numbers))
+    head = ("Fault", "Side", "Extended to", "Method", "Min [m]", "Max [m]", "Area added [m²]")
+    cut = (
+        "Fault",
+        "Ends at",
+        "Part kept",
+        "Contact line [m]",
+        "Area kept [m²]",
+        "Area removed [m²]",
+    )
+    return Table(head, tuple(extended), n_label=4), Table(cut, tuple(truncated), n_label=3)
+
+
+def juxtaposition_table(found: Iterable[Any]) -> Table:
+    """Return the zones juxtaposed across each fault, from datasets of `Scene.juxtaposition`.
+
+    Units of one zone are added up. Pairs of different zones come first, the largest area first.
+    """
+    rows: list[tuple[str, ...]] = []
+
+    # one dataset per fault [m²]; its rows are pairs of units, so one pair of zones may come several
+    # times
+    for dataset in found:
+        areas: dict[tuple[str, str, str], float] = {}
+        columns = (dataset.zone_plus, dataset.zone_minus, dataset.kind, dataset.area)
+        for plus, minus, kind, area in zip(*(c.values for c in columns), strict=True):
+            key = (str(plus), str(minus), str(kind))
+            areas[key] = areas.get(key, 0.0) + float(area)
+
+        # a share of the fault's area inside the model: the rows of one fault add up to 100 %
+        whole = float(dataset.attrs["area"])
+
+        # False sorts before True: contacts of different zones, through which fluids may pass, lead
+        for key, area in sorted(
+            areas.items(), key=lambda item: (item[0][0] == item[0][1], -item[1])
+        ):
+            share = f"{number(100.0 * area / whole, 1)} %"
+            rows.append((str(dataset.attrs["fault"]), *key, number(area), share))
+    head = ("Fault", "Hanging wall", "Footwall", "Kind", "Area [m²]", "Share of fault")
+    return Table(head, tuple(rows), n_label=4)
+
+
+def polygon_table(found: Iterable[Any]) -> Table:
+    """Return the fault polygons of each horizon, from datasets of `Scene.fault_polygons`."""
+    rows = []
+    for dataset in found:
+        columns = (dataset.fault, dataset.part, dataset.kind, dataset["count"], dataset.map_area)
+        for fault, part, kind, n, area in zip(*(c.values for c in columns), strict=True):
+            name = str(dataset.attrs["horizon"])
+            numbers = (number(int(part)), number(int(n)), number(float(area), 1))
+            rows.append((name, str(fault), str(kind), *numbers))
+    head = ("Horizon", "Fault", "Kind", "Part", "Points", "Map area [m²]")
+    return Table(head, tuple(rows), n_label=3)
+
+
+def sheet_table(sheets: Mapping[str, Any]) -> Table:
+    """Return throw and heave of torn horizons at each fault, from torn sheets by name."""
+    rows = []
+    for name, sheet in sheets.items():
+        for cut in sheet.cuts.values():
+            # throw is NaN at stations where a wall has no cut-off
+            known = np.isfinite(cut.throw)
+            if not known.any():
+                rows.append((name, cut.fault, ", ".join(cut.ends), *([NOTHING] * 4)))
+                continue
+
+            # heave is signed (negative where the walls overlap, as at a reverse fault); the table
+            # shows the larger opening or overlap
+            throw, heave = cut.throw[known], cut.heave[known]
+            values = (cut.along[known].max(), throw.min(), throw.max(), np.abs(heave).max())
+            rows.append((name, cut.fault, ", ".join(cut.ends), *(number(v, 1) for v in values)))
+    head = ("Horizon", "Fault", "Ends", "Length [m]", "Min throw [m]", "Max throw [m]")
+    return Table((*head, "Max heave [m]"), tuple(rows), n_label=3)
+
+
+# ---- well tables ----------------------------------------
+# Tables of well tops: the misfit of each, and of each horizon on average.
+
+
+REMARKS = {
+    "found": "",
+    "several": "repeated by a reverse fault; the nearest",
+    "fault gap": "in the gap of a fault",
+    "absent": "the horizon does not exist there",
+    "outside": "outside the model",
+    "unknown horizon": "no horizon of this name",
+}
+
+
+def misfit_table(misfit: xarray.Dataset) -> Table:
+    """Return well tops and the model: one row per top."""
+    rows = []
+    columns = ("horizon", "well", "picked", "model", "misfit", "block", "status", "fault")
+    for row in zip(*(misfit[name].values for name in columns), strict=True):
+        horizon, well, picked, model, off, block, status, fault = row
+
+        # an unknown status prints as it is: a table never fails on a word
+        remark = REMARKS.get(status, str(status))
+
+        # a fault explains more than the status: it is named
+        if fault:
+            across = f"fault {fault} between top and horizon"
+            remark = f"in the gap of fault {fault}" if status == "fault gap" else across
+        values = (_metres(value) for value in (picked, model, off))
+        rows.append((str(horizon), str(well), *values, str(block) or NOTHING, remark))
+    head = ("Horizon", "Well", "Top [m]", "Model [m]", "Misfit [m]", "Block", "Remark")
+    return Table(head, tuple(rows), n_label=2, n_remark=2)
+
+
+def misfit_words(misfit: xarray.Dataset) -> list[str]:
+    """Return a sentence on the misfit of each horizon."""
+    found = []
+    names = misfit["horizon"].values
+
+    # in the order of the tops, which is that of the user's file
+    for name in dict.fromkeys(names.tolist()):
+        off = misfit["misfit"].values[names == name]
+
+        # NaN where the horizon has no value at a top: those are listed, not averaged
+        off = off[np.isfinite(off)]
+        if len(off):
+            found.append(
+                f"{name}: mean misfit {_metres(off.mean())} m, standard deviation "
+                f"{_metres(off.std())} m, largest {_metres(np.abs(off).max())} m at "
+                f"{counted(len(off), 'top')}. Misfit is model minus top."
+            )
+    return found
+
+
+def _metres(value: float) -> str:
+    return number(float(value), 2) if np.isfinite(value) else NOTHING
+
+
+# ---- run tables ----------------------------------------
+# Tables of a run: warnings, certificate, counts of each stage, versions of packages.
+
+
+PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
+
+# what the counts of the stages mean, as the page prints them
+COUNTS = {
+    "nodes": "grid nodes searched",
+    "candidate_faces": "candidate triangles",
+    "pairs_tested": "triangle pairs tested",
+    "exact_pairs": "pairs of surfaces with exact curves instead of smooth ones",
+    "cut_triangles": "input triangles cut",
+    "children": "triangles made by cutting",
+    "constructed_points": "new vertices",
+    "rounding_collisions": "vertices merged by rounding",
+    "moved_vertices": "vertices moved to keep triangles valid",
+    "largest_move": "largest move [m]",
+    "dropped_area": "area removed beyond faults [m²]",
+    "slits": "area of faults that end inside a unit [m²]",
+}
+
+
+def warning_table(warnings: Iterable[GeosurfWarning]) -> Table:
+    """Return the warnings: subject, effect, location where the effect does not name it, remedy."""
+    rows = []
+    for warning in warnings:
+        where = "" if warning.place is None else place(warning.place)
+        told = "" if where in warning.effect else _unbroken(where)
+        rows.append((warning.subject, _unbroken(warning.effect), told, warning.remedy))
+    head, used = ("Subject", "Effect", "Location", "Remedy"), [0, 1, 2, 3]
+    if not any(told for _, _, told, _ in rows):
+        used.remove(2)
+    cells = tuple(tuple(row[k] for k in used) for row in rows)
+    return Table(tuple(head[k] for k in used), cells, n_label=len(used))
+
+
+def _unbroken(words: str) -> str:
+    """Numbers whose groups of digits stay on one line."""
+    return re.sub(r"(?<=\d) (?=\d{3}\b)", "\N{NARROW NO-BREAK SPACE}", words)
+
+
+def check_table(certificate: Certificate) -> Table:
+    """Return the certificate: one row per check."""
+    rows = tuple(
+        ("passed" if check.passed else "FAILED", check.name, check.detail, f"{check.value:.6g}")
+        for check in certificate.checks
+    )
+    return Table(("", "Check", "Result", "Value"), rows, n_label=3)
+
+
+def count_table(*parts: tuple[str, Mapping[str, Any]]) -> Table:
+    """Return the counts that each stage reported."""
+    rows = tuple(
+        (stage, COUNTS.get(key, str(key).replace("_", " ")), _plain(value))
+        for stage, counts in parts
+        for key, value in counts.items()
+    )
+    return Table(("Stage", "Quantity", "Value"), rows, n_label=3)
+
+
+def _plain(value: Any) -> str:
+    """One value as text: integers grouped by thousands, long lists as their length."""
+    # bool before int: True is an int in Python
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (int, np.integer)):
+        return number(int(value))
+
+    # six digits: counts of area come from sums whose last digits mean nothing to a reader
+    if isinstance(value, (float, np.floating)):
+        return f"{float(value):.6g}".replace("-", "\N{MINUS SIGN}")
+    if isinstance(value, (str, type(None))):
+        return value or NOTHING
+    if isinstance(value, Mapping):
+        return "; ".join(f"{key}: {_plain(entry)}" for key, entry in value.items()) or NOTHING
+
+    # numpy arrays, tuples and sets; anything else prints as itself
+    try:
+        entries = list(value)
+    except TypeError:
+        return str(value)
+
+    # the page has no room for lists with thousands of rows
+    if len(entries) > 8:
+        return f"{number(len(entries))} entries"
+    return ", ".join(map(_plain, entries)) or NOTHING
+
+
+def version_table() -> Table:
+    """Return the versions of Python and of the packages that computed the model."""
+    rows = [("Python", platform.python_version())]
+    for package in PACKAGES:
+        # extras such as pyvista may be absent; the page says so instead of failing
+        try:
+            rows.append((package, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            rows.append((package, "not installed"))
+    return Table(("Package", "Version"), tuple(rows), n_label=2)
+
+
+# ---- input tables ----------------------------------------
+# Tables of inputs: the files, their sizes and hashes.
+
+
+DIGITS = 16  # of a hash: enough to tell files apart
+HOW = "give {name: path of a file}"
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that a model was made of: its path as printed, and its bytes.
+
+    Attributes
+    ----------
+    name, path : str
+    size : int or None
+        [bytes]; None where the file is no longer there.
+    digest : str
+        SHA-256, hexadecimal.
+    """
+
+    name: str
+    path: str
+    size: int | None
+    digest: str
+
+
+def input_files(
+    scene: ReportedModel,
+    inputs: Mapping[str, Any] | None,
+    relative_to: str | os.PathLike[str] | None,
+) -> tuple[InputFile, ...]:
+    """Return the files of a model, hashed.
+
+    Parameters
+    ----------
+    scene : Scene
+    inputs : mapping of str to path-like, optional
+        Default: the inputs of the scene that are paths.
+    relative_to : path-like, optional
+        Folder that printed paths start from. Default: the current folder.
+
+    Returns
+    -------
+    tuple of InputFile
+    """
+    return described_files(scene.input_files if inputs is None else inputs, relative_to)
+
+
+def described_files(
+    inputs: Mapping[str, Any], relative_to: str | os.PathLike[str] | None
+) -> tuple[InputFile, ...]:
+    """Return files by name, hashed; see `input_files`.
+
+    Examples
+    --------
+    >>> described_files({"Top": "missing.gri"}, None)[0].size is None
+    True
+    """
+    expect(inputs, Mapping, "inputs takes a mapping", HOW)
+    start = Path.cwd() if relative_to is None else path_of(relative_to, "relative_to")
+    files = {str(name): path_of(path, f"input {name!r}") for name, path in inputs.items()}
+    return tuple(_described(name, path, start) for name, path in files.items())
+
+
+def _described(name: str, path: Path, start: Path) -> InputFile:
+    """One file: what cannot be read any more is listed without size and hash."""
+    try:
+        shown = Path(os.path.relpath(path, start)).as_posix()
+    except ValueError:  # another drive: there is no way from one to the other
+        shown = path.name
+    try:
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        return InputFile(name, shown, path.stat().st_size, digest)
+    except OSError:
+        return InputFile(name, shown, None, "")
+
+
+def file_table(files: Iterable[InputFile], crs: str) -> Table:
+    """Return the files: name, path, size, hash and coordinate reference system.
+
+    Examples
+    --------
+    >>> file_table([InputFile("Top", "top.gri", 12, "ab" * 32)], "").rows
+    (('Top', 'top.gri', 'abababababababab', '–', '12'),)
+    """
+    rows = tuple(
+        (
+            file.name,
+            file.path,
+            file.digest[:DIGITS] or "not found",
+            crs or NOTHING,
+            NOTHING if file.size is None else number(file.size),
+        )
+        for file in files
+    )
+    head = ("Input", "File", f"SHA-256, first {DIGITS} digits", "CRS", "Size [bytes]")
+    return Table(head, rows, n_label=4)
+
 
 SLIVERS = "slivers"  # the column that they share
 

@@ -2,31 +2,215 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, did_you_mean
 from geosurf.conventions.checks import are_points
-from geosurf.errors import ScenarioError
-from geosurf.model import FluidContact
+from geosurf.errors import FormatError, ScenarioError
+from geosurf.model import FluidContact, TriSurface, Unit
 from geosurf.read import otherwise, read_fault, read_horizon, read_points, read_polygons
-from geosurf.scenario.fault_keys import FaultInput, PolygonInput
-from geosurf.scenario.keys import HorizonInput, Scenario
+from geosurf.read.model3d import read_model3d
+from geosurf.scenario.keys import FaultInput, HorizonInput, ModelInput, PolygonInput, Scenario
 from geosurf.scenario.step_log import OnStep
-from geosurf.scenario.tear_checks import (
+from geosurf.scenario.torn import torn_horizons
+from geosurf.scenario.validate import (
     faults_reaching,
     filling_of,
     is_torn_as_picked,
     truncations_of,
 )
-from geosurf.scenario.torn import torn_horizons
 from geosurf.scene import Scene
-from geosurf.scene.footprint import footprint, holds_points, with_empty_blocks
 from geosurf.scene.result_cache import ResultCache
-from geosurf.scene.surfaces import opened_outline
+from geosurf.scene.surfaces import footprint, holds_points, opened_outline, with_empty_blocks
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
+
+# ---- sealed ----------------------------------------
+# A sealed model of another program -> a `Scene`: horizons, faults, and a box for its walls.
+
+
+def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) -> Scene:
+    """
+    Read a sealed model as a scene.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        For messages.
+    model : ModelInput
+    **options
+        Of `Scene`: contacts, area of interest, voxel size.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    ScenarioError
+        If a horizon is named that the file does not have, or one is left out.
+    FormatError
+        If the file cannot be read, a surface has no kind, or the boundary is not a box.
+    """
+    surfaces = read_model3d(model.file, positive=model.positive, length_unit=model.length_unit)
+    # The kind of each surface is stated in the model; nothing is guessed from names.
+    roles: dict[str, dict[str, TriSurface]] = {"horizon": {}, "fault": {}, "wall": {}}
+    for surface in surfaces.values():
+        if surface.role not in roles:
+            raise FormatError(
+                f"{model.file}: surface {surface.name!r} is not marked as a horizon, a fault or a "
+                "boundary. Set its kind in the model and export it again."
+            )
+        roles[surface.role][surface.name] = surface
+
+    # the order of horizons is geology: the file's own, or the user's
+    order = model.horizons or tuple(roles["horizon"])
+    # Both ways: a name that is missing, and one that is unknown.
+    for name in (*order, *roles["horizon"]):
+        if name not in roles["horizon"] or name not in order:
+            known = list(roles["horizon"])
+            raise ScenarioError(
+                f"{scenario.path}: model.horizons has {list(order)}, and {model.file.name} has "
+                f"{known}; name each of these once, youngest first.{did_you_mean(name, known)}"
+            )
+
+    # in the order of the list, which is the stratigraphic one
+    horizons = {name: roles["horizon"][name] for name in order}
+    box = box_of_walls(list(roles["wall"].values()), str(model.file))
+    return Scene(horizons, roles["fault"], box, **options)  # type: ignore[arg-type]
+
+
+def box_of_walls(walls: list[TriSurface], file: str) -> tuple[float, ...]:
+    """
+    Return the box whose sides some walls are, exactly.
+
+    Examples
+    --------
+    >>> from geosurf import build_walls
+    >>> box_of_walls(build_walls((0, 9, 0, 8, -7, 0)), "model.ml")
+    (0.0, 9.0, 0.0, 8.0, -7.0, 0.0)
+    """
+    bounds = np.array([wall.bounds for wall in walls]).reshape(-1, 6)
+    if len(bounds):
+        # each wall is flat in one axis and lies on one side of the box; all six sides occur
+        low, high = bounds[:, ::2].min(axis=0), bounds[:, 1::2].max(axis=0)
+        flat = bounds[:, ::2] == bounds[:, 1::2]
+        sides = {
+            (k, float(row[2 * k]))
+            for row, f in zip(bounds, flat, strict=True)
+            for k in range(3)
+            if f[k]
+        }
+        wanted = {(k, float(value)) for k in range(3) for value in (low[k], high[k])}
+        if flat.any(axis=1).all() and sides == wanted and len(wanted) == 6:
+            return tuple(float(v) for pair in zip(low, high, strict=True) for v in pair)
+    raise FormatError(
+        f"{file}: its boundary is not a box with vertical and horizontal sides, which [model] "
+        "needs. Export its surfaces, and give them as [[horizons]] and [[faults]] with an [aoi]."
+    )
+
+
+# ---- region units ----------------------------------------
+# Which unit of a model holds a closed body of another program: by a point inside, exactly.
+#
+# A vertical line through one of the body's triangles is cut by its shell in places that come in
+# pairs: from below, inside is between the first and the second, and so on. The middle of the
+# longest of these is a point of the body, and a unit holds it if its shell lies above the point
+# an odd number of times. A line that meets an edge is skipped. All numbers are fractions.
+
+
+LINES = 64  # that are tried for one body; the first of a sound one will do
+
+
+def unit_of_body(corners: np.ndarray, units: Mapping[str, Unit]) -> str:
+    """
+    Return the name of the unit that holds a point of a body.
+
+    Parameters
+    ----------
+    corners : ndarray of float64, shape (n, 3, 3)
+        Corners of the triangles around the body, in any order [m].
+    units : mapping of str to Unit
+
+    Returns
+    -------
+    str
+        Empty where no unit holds it, or no line decides, as for a body that is not closed.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> units = gs.Scene({"Top": gs.synthetic.tilted_planes(n=3).horizons["Top"]}).units
+    >>> unit = units["below Top"]
+    >>> unit_of_body(unit.vertices[unit.triangles], units)
+    'below Top'
+    """
+    # corners (n, 3, 3) of the triangles around each unit
+    shells = {name: unit.vertices[unit.triangles] for name, unit in units.items()}
+    for x, y in _middles(corners):
+        # elevations where the line enters and leaves the body, in pairs
+        cut = _heights(corners, x, y)
+        if cut is None or len(cut) < 2 or len(cut) % 2:
+            continue
+
+        # the middle of the thickest piece is surely inside the body
+        # the longest piece, so that the point is farthest from the shell
+        thickness, z = max((b - a, (a + b) / 2) for a, b in zip(cut[::2], cut[1::2], strict=True))
+        found = {name: _heights(shell, x, y) for name, shell in shells.items()}
+        above = {name: one for name, one in found.items() if one is not None}
+
+        # a point on a shell decides nothing: the next line is tried
+        if thickness == 0 or len(above) < len(found) or any(z in one for one in above.values()):
+            continue
+
+        # an odd number of crossings above the point: the point is inside
+        holds = [name for name, one in above.items() if sum(level > z for level in one) % 2]
+        return holds[0] if holds else ""
+    return ""
+
+
+def _middles(corners: np.ndarray) -> Iterator[tuple[Fraction, Fraction]]:
+    """Easting and northing in the middle of the triangles that are widest on the map."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    size = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    for row in np.argsort(-size, kind="stable")[:LINES].tolist():
+        # not quite the middle: less likely on an edge of another surface
+        x, y = (np.array([0.36, 0.33, 0.31]) @ corners[row, :, :2]).tolist()
+        yield Fraction(x), Fraction(y)
+
+
+def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | None:
+    """Where a vertical line meets triangles, lowest first; None if it meets an edge of one."""
+    # only triangles whose rectangle on the map has the line in it
+    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    at = np.array([float(x), float(y)])
+    near = ((low <= at) & (at <= high)).all(axis=1)
+    found: list[Fraction] = []
+    for triangle in corners[near].tolist():
+        a, b, c = ([Fraction(value) for value in corner] for corner in triangle)
+
+        # barycentric coordinates of the line in the triangle, times twice its area
+        turns = [_turn(x, y, p, q) for p, q in ((b, c), (c, a), (a, b))]
+
+        # signs of both kinds: the line passes outside; a zero: through an edge, so this line
+        # decides nothing
+        if min(turns) < 0 < max(turns):
+            continue
+        if 0 in turns:
+            return None
+        height = sum(t * p[2] for t, p in zip(turns, (a, b, c), strict=True)) / sum(turns)
+        found.append(Fraction(height))
+    return sorted(found)
+
+
+def _turn(x: Fraction, y: Fraction, p: list[Fraction], q: list[Fraction]) -> Fraction:
+    """Twice the area of a triangle on the map: above 0 if (x, y), p, q turn to the left."""
+    return (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x)
+
 
 # ---- fault inputs ----------------------------------------
 # One ``[[faults]]`` -> a fault: a file, a piece of its mesh, or polygons on horizons.
@@ -127,8 +311,6 @@ def build_scene(
     """
     # A sealed model brings horizons, faults and box along; nothing is torn or extended.
     if scenario.model is not None:
-        from geosurf.scenario.sealed import scene_of_sealed  # loaded by those who have one
-
         scene = scene_of_sealed(scenario, scenario.model, **_shared(scenario))
         on_step("read", _numbers(scene), "")
         return scene

@@ -6,31 +6,135 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from geosurf.conventions.packages import warning_without_pictures
+from geosurf.conventions.packages import (
+    DRAWING,
+    is_installed,
+    missing_sentence,
+    need_plots,
+    warning_without_pictures,
+)
+from geosurf.errors import DependencyError
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
+from geosurf.model.expected import flag_of
+from geosurf.read import read_points, read_polygons
 from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.output import (
     NO_NETCDF,
+    drawn_wells,
+    input_files,
     new_results,
     refuse_lists,
     require_writable,
+    wells_of_scenario,
     without_lists,
     writable_formats,
     write_files,
+    write_wells,
 )
-from geosurf.scenario.pictures import choice_of_pictures, will_draw
-from geosurf.scenario.plan import input_files, wells_of_scenario, write_wells
+from geosurf.scenario.output_keys import OutputSettings
 from geosurf.scenario.step_log import Progress, StepLog, pictured
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.scene.result_cache import ResultCache, check_with_cache
 from geosurf.warning import warn
 from geosurf.write.written import commit
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.render.overlay import PictureOverlay
+
+
+# ---- pictures ----------------------------------------
+# The pictures that a scenario asks for.
+
+
+def will_draw(scenario: Scenario, pictures: bool | None) -> bool:
+    """
+    Return whether a run draws pictures.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    pictures : bool or None
+        None draws where matplotlib is installed.
+
+    Raises
+    ------
+    DependencyError
+        If the caller or the scenario asks for pictures that cannot be drawn here.
+    """
+    if pictures is None:
+        asked, missing = asked_for(scenario), missing_sentence("they need", *DRAWING)
+        if asked and missing:
+            raise DependencyError(
+                f"{scenario.path}: {asked} asks for pictures, and {missing}; or run it with "
+                "--no-pictures (pictures=False)."
+            )
+        return is_installed("matplotlib")
+    if flag_of(pictures, "pictures"):
+        need_plots()
+    return pictures
+
+
+def asked_for(scenario: Scenario) -> str:
+    """Return the first key of a scenario that asks for pictures which are not drawn anyway."""
+    output, usual = scenario.output, OutputSettings()
+    for word in ("views", "search", "sections_m"):
+        value = getattr(output, word)
+        if value and value != getattr(usual, word):
+            return f"output.{word}"
+    return "" if scenario.pictures.camera is None else "pictures.camera"
+
+
+def choice_of_pictures(scenario: Scenario) -> dict[str, Any]:
+    """Return what `Scene.render_pictures` takes for the pictures that a scenario asks for."""
+    # Keys of the scenario have units in their names, arguments of the scene do not.
+    output, pictures = scenario.output, scenario.pictures
+    return {
+        "views": output.views,
+        "exploded": output.exploded,
+        "maps": output.maps,
+        "thickness": output.thickness,
+        "allan": output.allan,
+        "throw": output.throw,
+        "sections": output.sections_m,
+        "search": output.search,
+        "exaggeration": output.exaggeration,
+        "size": output.size_px,
+        "clip": output.clip,
+        "camera": pictures.camera,
+        "zoom": pictures.zoom,
+        "only": pictures.only or None,
+        "colour_by": pictures.colour_by,
+        "style": pictures.style,
+        "overlay": overlay_of_files(scenario),
+    }
+
+
+def overlay_of_files(scenario: Scenario) -> PictureOverlay:
+    """Read the wells, polygons and data points of a scenario.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or it does not state whether z is depth and the scenario neither.
+    """
+    from geosurf.render.overlay import PictureOverlay  # loaded by those who draw
+
+    known: dict[str, Any] = {"positive": scenario.positive, "length_unit": scenario.length_unit}
+    pictures = scenario.pictures
+    return PictureOverlay(
+        wells=drawn_wells(scenario),
+        polygons={
+            name: read_polygons(file, **known) for name, file in (pictures.polygons or {}).items()
+        },
+        points={name: read_points(file, **known) for name, file in (pictures.points or {}).items()},
+    )
+
 
 # ---- notes ----------------------------------------
 # Notes of a run: what a user should look at in the model.
@@ -218,7 +322,7 @@ def run(
         grid, stepped = None, list[str]()
         if scenario.grid is not None:
             log.begin("grid")
-            from geosurf.scenario.grid import in_words, write_grid  # loaded by those who want one
+            from geosurf.scenario.output import in_words, write_grid  # loaded by those who want one
 
             grid, stepped = write_grid(scene, scenario.grid, folder)
             log.step("grid", "grid.grdecl, grid.inc", in_words(grid))
@@ -227,7 +331,7 @@ def run(
         log.begin("draw")
         drawn = _draw(scene, choice, folder, log, asked=pictures)
         if grid is not None and choice is not None:
-            from geosurf.scenario.grid import draw_grid
+            from geosurf.scenario.output import draw_grid
 
             drawn |= draw_grid(grid, folder / "pictures")
         _write_certificate(scene, scenario, certificate, folder)
@@ -333,7 +437,7 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     if scenario.model is None:
         return {}
     from geosurf.read.model3d import read_region_faces, volume_inside
-    from geosurf.scenario.region_units import unit_of_body  # loaded by those who have a model
+    from geosurf.scenario.build import unit_of_body  # loaded by those who have a model
 
     model = scenario.model
 

@@ -7,6 +7,7 @@ neither can know a key that the other does not.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,28 +15,190 @@ from typing import Any
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import BOTH, KEEP
 from geosurf.model import RULES
+from geosurf.model.faults import SIDES
 from geosurf.model.slivers import SliverSettings
 from geosurf.model.tops import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
-from geosurf.scenario.declare import key
-from geosurf.scenario.ensemble_keys import EnsembleSettings, UncertainInput
-from geosurf.scenario.fault_keys import (
-    FaultInput,
-    NetworkInput,
-    columns_key,
-    decimal_key,
-    length_unit_key,
-    positive_key,
-)
 from geosurf.scenario.output_keys import (
-    FORMATS,
-    VIEWS,
+    EnsembleSettings,
+    GridInput,
     OutputSettings,
     PictureSettings,
     SearchSettings,
+    UncertainInput,
+    WellsInput,
+    length_unit_key,
+    positive_key,
 )
-from geosurf.scenario.tables import table, tables
+from geosurf.scenario.values import KeyPath, above_zero_or_none, key, table, tables
 from geosurf.sheets.faults import DIRECTIONS
+
+# ---- fault keys ----------------------------------------
+# Keys of faults: files, pieces of a mesh, polygons, and how far they are continued.
+
+
+# `strike` stands for both ends along strike.
+FAULT_SIDES = ("strike", *SIDES)
+
+
+# Functions, because a dataclass field cannot be used twice.
+def columns_key() -> Any:
+    """Declare the columns of a table."""
+    meaning = (
+        "Of a table with other headings: the columns x, y and z, by name or by number from 1. "
+        "Sticks take two more: number of the stick, and name of the fault."
+    )
+    return key(meaning, values.columns, default=None)
+
+
+def decimal_key() -> Any:
+    """Declare the decimal sign of a table."""
+    return key("Decimal sign of a table.", values.one_of(".", ","), default=".")
+
+
+@values.check("a number above 0, or a table of sides such as {up = 50, down = 80}")
+def distances(_: KeyPath, value: Any) -> float | dict[str, float] | None:
+    """One distance, or one for each side."""
+    if not isinstance(value, Mapping):
+        return above_zero_or_none(value)
+    found = {side: above_zero_or_none(one) for side, one in value.items()}
+    right = found and all(side in FAULT_SIDES and one for side, one in found.items())
+    return {side: one for side, one in found.items() if one} if right else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolygonInput:
+    """One ``[[faults.polygons]]``: the polygon of a fault on one horizon. The fault passes through
+    both sides of its polygons, and continues along their dip. One horizon is enough.
+    """
+
+    horizon: str = key("The horizon on which it was drawn.", values.text)
+    file: Path = key(
+        "`.pol`, `.csv`, `.dat`, `.txt` and others with lines, each point with its elevation; "
+        "relative to the scenario.",
+        values.file,
+    )
+    polygon: int | None = key(
+        "Which polygon of the file, counted from 1. Left out: the only one.",
+        values.count,
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultInput:
+    """One ``[[faults]]``: in any order."""
+
+    name: str = key("Name in all results.", values.text)
+    # One of both: checked when all keys are known.
+    file: Path | None = key(
+        "`.ts` (GOCAD), `.vtp` and other meshes, `.pol`, `.csv` (sticks), `.nc` (parametric grid); "
+        "relative to the scenario. Give this or `polygons`.",
+        values.file,
+        default=None,
+    )
+    name_in_file: str | None = key(
+        "Of a file with several faults: which one. Left out: `name`.", values.text, default=None
+    )
+    piece: int | None = key(
+        "Of a mesh in several pieces: which one, counted from 1, the largest. Left out: all, as "
+        "one fault.",
+        values.count,
+        default=None,
+    )
+    polygons: tuple[PolygonInput, ...] = key(
+        "Polygons of the fault, one for each horizon, in place of `file`.",
+        tables(PolygonInput),
+        default=(),
+    )
+    positive: str | None = positive_key()
+    length_unit: str | None = length_unit_key()
+    columns: tuple[str, ...] | tuple[int, ...] | None = columns_key()
+    decimal: str = decimal_key()
+    # Continued by a distance, or until the fault leaves the box: two different wishes.
+    lengthen_m: float | dict[str, float] | None = key(
+        "Distance by which the fault is continued along its dip and strike, before `extend`: one, "
+        "or one for each side.",
+        distances,
+        unit="m",
+        default=None,
+    )
+    lengthen: tuple[str, ...] = key(
+        "Sides on which the fault is continued by `lengthen_m`. Left empty: all.",
+        values.some_of(*FAULT_SIDES),
+        default=(),
+    )
+    extend: tuple[str, ...] = key(
+        "Sides on which the fault is continued until it leaves the model box: `strike` is both "
+        "ends, `start` and `end` follow the right-hand rule.",
+        values.some_of(*FAULT_SIDES),
+        default=(),
+    )
+
+    @property
+    def distances(self) -> dict[str, float]:
+        """How far the fault is continued, by side; empty if it is not."""
+        if self.lengthen_m is None:
+            return {}
+        # Without named sides a fault is lengthened on all of them.
+        if isinstance(self.lengthen_m, Mapping):
+            return dict(self.lengthen_m)
+        return dict.fromkeys(self.lengthen or SIDES, self.lengthen_m)
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Files of the fault, by what they hold."""
+        if self.file is not None:
+            return {self.name: self.file}
+        return {f"{self.name} on {one.horizon}": one.file for one in self.polygons}
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkInput:
+    """``[network]``: what geosurf proposes where faults meet, stop short of each other, or end
+    inside the model. See [faults](guides/faults.md).
+    """
+
+    apply: bool = key(
+        "Whether proposals are applied, one after another until none is left. Rules of "
+        "`[[truncations]]` stand. The console lists each proposal with its reason.",
+        values.switch,
+        default=False,
+    )
+    reach_m: float | None = key(
+        "Largest distance by which a fault stops short of another one that it is continued to. "
+        "Left out: a fifth of the root of the smaller fault's area.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+
+
+def check_faults(faults: tuple[FaultInput, ...], at: KeyPath) -> None:
+    """Each fault comes from a file or from polygons, and is lengthened in one way."""
+    for entry in faults:
+        where = f"faults[{entry.name!r}]"
+        place = at.of(where)
+        with place.noting():
+            if (entry.file is None) == (not entry.polygons):
+                place.refuse(f"{where}: give either file or [[faults.polygons]].")
+            for word in ("name_in_file", "piece") if entry.polygons else ():
+                if getattr(entry, word) is not None:
+                    place.inside(word).refuse(
+                        f"{where}: {word} needs file, and polygons are given. Remove {word}."
+                    )
+            horizons = [one.horizon for one in entry.polygons]
+            twice = next((one for one in horizons if horizons.count(one) > 1), None)
+            if twice is not None:
+                place.inside("polygons").refuse(
+                    f"{where}: two polygons are of horizon {twice!r}. Give one for each horizon."
+                )
+        with place.noting():
+            if isinstance(entry.lengthen_m, Mapping) and entry.lengthen:
+                place.inside("lengthen").refuse(
+                    f"{where}: lengthen_m names sides already. Remove lengthen."
+                )
+
 
 # ---- area keys ----------------------------------------
 # Keys of a scenario that limit the model: ``[aoi]`` and ``[box]``.
@@ -83,33 +246,6 @@ class BoxRanges:
         return (*self.easting_m, *self.northing_m, *self.elevation_m)
 
 
-# ---- grid keys ----------------------------------------
-# Keys of a scenario about its simulation grid: ``[grid]``.
-
-
-@dataclass(frozen=True, kw_only=True)
-class GridInput:
-    """``[grid]``: a corner-point grid for flow simulators, written as `grid.grdecl` and `grid.inc`.
-    See [simulation grids](guides/simulation_grids.md).
-    """
-
-    cell_m: float | tuple[float, float] = key(
-        "Size of the cells, about: whole numbers of them fill the area.",
-        values.cell,
-        unit="m",
-        default=100.0,
-    )
-    layers: int | dict[str, Any] = key(
-        "Layers of each zone between two horizons, or by zone.", values.layers, default=10
-    )
-    min_dip: float = key(
-        "Pillars follow faults that dip at least this; others are stair-steps.",
-        values.dip,
-        unit="degrees",
-        default=15.0,
-    )
-
-
 # ---- sliver keys ----------------------------------------
 # Keys of a scenario about units that are too small to count: ``[slivers]``.
 
@@ -138,39 +274,6 @@ class SliversInput:
         """The same as `Scene` takes it."""
         # The same class as for `Scene(slivers=)`, so that both follow one rule.
         return SliverSettings(self.min_volume_m3, self.merge)
-
-
-# ---- well keys ----------------------------------------
-# The keys of ``[wells]``.
-
-
-@values.check('a list of files such as ["W1.dev", "W2.dev"], relative to the scenario')
-def listed_files(at: values.KeyPath, value: Any) -> tuple[Path, ...] | None:
-    """Files, each once."""
-    if not isinstance(value, list) or not value or any(value.count(one) > 1 for one in value):
-        return None
-    return tuple(values.file(at.inside(str(k + 1)), one) for k, one in enumerate(value))
-
-
-@dataclass(frozen=True, kw_only=True)
-class WellsInput:
-    """``[wells]``: paths of wells. They are drawn on all pictures, and `wells.csv` has the units
-    that each goes through. See [file formats](formats.md#paths-of-wells).
-    """
-
-    files: tuple[Path, ...] = key(
-        "Well traces of Petrel, wells of RMS or ResInsight, LAS, or tables; each may have several "
-        "wells.",
-        listed_files,
-    )
-    heads: Path | None = key(
-        "A table with `Well`, `X`, `Y` and `KB` (elevation of the drill floor), for wells that "
-        "have measured depths and directions only.",
-        values.file,
-        default=None,
-    )
-    positive: str | None = positive_key()
-    length_unit: str | None = length_unit_key()
 
 
 # ---- tear keys ----------------------------------------
@@ -565,28 +668,3 @@ class Scenario:
     def heading(self) -> str:
         """The title, and after it the keys that were set outside of the file."""
         return f"{self.title} ({', '.join(self.settings)})" if self.settings else self.title
-
-
-__all__ = [
-    "FORMATS",
-    "VIEWS",
-    "AreaOfInterest",
-    "BoxRanges",
-    "ContactInput",
-    "EnsembleSettings",
-    "FaultInput",
-    "GridInput",
-    "HorizonInput",
-    "ModelInput",
-    "OutputSettings",
-    "PictureSettings",
-    "Scenario",
-    "SearchSettings",
-    "SliversInput",
-    "TearSettings",
-    "ThrowInput",
-    "TopsInput",
-    "TruncationInput",
-    "UncertainInput",
-    "WellsInput",
-]

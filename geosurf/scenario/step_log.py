@@ -51,7 +51,7 @@ def _draw(scene: Scene, folder: Path, names: Sequence[str] | None, error: Geomet
         return
     from geosurf.render import render_place
     from geosurf.render.backend import views_obstacle
-    from geosurf.scene.attempt import Attempt  # loaded by those who draw
+    from geosurf.scene.pictures import Attempt  # loaded by those who draw
 
     # without a driver or pyvista nothing can be drawn
     if views_obstacle():

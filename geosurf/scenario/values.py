@@ -7,18 +7,152 @@ the dataclass. ``check.allowed`` is that statement, for messages and docs.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import wraps
+from operator import eq
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions.text import closest
 from geosurf.errors import InputError
 from geosurf.model.faults import WAYS
 from geosurf.read._guard import is_zarr
-from geosurf.render.views import LARGEST, SMALLEST, check_size
+from geosurf.render.views import LARGEST, SMALLEST, ZOOMS, check_size
+
+# ---- declare ----------------------------------------
+# How a key of a scenario is declared.
+
+
+def key(meaning: str, check: Check, *, unit: str = "", default: Any = MISSING) -> Any:
+    """Declare one key: what it means, how its value is checked, and its default."""
+    # Read by the parser for checks and by `page` for the documentation.
+    metadata = {"meaning": meaning, "check": check, "unit": unit}
+    if default is MISSING:
+        return field(metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+# ---- tables ----------------------------------------
+# How tables of a scenario are read: each key by its check, then keys that are missing.
+
+
+INCOMPLETE = object()  # stands for a table that lacks what it needs
+# keys that stand in no table
+TOP_LEVEL = ("title", "tolerance_m", "positive", "length_unit", "crs")
+
+
+def table(kind: type) -> Check:
+    """Return the check for a table, ``[kind]``."""
+
+    @check("a table")
+    def one_table(at: KeyPath, value: Any) -> Any:
+        """The table as an object."""
+        if isinstance(value, list | bool):  # [[name]] and name = true are the usual slips
+            at.refuse(f"{at.words} must be one table: write [{at.words}] on a line of its own.")
+        if not isinstance(value, Mapping):
+            return None
+        found = read_table(kind, at, value)
+        return INCOMPLETE if found is None else found
+
+    # `page` and the parser find the keys of the table here.
+    one_table.kind = kind  # type: ignore[attr-defined]
+    return one_table
+
+
+def tables(kind: type) -> Check:
+    """Return the check for tables in order, ``[[kind]]``, which all have different names."""
+
+    @check("tables in double brackets")
+    def many_tables(at: KeyPath, value: Any) -> tuple[Any, ...] | None:
+        """The tables as objects."""
+        # [name] in place of [[name]] is the usual slip.
+        if not isinstance(value, list) or not all(isinstance(v, Mapping) for v in value):
+            name = at.words
+            at.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")
+        rows = (
+            read_table(kind, at.row(row, _label(row, entry)), entry)
+            for row, entry in enumerate(value)
+        )
+        return tuple(one for one in rows if one is not None)
+
+    many_tables.kind = kind  # type: ignore[attr-defined]
+    return many_tables
+
+
+def _label(row: int, entry: Mapping[str, Any]) -> str:
+    """The name of a table, else its number, counted from 1."""
+    name = entry.get("name")
+    return repr(name) if isinstance(name, str) and name.strip() else f"number {row + 1}"
+
+
+def _belongs(word: str, at: KeyPath) -> str:
+    """Where a key belongs that is of the whole scenario; TOML puts it into the table above."""
+    if at.words and word in TOP_LEVEL:
+        return f" {word!r} belongs to the whole scenario: write it above the first table."
+    return ""
+
+
+def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -> Any:
+    """Check all keys of a table and return its dataclass.
+
+    Parameters
+    ----------
+    kind : type
+        A dataclass of `geosurf.scenario.keys`.
+    at : KeyPath
+        The path of the table; takes a note of each unknown key, each missing one, and each value
+        that its check refuses.
+    found : mapping
+        What TOML gave.
+    **more
+        Values of fields that have no key in the file.
+
+    Returns
+    -------
+    object of type `kind`, or None
+        Wrong values have their defaults; a file is the scenario, and a name the number of the
+        table, so that what refers to others can be checked. None if another value is needed.
+    """
+    known = {entry.name: entry for entry in fields(kind) if "check" in entry.metadata}
+    where = f" in {at.words}" if at.words else ""
+    checked: dict[str, Any] = {}
+    tried = set()
+    for word, value in found.items():
+        meant = word
+        if word not in known:
+            # the value of a misspelt key may be wrong, too
+            guess = closest(word, known)
+            with at.inside(word).noting():
+                at.inside(word).refuse(
+                    f"unknown key {word!r}{where}; known keys are {listed_words(tuple(known))}."
+                    f"{did_you_mean(word, known) or _belongs(word, at)}"
+                )
+            if guess is None or guess in found:
+                continue
+            meant = guess
+        tried.add(meant)
+        place = at.inside(word, meant)
+        with place.noting():
+            result = known[meant].metadata["check"](place, value)
+            if result is not INCOMPLETE:
+                checked[meant] = result
+
+    # Then keys that are missing, with what they take.
+    for word, entry in known.items():
+        if entry.default is not MISSING or word in checked:
+            continue
+        if word not in tried:
+            with at.noting():
+                allowed = entry.metadata["check"].allowed
+                at.refuse(f"{word!r} is missing{where}; give {allowed}.", missing=True)
+        if word not in ("name", "file"):
+            return None
+        checked[word] = at.file if word == "file" else f"table {at.words}"
+    return kind(**checked, **more)
+
 
 # words between quotes in what a check allows
 BARE = re.compile(r'"(\w+)"')
@@ -138,23 +272,32 @@ def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
     return wrap
 
 
-@check("text between quotes")
-def text(_: KeyPath, value: Any) -> str | None:
-    """A string with something in it."""
-    # Spaces alone count as empty.
-    return value if isinstance(value, str) and value.strip() else None
+def numeric(allowed: str, fits: Callable[[float], bool]) -> Check:
+    """Return the check for a finite number in a range."""
+    return check(allowed)(
+        lambda _, value: float(value) if is_number(value) and fits(value) else None
+    )
 
 
-@check("true or false")
-def switch(_: KeyPath, value: Any) -> bool | None:
-    """A truth value."""
-    return value if isinstance(value, bool) else None
+def whole(allowed: str, least: int) -> Check:
+    """Return the check for a whole number; true is one in Python, and is refused."""
+    return check(allowed)(lambda _, value: value if type(value) is int and value >= least else None)
 
 
-@check("a number above 0")
-def above_zero(_: KeyPath, value: Any) -> float | None:
-    """A finite number above zero."""
-    return above_zero_or_none(value)
+number = numeric("a number", lambda _: True)
+above_zero = numeric("a number above 0", lambda value: value > 0)
+not_negative = numeric("a number, 0 or above", lambda value: value >= 0)
+share = numeric("a number from 0 to 1", lambda value: 0 <= value <= 1)
+dip = numeric("a number above 0 and below 90", lambda value: 0 < value < 90)
+zoom = numeric("a number from 0.1 to 100", lambda value: ZOOMS[0] <= value <= ZOOMS[1])
+count = whole("a whole number above 0", 1)
+seed = whole("a whole number, 0 or above", 0)
+switch = check("true or false")(lambda _, value: value if isinstance(value, bool) else None)
+
+# spaces alone count as empty
+text = check("text between quotes")(
+    lambda _, value: value if isinstance(value, str) and value.strip() else None
+)
 
 
 @check('"auto", a number above 0, or a table such as {F1 = 3.0}')
@@ -205,21 +348,9 @@ def cell(_: KeyPath, value: Any) -> float | tuple[float, float] | None:
     return above_zero_or_none(value)
 
 
-@check("a number above 0 and below 90")
-def dip(_: KeyPath, value: Any) -> float | None:
-    """A dip that is neither flat nor vertical."""
-    return float(value) if is_number(value) and 0 < value < 90 else None
-
-
 def above_zero_or_none(value: Any) -> float | None:
     """A finite number above zero, else None."""
     return float(value) if is_number(value) and value > 0 else None
-
-
-@check("a whole number above 0")
-def count(_: KeyPath, value: Any) -> int | None:
-    """A number of something that is counted from 1."""
-    return value if type(value) is int and value > 0 else None
 
 
 @check('three names or numbers of columns or more, such as ["X", "Y", "Z"] or [1, 2, 3]')
@@ -231,63 +362,28 @@ def columns(_: KeyPath, value: Any) -> tuple[str, ...] | tuple[int, ...] | None:
     return tuple(value) if right else None
 
 
-@check("a number")
-def number(_: KeyPath, value: Any) -> float | None:
-    """A finite number."""
-    return float(value) if is_number(value) else None
-
-
-@check("a number, 0 or above")
-def not_negative(_: KeyPath, value: Any) -> float | None:
-    """A finite number that is not below zero."""
-    return float(value) if is_number(value) and value >= 0 else None
-
-
-@check("a number from 0 to 1")
-def share(_: KeyPath, value: Any) -> float | None:
-    """A part of a whole."""
-    return float(value) if is_number(value) and 0 <= value <= 1 else None
-
-
-@check("three or more corners: [[easting, northing], ...]")
-def corners(_: KeyPath, value: Any) -> tuple[tuple[float, float], ...] | None:
-    """Pairs of finite numbers."""
-    # Shape first, then numbers: `map` would fail on anything else.
-    if not isinstance(value, list) or len(value) < 3:
+def _pairs(value: Any, least: int) -> tuple[tuple[float, float], ...] | None:
+    """A list of pairs of finite numbers, at least so many."""
+    if not isinstance(value, list) or len(value) < least:
         return None
     if not all(isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in value):
         return None
     return tuple((float(x), float(y)) for x, y in value)
 
 
+corners = check("three or more corners: [[easting, northing], ...]")(
+    lambda _, value: _pairs(value, 3)
+)
+profile = check("one row or more: [[distance, throw], ...]")(lambda _, value: _pairs(value, 1))
+
+
 @check("lines of two points or more, no two in a row the same: [[[easting, northing], ...], ...]")
 def lines(_: KeyPath, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] | None:
     """Lines in the map; an empty list stands for none."""
-    if not isinstance(value, list) or not all(isinstance(one, list) for one in value):
+    found = [_pairs(one, 2) for one in value] if isinstance(value, list) else [None]
+    if any(one is None or any(map(eq, one, one[1:])) for one in found):
         return None
-    found = []
-    for one in value:
-        # numbers of points and equal neighbours are checked where sections check them
-        fits = [isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in one]
-        if not all(fits):
-            return None
-        from geosurf.measure.section import check_line  # loaded by those who cut sections
-
-        try:
-            found.append(tuple(map(tuple, check_line(one).tolist())))
-        except InputError:
-            return None
-    return tuple(found)
-
-
-@check("one row or more: [[distance, throw], ...]")
-def profile(_: KeyPath, value: Any) -> tuple[tuple[float, float], ...] | None:
-    """Pairs of finite numbers."""
-    if not isinstance(value, list) or len(value) == 0:
-        return None
-    if not all(isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in value):
-        return None
-    return tuple((float(s), float(t)) for s, t in value)
+    return tuple(filter(None, found))
 
 
 @check("a list of names, each once")

@@ -1,28 +1,23 @@
 """What users build and ask: horizons, faults and a box in; every result when it is requested.
 
-===================  =====================================================================
-scene.py             `Scene`: its inputs, its results by name, and its measures
-inputs.py            `SceneInputs`: what it is made of, frozen and checked once
-graph.py             `Graph`: what depends on what, from surfaces to units, on one page
-surfaces.py          files, grids and meshes -> the surfaces of the graph
-area.py              the box, the area of interest, and the origin of the local frame
-faults.py            faults, extended and truncated
-horizon_ends.py      faults that end at horizons, virtual walls at their targets; ended.py loads it
-input_warnings.py    warnings about inputs that look wrong
-curves.py            the curves of one pair, and those of all pairs
-reference_systems.py  well tops and area in the system of the surfaces
-wells.py             well tops, and their misfits
-contact_volumes.py   volumes at level contacts, from the model without them
-measures.py          measures that are more than a call of `geosurf.measure`
-memory.py            results by what went into them; steps and warnings
-pictures.py          the pictures of a report
-picture_contents.py  what maps and sections of a scene show
-attempt.py           an error of one picture costs no other result
-card.py              the card of a scene in a notebook
-shown.py             interactive views of all nouns together: `gs.show`
+==================  ======================================================================
+scene.py            `Scene`: its inputs, its results by name, its measures and views
+inputs.py           `SceneInputs`: what it is made of, frozen and checked once
+graph.py            `Graph`: what depends on what, from surfaces to units, on one page
+surfaces.py         files, grids, points and meshes -> the surfaces of the graph; well tops
+area.py             the box, the area of interest, and the origin of the local frame
+faults.py           faults, extended and truncated
+horizon_ends.py     faults that end at horizons, virtual walls at their targets
+tearing.py          horizons torn at the faults of the scene
+tear_rounds.py      until all of them end on the same faults
+input_warnings.py   warnings about inputs that look wrong; reference systems
+memory.py           results by what went into them; steps and warnings
+result_cache.py     results in a folder, which later runs find again
+plots.py            `Scene.plot`: maps, diagrams and views
+pictures.py         the pictures of a report: an error of one costs no other result
+shown.py            the card of a scene; `geosurf.show`
 interactive_view.py  a page that notebooks show in a frame
-plots.py             `Scene.plot`: maps, diagrams and views
-===================  =====================================================================
+==================  ======================================================================
 """
 
 from __future__ import annotations

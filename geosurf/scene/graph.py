@@ -25,43 +25,55 @@ truncates, takes its curves from the patches. Every result is computed when it i
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Hashable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.arrangement import KnownPairs, find_contacts
+from geosurf.arrangement import KnownPairs, find_contacts, meeting_surfaces
 from geosurf.carve import carve_cells, find_cells
 from geosurf.carve.cells import Cells
+from geosurf.carve.fluids import parts_at_levels
 from geosurf.carve.slivers import warnings_of_order, warnings_of_slivers, warnings_of_thin_units
-from geosurf.conventions import counted, did_you_mean
+from geosurf.conventions import counted, did_you_mean, is_number, shared_name
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.faults.distance import lies_beside, warning_of_fault, warnings_of_rims
+from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.link import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
+from geosurf.model.base import in_crs_of
 from geosurf.model.column import VirtualWall, fault_of
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, Truncation
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.ghosts import warnings_of_moves
 from geosurf.scene import area
-from geosurf.scene.area import coverage_in_words, share_inside
-from geosurf.scene.curves import curves_of_all, remembered_curves
-from geosurf.scene.ended import Ended, describe, end_inside
+from geosurf.scene.area import boxes_meet, coverage_in_words, share_inside
 from geosurf.scene.faults import FaultStage, LongerFaults, TearPlans
-from geosurf.scene.footprint import grid_of_sheet, horizons_in_map, warnings_of_extrapolation
 from geosurf.scene.input_warnings import warn_of_inputs
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
-from geosurf.scene.surfaces import InputSurfaces, fluids_of, opened_outline
-from geosurf.scene.wells import opened_tops, remembered_tie
+from geosurf.scene.surfaces import (
+    InputSurfaces,
+    fluids_of,
+    grid_of_sheet,
+    horizons_in_map,
+    opened_outline,
+    opened_tops,
+    remembered_tie,
+    warnings_of_extrapolation,
+)
 from geosurf.triangulate import build_walls
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.faults.virtual.walls import Wall
     from geosurf.model.tops import TieReport, Tops
     from geosurf.triangulate.shared_area import SharedArea
+
+# patches, what faults lost by ending at horizons, warnings of that, and virtual walls
+Ended = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...], tuple[VirtualWall, ...]]
 
 
 class Graph:
@@ -119,7 +131,7 @@ class Graph:
         """Horizons of which the model has every k-th node only, by name."""
         if self.inputs.tolerance is None:
             return {}
-        from geosurf.scene.decimated import decimated  # loaded by those who give a tolerance
+        from geosurf.scene.surfaces import decimated  # loaded by those who give a tolerance
 
         return decimated(self.inputs, self.memory, self.whole)
 
@@ -287,26 +299,57 @@ class Graph:
     @cached_property
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces, and of each with itself if that was requested."""
-        surfaces = tuple(map(self._in_model, self.inputs.names))
-        inside = [self._ends_inside(name) for name in self.inputs.names]
-        how = self.origin_for(surfaces), inside, self._shared, self._searched
-        return curves_of_all(self.inputs, surfaces, *how)
+        surfaces, names = tuple(map(self._in_model, self.inputs.names)), self.inputs.names
+        inside = [self._ends_inside(name) for name in names]
+        n, alone = len(surfaces), self.inputs.self_intersections
+        pairs = [
+            (i, j) for i in range(n) for j in range(i, n) if i < j or (alone and not inside[i])
+        ]
+
+        # with trees it is asked first which are near, of all pairs at once
+        near = {(i, j) for i, j in pairs if not inside[i] and not inside[j]}
+        if self.inputs.voxel_size is None:
+            near = set(meeting_surfaces(surfaces, sorted(near)))
+
+        # the same curves whatever was computed first
+        parts = []
+        for i, j in pairs:
+            if inside[i] or inside[j]:
+                part: Curves | None = shared_curves(self.patches, names[i], names[j])
+            else:
+                both = tuple(surfaces[k] for k in dict.fromkeys((i, j)))
+                part = self._searched(both, (i, j) in near)
+            if part is not None:
+                parts.append(((i, j), part))
+        return in_crs_of(merge_curves(names, self.origin_for(surfaces), parts), surfaces)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet."""
         first, second = name_of(first, "surface"), name_of(second, "surface")
-
         pair = tuple(self._in_model(name) for name in dict.fromkeys((first, second)))
         if self._ends_inside(first) or self._ends_inside(second):
-            return self._shared(first, second)
+            return shared_curves(self.patches, first, second)
         return self._searched(pair, True)
-
-    def _shared(self, first: str, second: str) -> Curves:
-        return shared_curves(self.patches, first, second)
 
     def _searched(self, pair: tuple[TriSurface, ...], near: bool) -> Curves | None:
         """Curves of one or two surfaces; None where they, or all of their parts, are apart."""
-        return remembered_curves(self.inputs, self.memory, pair, self.origin_for, near)
+        subject = f"{pair[0].name} x {pair[-1].name}"
+        far = not boxes_meet(pair[0].bounds, pair[-1].bounds)
+        if far or not near:
+            boxes = "boxes" if far else "boxes of their parts"
+            self.memory.note("curves", subject, "skipped", f"{boxes} do not meet")
+            return None
+
+        # the key: both surfaces, their frame, and the voxels of the search
+        origin, voxels = self.origin_for(pair), self.inputs.voxel_size
+        key = ("curves", *map(self.memory.key_of, pair), origin.tobytes(), voxels)
+        return self.memory.get_or_compute(
+            "curves", subject, key,
+            lambda: curves_of(
+                find_contacts(pair, pairs=[(0, len(pair) - 1)], origin=origin, voxel_size=voxels)
+            ),
+            lambda curves: counted(curves.n_curve, "curve"),
+        )  # fmt: skip
 
     def _ends_inside(self, name: str) -> bool:
         """Whether the split mesh decides where a surface ends: at its faults, or at horizons."""
@@ -319,7 +362,7 @@ class Graph:
         """Virtual walls of compartments, before they are cut at their targets."""
         if not self.inputs.compartments:
             return []
-        from geosurf.scene.virtual_walls import find_virtual_walls  # loaded by those who have some
+        from geosurf.scene.horizon_ends import find_virtual_walls  # loaded by those who have some
 
         faults = list(map(self.whole, self.inputs.faults))
         return find_virtual_walls(self.inputs, self.memory, faults, self.box, self.aoi)
@@ -343,7 +386,8 @@ class Graph:
         place = "box" if self.aoi is None else "area"
         found: Ended = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}", self._patches_key,
-            lambda: self._rebuilt(self.memory.known_pairs(self.enclosed)), describe,
+            lambda: self._rebuilt(self.memory.known_pairs(self.enclosed)),
+            lambda found: "; ".join([counted(found[0].n_patch, "patch"), *map(str, found[1])]),
         )  # fmt: skip
 
         # outside `get_or_compute`: a result from memory warns as a new one does
@@ -360,9 +404,21 @@ class Graph:
             self.enclosed, known=known, origin=self._origin, voxel_size=self.inputs.voxel_size,
             self_intersections=self.inputs.self_intersections,
         )  # fmt: skip
-        patches = trim_sheets(patches_from(contacts))
-        rules = self.ruled_faults.rules
-        return end_inside(patches, self.column, self.inputs, rules, self._virtual)
+        patches, inputs = trim_sheets(patches_from(contacts)), self.inputs
+        lost: tuple[Truncation, ...] = ()
+        warnings: tuple[GeosurfWarning, ...] = ()
+        parts: tuple[VirtualWall, ...] = ()
+        if inputs.horizon_rules:
+            from geosurf.scene.horizon_ends import end_at_horizons  # loaded by those who have some
+
+            rules = inputs.horizon_rules, self.ruled_faults.rules
+            patches, lost, warnings = end_at_horizons(patches, self.column, *rules)
+        if inputs.compartments:
+            from geosurf.scene.horizon_ends import end_virtual_walls  # and these, too
+
+            patches, parts, more = end_virtual_walls(patches, self._virtual, inputs.compartments)
+            warnings = (*warnings, *more)
+        return patches, lost, warnings, parts
 
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:
         """Return what was done to all faults: extended, truncated by faults, by horizons."""
@@ -425,6 +481,55 @@ class Graph:
         """Cells of the patches: names, rules and contacts do not change them."""
         key = "cells", self._patches_key
         return self.memory.stored_for(self.patches, key, lambda: find_cells(self.patches))
+
+    @property
+    def units_at_levels(self) -> Units | None:
+        """Labels and volumes of all units of a scene with level contacts, without cutting it.
+
+        The model without contacts is the same for all contacts, and comes from memory once a scene
+        of the family has built it. A moved contact then passes over the units that it cuts, and
+        nothing else. None where only the arrangement with contacts has them.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2000.0})
+        >>> _ = scene.volumes
+        >>> deeper = scene.replace(contacts={"OWC": -2010.0})
+        >>> found = deeper.volumes
+        >>> [step.stage for step in deeper.steps if step.outcome == "ran"]
+        ['contacts']
+        """
+        inputs = self.inputs
+        if not inputs.contacts or inputs.compartments or inputs.slivers.merge:
+            return None
+        surfaces, contacts = self.fluids
+        named = [("contact", surface.name) for surface in surfaces]
+        named += [("input", name) for name in inputs.names]
+        if not all(is_number(one.at) for one in contacts) or shared_name(named):
+            return None
+
+        # the same inputs without contacts, read once
+        without = copy.copy(inputs)
+        without.__dict__["contacts"] = {}
+        base = Graph(without, self.memory, self.prepared_by)
+        base.read = self.read
+        for place in ("box", "aoi", "given_area", "default_area"):  # no contact changes these
+            base.__dict__[place] = getattr(self, place)
+        units, patches = base.units, base.patches
+        if units.report["thin"]:
+            return None
+        fluids = tuple((one.name, one.block, one.zones, float(one.at)) for one in contacts)
+        found: Units | None = self.memory.get_or_compute(
+            "contacts", ", ".join(surface.name for surface in surfaces),
+            ("level parts", base.units_key, fluids),
+            lambda: parts_at_levels(patches, units, contacts),
+            lambda parts: (
+                "cut with the surfaces" if parts is None else counted(len(parts), "unit")
+            ),
+        )  # fmt: skip
+        return found
 
     @cached_property
     def units_key(self) -> Hashable:

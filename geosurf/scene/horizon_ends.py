@@ -10,25 +10,87 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from geosurf.arrangement import find_contacts
 from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.horizon_sides import FaultSides, HorizonSides, horizon_sides, outside_of_model
 from geosurf.conventions import area_text, counted, length_text, place, toml_key
 from geosurf.errors import GeometryError, GeosurfWarning
-from geosurf.faults.dangling import areas_of, edge_keys, edges_of, pieces_between, rows_of
+from geosurf.faults.dangling import areas_of, edge_keys, edges_of, model_of, pieces_between, rows_of
 from geosurf.faults.distance import closest_approach
 from geosurf.faults.rules import Rule, part_in_words
-from geosurf.faults.virtual.walls import Wall
-from geosurf.model import Patches
+from geosurf.faults.virtual.walls import Wall, build_virtual_walls
+from geosurf.measure.section import chains_of
+from geosurf.model import Patches, TriSurface
 from geosurf.model.column import BOUNDARY, EITHER, ENDS, NEAREST, VirtualWall, virtual_name
 from geosurf.model.faults import Truncation
-from geosurf.rebuild import drop_triangles
+from geosurf.rebuild import drop_triangles, patches_from
+from geosurf.scene.inputs import Box, SceneInputs
+from geosurf.scene.memory import Memory
 
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.faults.virtual.walls import Wall
+# ---- virtual walls ----------------------------------------
+# Virtual walls of compartments, before they are cut at their targets.
+
+
+def find_virtual_walls(
+    inputs: SceneInputs,
+    memory: Memory,
+    faults: Sequence[TriSurface],
+    box: Box,
+    aoi: np.ndarray | None,
+) -> list[Wall]:
+    """
+    Return the virtual walls of a scene, from memory if they are there.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+        With `compartments`.
+    memory : Memory
+    faults : sequence of TriSurface
+        As the model has them.
+    box : (west, east, south, north, bottom, top)
+    aoi : ndarray of float64, shape (n, 2), or None
+        Corners of the area of the model.
+    """
+    stated = str(inputs.compartments)
+    keys = (*map(memory.key_of, faults), stated, box, None if aoi is None else aoi.tobytes())
+
+    def make() -> list[Wall]:
+        """Split all faults, which shows where each of them dies."""
+        split = patches_from(find_contacts(faults, origin=np.zeros(3)))
+        return build_virtual_walls(split, faults, inputs.compartments, model_of(box, aoi))
+
+    return memory.get_or_compute(
+        "virtual walls", counted(len(inputs.compartments), "fault"), ("virtual", *keys), make,
+        lambda walls: counted(len(walls), "wall"), again=False,
+    )  # fmt: skip
+
+
+def lines_on(patches: Patches, horizon: str) -> dict[str, list[np.ndarray]]:
+    """
+    Return where virtual walls meet a horizon.
+
+    Parameters
+    ----------
+    patches : Patches
+    horizon : str
+
+    Returns
+    -------
+    dict of str to list of ndarray of float64, each (n, 3)
+        World coordinates along each line, by name of the virtual wall [m].
+    """
+    on = edges_of(patches, [horizon])
+    found = {}
+    for name in (one.name for one in patches.sources if one.role == "virtual"):
+        keys = np.intersect1d(edges_of(patches, [name]), on)
+        edges = np.stack(np.divmod(keys, len(patches.local)), axis=1)
+        found[name] = [patches.vertices[line] for line in chains_of(edges, patches.local)]
+    return found
 
 
 Ends = tuple[Patches, tuple[Truncation, ...], tuple[GeosurfWarning, ...]]
@@ -100,7 +162,7 @@ def _lost_main(
     of = patches.surface_of_triangle
     mine, main = (of == patches.names.index(name) for name in (branch.fault, branch.main))
     some = (mine & keep, main & keep, main & ~keep)
-    edges, still, gone = (_edges(patches, np.flatnonzero(rows)) for rows in some)
+    edges, still, gone = (edge_keys(patches, np.flatnonzero(rows)) for rows in some)
     a, b = np.divmod(np.setdiff1d(np.intersect1d(edges, gone), still), len(patches.local))
     length = np.linalg.norm(patches.local[b] - patches.local[a], axis=1)
     if len(length) == 0:
@@ -203,7 +265,7 @@ def _nothing_left(patches: Patches, rules: Sequence[Rule], rows: np.ndarray) -> 
 
 def _middle(patches: Patches, rows: np.ndarray) -> np.ndarray:
     """The middle of the largest of some triangles."""
-    largest = rows[_areas(patches, rows).argmax()]
+    largest = rows[areas_of(patches, rows).argmax()]
     middle: np.ndarray = patches.local[patches.triangles[largest]].mean(axis=0) + patches.origin
     return middle
 
@@ -212,15 +274,15 @@ def _truncation(
     patches: Patches, rule: Rule, found: FaultSides, before: np.ndarray, after: np.ndarray
 ) -> Truncation:
     """Areas of a fault that one rule keeps and drops, and the length of its new end."""
-    area = _areas(patches, found.rows)
+    area = areas_of(patches, found.rows)
     gone = before & ~after
 
     # it ends where something is gone, or where its rim lay on the horizon already
-    edges, times = np.unique(_edges(patches, found.rows[after]), return_counts=True)
+    edges, times = np.unique(edge_keys(patches, found.rows[after]), return_counts=True)
     main = np.flatnonzero(patches.surface_of_triangle == patches.names.index(rule.main))
     main = main[np.isin(patches.triangles[main], patches.triangles[found.rows]).sum(axis=1) > 1]
-    ends = edges[(times == 1) & np.isin(edges, _edges(patches, main))]
-    left, lost = (_edges(patches, found.rows[some & found.inside]) for some in (after, gone))
+    ends = edges[(times == 1) & np.isin(edges, edge_keys(patches, main))]
+    left, lost = (edge_keys(patches, found.rows[some & found.inside]) for some in (after, gone))
     ends = np.union1d(np.intersect1d(ends, left), np.intersect1d(left, lost))
     a, b = np.divmod(ends, len(patches.local))
     return Truncation(
@@ -234,21 +296,6 @@ def _truncation(
         apart_area=0.0,
         length=math.fsum(np.linalg.norm(patches.local[b] - patches.local[a], axis=1)),
     )
-
-
-def _edges(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    """The edges of some triangles as one number each, (3 n,)."""
-    t = patches.triangles[rows]
-    ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
-    keys: np.ndarray = ends.min(axis=2) * len(patches.local) + ends.max(axis=2)
-    return keys.ravel()
-
-
-def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:
-    """Area of some triangles [m2]."""
-    a, b, c = (patches.local[patches.triangles[rows, k]] for k in range(3))
-    areas: np.ndarray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return areas
 
 
 def edges_above_and_below(patches: Patches, wall: Wall) -> np.ndarray:

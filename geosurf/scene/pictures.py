@@ -13,13 +13,14 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import Any, TypedDict
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.packages import need_plots
-from geosurf.errors import GeometryError, GeosurfWarning, InputError, OutputError
+from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.model.protocols import MeasuredModel
@@ -27,9 +28,9 @@ from geosurf.render import render_search
 from geosurf.render.backend import views_obstacle
 from geosurf.render.colouring import check_colour_by, selection_of
 from geosurf.render.compose import plotted
+from geosurf.render.diagram import draw_throw
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.picture_style import PictureStyle, style_of
-from geosurf.render.profile import draw_throw
 from geosurf.render.views import (
     angles_of,
     check_exaggeration,
@@ -38,15 +39,63 @@ from geosurf.render.views import (
     view_vectors,
     words_of,
 )
-from geosurf.scene.attempt import Attempt
-from geosurf.scene.picture_contents import (
+from geosurf.scene.plots import (
+    ScenePlots,
     cut_horizons,
     middle_lines,
     neighbours,
     warn_of_colours,
 )
-from geosurf.scene.plots import ScenePlots
 from geosurf.warning import warn
+
+# ---- attempt ----------------------------------------
+# One picture at a time: an error of one costs no other result.
+
+
+class Attempt:
+    """Catches the error of one picture, whatever it is, so that all other results stay.
+
+    Only exceptions that mean to end the program pass through.
+
+    Examples
+    --------
+    >>> with Attempt() as tried:
+    ...     1 / 0
+    >>> tried.reason
+    'ZeroDivisionError: division by zero. This is a fault of geosurf: please report it'
+    """
+
+    error: BaseException | None = None
+
+    def __enter__(self) -> Attempt:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        """Keep the error."""
+        # an Exception is swallowed and kept for `reason`; KeyboardInterrupt and SystemExit are
+        # none, and pass
+        self.error = error
+        return isinstance(error, Exception)
+
+    @property
+    def reason(self) -> str:
+        """What went wrong, as a part of a sentence; '' if nothing did."""
+        # errors on purpose have a sentence for the user; anything else is a defect of geosurf
+        if isinstance(self.error, GeosurfError | Warning):
+            return str(self.error).rstrip(".")
+        if isinstance(self.error, MemoryError):
+            return "there is not enough memory for it"
+        if self.error is None:
+            return ""
+        name = type(self.error).__name__
+        return f"{name}: {self.error}. This is a fault of geosurf: please report it"
+
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"

@@ -57,7 +57,7 @@ from geosurf.model.sheets import (
     TearPlan,
 )
 from geosurf.model.surfaces import Sector
-from geosurf.scene.fingerprint import fingerprint
+from geosurf.scene.memory import fingerprint
 from geosurf.scene.scene import Scene
 from geosurf.warning import collected, issue, warn
 

@@ -2,42 +2,60 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from geosurf import measure
 from geosurf.arrangement import search_voxels
 from geosurf.carve.certificate import certify_repeated
-from geosurf.conventions import counted
+from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.running import running
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.measure.section import check_line
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
+from geosurf.model.base import multiblock, need_pyvista
 from geosurf.model.column import VirtualWall
 from geosurf.model.curves import Curves, VoxelSearch
+from geosurf.model.expected import flag_of, name_of
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
 from geosurf.model.protocols import View3D
+from geosurf.model.sheets import TearPlan
 from geosurf.model.tops import TieReport, Tops
 from geosurf.rebuild import trim_sheets
-from geosurf.scene import contact_volumes, measures
-from geosurf.scene.card import card_of
-from geosurf.scene.faults import known_fault
+from geosurf.scene.faults import LongerFaults, known_fault
 from geosurf.scene.graph import Graph
-from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
+from geosurf.scene.input_warnings import check_system_of_places, refuse_other_systems
+from geosurf.scene.inputs import INPUTS, Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
 from geosurf.scene.memory import Memory, OnStart, Step, on_start_of
-from geosurf.scene.tearing import torn_graph
+from geosurf.scene.shown import card_of
+from geosurf.scene.surfaces import (
+    opened_contacts,
+    opened_horizon,
+    opened_tops,
+    paths_of,
+    undeclared,
+    warnings_of_names,
+)
+from geosurf.scene.tearing import torn_graph, warnings_of_passed
+from geosurf.triangulate.decimate import bound_of_change
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
     import xarray
 
+    from geosurf.measure.locate import Boundaries, Locator
     from geosurf.scene.plots import ScenePlots
+
+Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
 
 
 class Scene:
@@ -474,7 +492,8 @@ class Scene:
     @property
     def volumes(self) -> xarray.DataArray:
         """Volume of each unit by zone and block, and contact where there are some [m3]."""
-        return contact_volumes.volumes(self._graph)
+        found = self._graph.units_at_levels
+        return self.units.volumes if found is None else found.volumes
 
     @property
     def volume_error_bound(self) -> float:
@@ -497,12 +516,22 @@ class Scene:
         >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
         (True, 0.0)
         """
-        return measures.volume_error_bound(self._graph)
+        horizons = self._graph.inputs.horizons
+        if any(isinstance(one, Sheet) and one.fewer_nodes for one in horizons.values()):
+            return math.inf
+        few = [one for one in map(self.surface, horizons) if "volume_error" in one.vertex_data]
+        names = {one.name for one in few}
+        others = [one for one in self._graph.enclosed if one.name not in names] + few if few else []
+        bounds = (
+            bound_of_change(one, [two for two in others if two is not one], self.box[:4])
+            for one in few
+        )
+        return sum(bounds, 0.0)
 
     @property
     def faults_inside(self) -> tuple[str, ...]:
         """Names of the faults that reach into the model."""
-        return measures.names_inside(self._graph, "fault")
+        return self._inside("fault")
 
     @property
     def coverage(self) -> dict[str, float]:
@@ -534,19 +563,26 @@ class Scene:
         >>> scene.crs, scene.volumes.attrs["crs"]
         ('EPSG:23031', 'EPSG:23031')
         """
-        return measures.crs(self._graph)
+        if self._graph.inputs.crs is not None:
+            return self._graph.inputs.crs
+        found = (self._graph.surface(name).crs for name in self._graph.inputs.names)
+        return next((one for one in found if one is not None), None)
 
     @property
     def input_files(self) -> dict[str, Path]:
         """Horizons, faults, contacts, well tops and area that were given as paths, by name."""
-        from geosurf.scene.surfaces import paths_of
-
         return paths_of(self._inputs)
 
     @property
     def horizons_inside(self) -> tuple[str, ...]:
         """Names of the horizons that reach into the model, youngest first."""
-        return measures.names_inside(self._graph, "horizon")
+        return self._inside("horizon")
+
+    def _inside(self, role: str) -> tuple[str, ...]:
+        """Names of surfaces of a role that bound units, in the order of the scene."""
+        inside, sources = self.units.rows_inside, self.patches.sources
+        found = (source for i, source in enumerate(sources) if i in inside)
+        return tuple(source.name for source in found if source.role == role)
 
     def to_pyvista(self) -> pyvista.MultiBlock:
         """Return horizons, faults, curves and units as named blocks of `pyvista`.
@@ -557,9 +593,53 @@ class Scene:
             ``"horizons"``, ``"faults"`` and ``"units"`` hold a block for each name; ``"curves"`` is
             one block. Surfaces are split where they meet, and end at the model.
         """
-        return measures.to_pyvista(self._graph)
+        need_pyvista()  # before the model is built
+        surfaces = {
+            role: multiblock({name: self.patches.surface(name).to_pyvista() for name in names})
+            for role, names in (("horizons", self.horizon_names), ("faults", self.fault_names))
+        }
+        curves, units = self.curves.to_pyvista(), self.units.to_pyvista()
+        return multiblock({**surfaces, "curves": curves, "units": units})
 
     # ---- measures ------------------------------------------------------------------------
+
+    def _measured(self, what: str, run: Callable[[], Labelled], *more: Hashable) -> Labelled:
+        """Return a measure of the units, from memory if it is there."""
+        # a measure is found by its model and what was asked for
+        found = self._graph.memory.get_or_compute(
+            "measure", what, ("measure", what, self._graph.units_key, *more), run,
+            lambda made: ", ".join(counted(n, str(dim)) for dim, n in made.sizes.items()),
+        )  # fmt: skip
+
+        # declared on a copy: the memory may hold results of a model that differs in this word alone
+        crs = self.units.crs
+        return found if crs is None else found.assign_attrs(crs=crs)
+
+    def _of_units(self, what: str, run: Callable[..., xarray.Dataset], name: str) -> xarray.Dataset:
+        """Return a measure of patches and units for the name of a surface."""
+        return self._measured(f"{what} {name}", lambda: run(self.patches, self.units, name))
+
+    @property
+    def _locator(self) -> Locator:
+        """What finds the unit at a point, from memory if it is there."""
+        from geosurf.measure.locate import locator_of  # loaded by those who ask for places
+
+        return self._graph.memory.get_or_compute(
+            "measure", "units by place", ("locator", self._graph.units_key),
+            lambda: locator_of(self.units),
+            lambda found: counted(len(found.bins.corners), "triangle"),
+        )  # fmt: skip
+
+    @property
+    def _boundaries(self) -> Boundaries:
+        """All triangles that bound units, from memory if they are there."""
+        from geosurf.measure.locate import boundaries_of  # loaded by those who ask for places
+
+        return self._graph.memory.get_or_compute(
+            "measure", "boundaries of units", ("boundaries", self._graph.units_key),
+            lambda: boundaries_of(self.patches, self.units),
+            lambda found: counted(len(found.triangles), "triangle"),
+        )  # fmt: skip
 
     def thickness(
         self,
@@ -602,7 +682,19 @@ class Scene:
         >>> thickness.sum("block").round(9).values.tolist()[0][:3]
         [70.0, 70.0, 70.0]
         """
-        return measures.thickness(self._graph, zone, grid, kind, contact)
+        if contact is not None:
+            contact = name_of(contact, "contact interval")
+
+        # a cell size counts by its text
+        nodes = repr(grid)
+        if hasattr(grid, "coords"):  # of a map, only these count; and they may be changed in place
+            axes = [grid.coords[name] for name in HORIZON_DIMS if name in grid.coords]
+            nodes = self._graph.memory.hold(axes)
+        words: dict[str, Any] = {"kind": kind, "contact": contact, "horizons": self.horizon_names}
+        return self._measured(
+            f"{kind} {zone}", lambda: measure.thickness_map(self.units, zone, grid, **words),
+            nodes, contact,
+        )  # fmt: skip
 
     def sample(
         self,
@@ -650,7 +742,12 @@ class Scene:
         >>> dict(scene.sample(cell=(100, 100, 10), codes=True).sizes)
         {'elevation': 80, 'northing': 30, 'easting': 40}
         """
-        return measures.sample(self._graph, where, cell, codes, distance)
+        if where is not None:
+            check_system_of_places(lambda: self.crs, where, "places")
+        boundaries = self._boundaries if flag_of(distance, "distance") else None
+        return measure.sample_units(
+            self.units, where, cell=cell, codes=codes, locator=self._locator, boundaries=boundaries
+        )
 
     def well_intervals(self, path: Any, *, md: Any = None) -> xarray.Dataset:
         """Return the units that wells go through, with entry and exit points.
@@ -696,7 +793,16 @@ class Scene:
         >>> scene.well_intervals(wells).well.values.tolist()
         ['W-1', 'W-2', 'W-2', 'W-2']
         """
-        return measures.well_intervals(self._graph, path, md)
+        from geosurf.measure.places import intervals_of_wells, well_intervals, wells_of
+
+        wells, boundaries = wells_of(path), self._boundaries
+        if wells is not None and md is not None:
+            raise InputError("md= is for one well. Give many wells as tables with a column 'md'.")
+        for name, one in {"path": path}.items() if wells is None else wells.items():
+            check_system_of_places(lambda: self.crs, one, name)
+        if wells is None:
+            return well_intervals(self.units, path, md, self._locator, boundaries)
+        return intervals_of_wells(self.units, wells, self._locator, boundaries)
 
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].
@@ -715,9 +821,7 @@ class Scene:
         InputError
             For an unknown fault.
         """
-        from geosurf.measure import juxtaposition_table
-
-        return measures.of_units(self._graph, "juxtaposition", juxtaposition_table, fault)
+        return self._of_units("juxtaposition", measure.juxtaposition_table, fault)
 
     def allan(self, fault: str) -> xarray.Dataset:
         """Return the Allan diagram of a fault: zones, cut-offs and contacts of both walls, on it.
@@ -739,9 +843,7 @@ class Scene:
         GeometryError
             For a fault that is flat on average, and so has no strike.
         """
-        from geosurf.measure import allan_diagram
-
-        return measures.of_units(self._graph, "allan", allan_diagram, fault)
+        return self._of_units("allan", measure.allan_diagram, fault)
 
     def section(self, line: Any) -> xarray.Dataset:
         """Return a vertical section of the model along a line in the map.
@@ -762,11 +864,10 @@ class Scene:
         InputError
             If the line has fewer than two points, or two equal ones in a row.
         """
-        from geosurf.measure import vertical_section
-        from geosurf.measure.section import check_line
-
         # checked and turned into an array first, so that lists and arrays have one key
-        return measures.of_units(self._graph, "section", vertical_section, check_line(line))
+        corners = check_line(line)
+        run = lambda: measure.vertical_section(self.patches, self.units, corners)  # noqa: E731
+        return self._measured("section", run, corners.tobytes())
 
     def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
         """Return the lines where a horizon meets a fault, or those on one wall of it.
@@ -788,7 +889,18 @@ class Scene:
         InputError
             For an unknown horizon, fault or side.
         """
-        return measures.cutoffs(self._graph, horizon, fault, side)
+        for role, known, name in (
+            ("horizon", self.horizon_names, horizon),
+            ("fault", self.fault_names, fault),
+        ):
+            if not is_word(name, known):
+                guess = did_you_mean(name, known)
+                raise InputError(f"no {role} is called {name!r}; there are {list(known)}.{guess}")
+        if side is None:  # of the two surfaces alone: no model is built
+            found = self.curves_between(horizon, fault)
+            return [] if found is None else [found.points[curve] for curve in found.curves]
+        sign = measure.side_of_words(side)
+        return measure.wall_lines(self.patches, self.units, horizon, fault, sign)
 
     def fault_polygons(self, horizon: str) -> xarray.Dataset:
         """Return the fault polygons of a horizon: rings of hanging-wall and footwall cut-offs.
@@ -807,9 +919,7 @@ class Scene:
         InputError
             For an unknown horizon.
         """
-        from geosurf.measure import fault_polygons
-
-        return measures.of_units(self._graph, "fault polygons", fault_polygons, horizon)
+        return self._of_units("fault polygons", measure.fault_polygons, horizon)
 
     def throw(self, horizon: str, fault: str, *, direction: str = "local") -> xarray.Dataset:
         """Return throw, heave and dip separation of a horizon along a fault.
@@ -834,7 +944,40 @@ class Scene:
             If a fault is flat on average, or turns back against its mean dip direction between its
             cut-offs (``"local"`` only), or a cut-off turns back along the strike.
         """
-        return measures.throw(self._graph, horizon, fault, direction)
+        from geosurf.sheets.faults import DIRECTIONS  # loaded by those who ask for throw
+
+        if not is_word(direction, DIRECTIONS):
+            raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
+        horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")
+        run = lambda: self._throw(horizon, fault, direction)  # noqa: E731
+        return self._measured(f"throw {horizon} x {fault}", run, horizon, fault, direction)
+
+    def _throw(self, horizon: str, fault: str, direction: str) -> xarray.Dataset:
+        """Compare the cut-offs of both walls across the mean strike, then down the local dip."""
+        from geosurf.sheets.faults.fault_profile import cell_of, to_level
+
+        # distance along strike counts from the end of the fault, in world coordinates
+        faces = measure.faces_of(self.patches, self.units, fault, "fault")
+        hanging, foot = (self.cutoffs(horizon, fault, side) for side in ("+", "-"))
+        azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
+        start = -float(faces.along(-faces.origin[None])[0])
+
+        # first across the mean strike; its elevations say at which level walls are compared
+        found = measure.separation(hanging, foot, azimuth, start=start)
+        if direction == "local" and found.sizes["point"]:
+            # cut-offs are compared at their mean elevation, down lines of steepest dip
+            sources = {source.name: source for source in self.patches.sources}
+            cell = cell_of(self.sheets.get(horizon, sources[horizon]))
+            walls = found.hanging_wall_elevation, found.footwall_elevation
+            mean, largest = 0.5 * sum(float(wall.mean()) for wall in walls), abs(found.throw).max()
+            try:
+                level = to_level(sources[fault], float(largest), cell, mean, hanging, foot)
+            except GeometryError as error:
+                error.add_note("With direction='mean' throw is read across the mean strike.")
+                raise
+            if level is not None:  # None where the fault is straight
+                found = measure.separation(hanging, foot, azimuth, start=start, level=level)
+        return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
     def orientation(self, name: str) -> xarray.Dataset:
         """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.
@@ -854,9 +997,7 @@ class Scene:
         InputError
             For an unknown name.
         """
-        from geosurf.measure import orientation
-
-        return measures.of_units(self._graph, "orientation", orientation, name)
+        return self._of_units("orientation", measure.orientation, name)
 
     def misfit(self, tops: Any = None) -> xarray.Dataset:
         """Return well tops compared with the horizons of the model, for each horizon and well.
@@ -887,7 +1028,22 @@ class Scene:
         >>> scene.misfit(tops).status.values.tolist()
         ['found', 'outside']
         """
-        return measures.misfit(self._graph, tops)
+        memory, inputs = self._graph.memory, self._graph.inputs
+        checked = self.tops
+        if tops is not None:
+            with memory.collecting():
+                checked = opened_tops(tops, inputs.options)
+        if checked is None:
+            raise InputError(
+                "the scene has no well tops. Give them: scene.misfit(geosurf.read_tops(path)), or "
+                "Scene(..., tops=...)."
+            )
+        refuse_other_systems(self._graph.read.crs, inputs.crs, checked, None)
+        memory.warn(*warnings_of_names(checked, self.horizon_names))
+        run = lambda: measure.well_misfit(self.patches, self.units, checked)  # noqa: E731
+        return self._measured(
+            "misfit", run, checked.wells, checked.horizons, checked.points.tobytes()
+        )
 
     # ---- views and pictures --------------------------------------------------------------
 
@@ -1089,3 +1245,113 @@ class Scene:
         """
         self._graph.prepare()
         return self._graph.warnings()
+
+
+# ---- given ----------------------------------------
+# The inputs of a scene as they were given, opened: what an ensemble varies.
+
+
+def given_horizon(scene: Scene, name: str) -> tuple[Any, dict[str, Any]]:
+    """
+    Return a horizon before it is torn and tied, and what its data do not declare.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+
+    Returns
+    -------
+    (TriSurface, Sheet or data, dict)
+        A surface, or the data of a horizon that is to be torn, with the keywords ``positive`` and
+        ``length_unit`` that count for them.
+    """
+    inputs = scene._inputs
+    value = inputs.horizons[name]
+    if isinstance(value, Sheet):
+        return value, {}
+    if inputs.tear is None:
+        return scene._plain.untied(name), {}
+    data = opened_horizon(value, inputs.options)
+    return data, undeclared(data, inputs.options)
+
+
+def given_fault(scene: Scene, name: str) -> TriSurface:
+    """Return a fault as given: neither extended nor truncated."""
+    return scene._plain.read.fault(name)
+
+
+def prepared_faults(scene: Scene) -> dict[str, TriSurface]:
+    """Return all faults as extended and truncated, before tears make them longer."""
+    return {name: scene._plain.faults.surface(name) for name in scene.fault_names}
+
+
+def torn_like(scene: Scene, longer: LongerFaults, plans: Mapping[str, TearPlan]) -> Scene:
+    """Return the scene, torn at faults as long as another scene needed them, first as it was."""
+    twin = scene.replace()
+    twin._plain.longer, twin._plain.plans = dict(longer), dict(plans)
+    return twin
+
+
+def frame_of(scene: Scene) -> tuple[Box, np.ndarray | None]:
+    """
+    Return the box and the area of a scene before its horizons are torn: no sheet moves them.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (tuple of float, ndarray of float64 (n, 2) or None)
+        West, east, south, north, bottom and top [m]; corners of the area, None if it is the box.
+    """
+    return scene._plain.box, scene._plain.aoi
+
+
+def torn_scene(scene: Scene, horizons: Mapping[str, Sheet], **changes: Any) -> Scene:
+    """
+    Return a scene with horizons that were torn at its faults, and with faults as these ended up.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its rules have made the faults ready.
+    horizons : mapping of str to Sheet
+    **changes
+        Further inputs, as `Scene.replace` takes them.
+
+    Returns
+    -------
+    Scene
+        It lists what the rules of `scene` did to the faults, and proposes for these.
+    """
+    torn = scene.replace(horizons=horizons, **changes)
+    if "faults" in changes:  # its own rules do nothing more
+        torn._plain.prepared_by = scene._plain.ruled_faults
+        passed = warnings_of_passed(scene._plain, prepared_faults(scene), changes["faults"])
+        torn._plain.memory.warn(*passed)
+    return torn
+
+
+def keep_results_apart(scene: Scene) -> None:
+    """Let a scene take results from its family, and give none to it: nobody will change it."""
+    scene._plain.memory.shares = False
+
+
+def volumes_by_unit(scene: Scene) -> dict[tuple[str, str, str, str], float]:
+    """Return the volume of each unit [m3] by name, zone, block and contact: without a table."""
+    graph = scene._graph
+    units = graph.units_at_levels or graph.units
+    return {(u.name, u.zone, u.block, u.contact): float(u.volume) for u in units.values()}
+
+
+def given_contacts(scene: Scene) -> dict[str, Any]:
+    """Return fluid contacts by name, with files and grids as surfaces."""
+    return opened_contacts(scene._inputs.contacts, scene._inputs.options)
+
+
+def given_settings(scene: Scene) -> dict[str, Any]:
+    """Return all other inputs of a scene, by name."""
+    surfaces = ("horizons", "faults", "contacts")
+    return {key: getattr(scene._inputs, key) for key in INPUTS if key not in surfaces}

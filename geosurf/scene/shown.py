@@ -1,14 +1,61 @@
-"""An interactive view of anything with a place in space: `geosurf.show`."""
+"""What notebooks show: a card of a scene, and interactive views: `geosurf.show`."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from geosurf.conventions import counted
+from geosurf.conventions.card import Card
 from geosurf.model import Sheet, Units
+from geosurf.model.column import ENDS
 from geosurf.rebuild import rebuild_surfaces, trim_sheets
 from geosurf.scene.interactive_view import InteractiveView, checked_max_triangle
-from geosurf.scene.scene import Scene
+
+# ---- card ----------------------------------------
+# What notebooks show of a scene: a card of its inputs, what was computed, and warnings.
+
+
+MOST_WARNINGS = 5
+
+
+def card_of(scene: Any) -> str:
+    """Return inputs, what is computed already, and warnings; nothing is computed for it."""
+    memory = scene._plain.memory
+    ran = [step for step in memory.steps if step.outcome == "ran"]
+    stages = dict.fromkeys(step.stage for step in ran)
+    rows = [
+        ("horizons", ", ".join(scene.horizon_names)),
+        ("faults", ", ".join(scene.fault_names) or "none"),
+        *_walls_in_words(scene),
+        ("computed", ", ".join(stages) or "nothing yet: ask for curves, units or volumes"),
+    ]
+    if ran:
+        rows.append(("time", f"{sum(step.seconds for step in ran):.2f} s"))
+    notes = [str(warning) for warning in memory.warnings[:MOST_WARNINGS]]
+    left = len(memory.warnings) - MOST_WARNINGS
+    notes += [f"and {counted(left, 'warning')} more: scene.warnings"] if left > 0 else []
+    return Card("Scene", rows, notes=notes).html()
+
+
+def _walls_in_words(scene: Any) -> list[tuple[str, str]]:
+    """The row of virtual walls: what they continue, and their joins once they are known."""
+    # with horizons as they were given, if they are not torn yet
+    graph = vars(scene).get("_graph", scene._plain)
+    wanted = [name for name, ends in graph.inputs.compartments.items() if ends]
+    if not wanted:
+        return []
+    if "_patches_and_ends" not in vars(graph):
+        return [("virtual walls", f"of {', '.join(wanted)}")]
+    along = [str(one) for one in scene.virtual_walls if one.side in ENDS]
+    return [("virtual walls", "; ".join(along) or "none")]
+
+
+# ---- interactive view ----------------------------------------
+# An interactive view: a page that notebooks show in a frame, and browsers as it is.
+
+
+# ---- shown ----------------------------------------
+# An interactive view of anything with a place in space: `geosurf.show`.
 
 
 def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
@@ -55,7 +102,7 @@ def show(*things: Any, max_triangle: int = 120_000) -> InteractiveView:
 
 def _drawable(thing: Any) -> Any:
     """What stands for a thing: units for a scene, and a sheet that ends on its faults."""
-    if isinstance(thing, Scene):
+    if hasattr(thing, "view_3d"):  # a scene
         return thing.units
     if isinstance(thing, Sheet):
         # walls of a sheet continue beyond its faults; what lies beyond is no data

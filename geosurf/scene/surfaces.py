@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import weakref
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,13 @@ import numpy as np
 
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
-from geosurf.conventions.crs import refuse_other_crs
-from geosurf.errors import InputError
+from geosurf.conventions import counted, did_you_mean, length_text, rising_diagonal
+from geosurf.conventions.crs import crs_of, refuse_other_crs
+from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import FaultSticks, FluidContact, Lattice, Sheet, TriSurface
 from geosurf.model.base import in_crs_of
-from geosurf.scene.footprint import footprint, opened_horizon
+from geosurf.model.faults import in_order
+from geosurf.model.tops import TieReport, TieSettings, Tops, tops_of
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import (
@@ -26,7 +29,13 @@ from geosurf.triangulate import (
     triangulate_fault,
     triangulate_horizon,
 )
-from geosurf.triangulate.horizon import decimated_horizons, horizon_over, never_changes
+from geosurf.triangulate.decimate import can_be_decimated, decimate_frame, strides_of
+from geosurf.triangulate.horizon import (
+    EXTRAPOLATED,
+    decimated_horizons,
+    horizon_over,
+    never_changes,
+)
 from geosurf.triangulate.outline import check_outline
 from geosurf.triangulate.spikes import check_spikes
 from geosurf.triangulate.stored import (
@@ -37,9 +46,363 @@ from geosurf.triangulate.stored import (
     read_stored,
     refusal,
 )
+from geosurf.warning import collected, warn
+
+# ---- footprint ----------------------------------------
+# Horizons that are to be torn, as grids or points: their data, and where they lie in the map.
+
+
+BETWEEN = 3  # cells: scattered points may be twice as far apart, and still cover what is between
 
 Options = Mapping[str, Any]
 Lookup = Callable[[str], TriSurface]
+
+
+def opened_horizon(value: Any, options: Options) -> Any:
+    """Return the data of a horizon that is to be torn; a path is read, as points or as a grid."""
+    if isinstance(value, str | Path):
+        from geosurf.read import otherwise, read_horizon, read_points
+
+        read = read_points if holds_points(value) else read_horizon
+        value = read(value, **otherwise(options))
+    return read_stored(value, "to be torn") if is_stored(value) else value
+
+
+def holds_points(path: str | Path) -> bool:
+    """Return whether a file holds points by its suffix, and no grid or mesh."""
+    from geosurf.read import HORIZON_FORMATS, POINT_FORMATS
+
+    return Path(path).suffix.lower() in _suffixes(POINT_FORMATS) - _suffixes(HORIZON_FORMATS)
+
+
+def _suffixes(formats: Mapping[str, Any]) -> set[str]:
+    """All suffixes of some formats."""
+    return {suffix for *_, suffixes in formats.values() for suffix in suffixes}
+
+
+def footprint(name: str, data: Any, words: Mapping[str, Any]) -> TriSurface:
+    """Return a horizon that is to be torn as a grid without holes, for box and area.
+
+    Gaps at faults, and between points, are not the end of a horizon: they get the height of the
+    nearest node.
+    """
+    from scipy.ndimage import binary_closing, binary_fill_holes, distance_transform_edt
+
+    from geosurf.sheets.lattice.data import picks_or_points
+
+    picks = picks_or_points(data, name, words.get("positive"), words.get("length_unit"), None)
+
+    # one value per cell of the grid, NaN where there are no data
+    z = picks.means.reshape(picks.frame.shape)
+    present = np.isfinite(z)
+
+    # scattered points leave cells empty between them: closing joins points up to twice BETWEEN
+    # cells apart
+    if not picks.on_nodes:
+        present = binary_closing(np.pad(present, BETWEEN), iterations=BETWEEN)
+        present = present[BETWEEN:-BETWEEN, BETWEEN:-BETWEEN]
+    filled = binary_fill_holes(present)
+
+    # row and column of the nearest cell with data, for every cell
+    nearest = distance_transform_edt(np.isnan(z), return_distances=False, return_indices=True)
+    elevation = np.where(filled, z[tuple(nearest)], np.nan)
+    frame = picks.frame
+    rising = rising_diagonal(frame.easting, frame.northing)
+    lattice = Lattice(frame.easting, frame.northing, elevation, rising)
+    made = TriSurface(name, "horizon", lattice=lattice)
+    if made.n_triangle == 0:
+        low, high = np.nanmin(z), np.nanmax(z)
+        raise HorizonError(
+            f"horizon {name!r}: its data cover no area. Easting is {extent(frame.easting)}, "
+            f"northing {extent(frame.northing)}, elevation {low:.6g} to {high:.6g} m. If these are "
+            "exchanged, name the columns: columns=[x, y, z], by name or by number.",
+            surfaces=[name],
+        )
+    made.crs = crs_of(data) if not isinstance(data, TriSurface) else data.crs
+    return made
+
+
+def extent(values: np.ndarray) -> str:
+    """
+    Return the lowest and highest of some coordinates, in words.
+
+    Examples
+    --------
+    >>> extent(np.array([3.0, 1.0]))
+    '1 to 3 m'
+    """
+    return f"{np.nanmin(values):.7g} to {np.nanmax(values):.7g} m"
+
+
+def with_empty_blocks(
+    horizons: Mapping[str, TriSurface], filling: Mapping[str, bool | str]
+) -> dict[str, TriSurface]:
+    """
+    Return horizons with nodes of those that they are pinched out onto, where they have none.
+
+    The default area follows from these: the model fills blocks in which a horizon is missing.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> top = gs.synthetic.tilted_planes(n=9).horizons["Top"]
+    >>> west = gs.triangulate_horizon(top.where(top.easting < 2000), name="West")
+    >>> both = {"West": west, "Top": gs.triangulate_horizon(top, name="Top")}
+    >>> with_empty_blocks(both, {"West": "Top", "Top": False})["West"].bounds[:2]
+    (0.0, 4000.0)
+    """
+    found = dict(horizons)
+    for name in in_order(filling):
+        onto = filling[name]
+        if isinstance(onto, bool):
+            continue
+        own, other = found[name].lattice, found[onto].lattice
+        if own is None or other is None or own.shape != other.shape:
+            continue
+        z = np.where(np.isnan(own.elevation), other.elevation, own.elevation)
+        lattice = Lattice(own.easting, own.northing, z, own.rising, own.reverse)
+        made = TriSurface(name, "horizon", lattice=lattice)
+        made.crs = found[name].crs
+        found[name] = made
+    return found
+
+
+def grid_of_sheet(sheet: Sheet) -> TriSurface:
+    """Return a torn horizon as a grid, without gaps at faults."""
+    from geosurf.sheets.extend import as_lattice  # loaded by those who have sheets
+
+    return as_lattice(sheet)
+
+
+def warnings_of_extrapolation(horizon: TriSurface) -> list[GeosurfWarning]:
+    """Return the warning of the nodes that `extend_horizon` gave a horizon, if it has some."""
+    if EXTRAPOLATED not in horizon.vertex_data:
+        return []
+    from geosurf.sheets.extend import warning_of_extrapolation  # loaded by those who extend
+
+    found = warning_of_extrapolation(horizon)
+    return [] if found is None else [found]
+
+
+def horizons_in_map(
+    inputs: SceneInputs, of_sheet: Callable[[Sheet], TriSurface], untied: Lookup
+) -> list[TriSurface]:
+    """Return all horizons for box and area, those that are pinched out with the nodes that lack.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    of_sheet : callable
+        What stands for a torn horizon.
+    untied : callable
+        Horizon of a name, for all others.
+    """
+    found = {
+        name: of_sheet(value).renamed(name) if isinstance(value, Sheet) else untied(name)
+        for name, value in inputs.horizons.items()
+    }
+    return [*with_empty_blocks(found, inputs.filling).values()]
+
+
+# ---- decimated ----------------------------------------
+# Horizons of a model within a tolerance: every k-th node, the same of all on one frame.
+
+
+def decimated(
+    inputs: SceneInputs, memory: Memory, whole: Callable[[str], TriSurface]
+) -> dict[str, TriSurface]:
+    """
+    Return the horizons of a model that have fewer nodes, by name.
+
+    Horizons whose grids have the same nodes in the map keep the same rows and columns, so that
+    which of two is higher stays the same at every place, and where they coincide. All of them are
+    within the tolerance of all their nodes, or none is decimated. None is in a scene without a
+    tolerance, or whose horizons are tied to tops: a tie is exact with all nodes only.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    memory : Memory
+        Gets a step for each frame, with the largest difference.
+    whole : callable
+        Name of a horizon -> its surface with all nodes.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> dome = gs.synthetic.dome_and_flat_fault(n=401).horizons["Top"]
+    >>> top = gs.triangulate_horizon(dome, name="Top")
+    >>> made = decimated(SceneInputs({"Top": top}, tolerance=0.5), Memory(), lambda name: top)
+    >>> made["Top"].lattice.shape, bool(made["Top"].vertex_data["vertical_error"].max() < 0.5)
+    ((101, 101), True)
+    """
+    found: dict[str, TriSurface] = {}
+    tolerance = inputs.tolerance
+    if tolerance is None or inputs.tie is not None:
+        return found
+    for frame in _frames([*map(whole, inputs.horizons)]):
+        subject = ", ".join(one.name for one in frame)
+        if (why := _needs_all(frame)) is not None:
+            memory.note("decimate", subject, "skipped", f"all nodes: {why}")
+            continue
+        made = memory.get_or_compute(
+            "decimate", subject, ("decimate", tolerance, *map(memory.key_of, frame)),
+            partial(decimate_frame, frame, tolerance), _in_words, again=False,
+        )  # fmt: skip
+        found.update({one.name: one for one in made})
+        for given, one in zip(frame, made, strict=False):  # which of its nodes follows from n
+            memory.made_of(one, ("decimated", one.n_vertex, memory.key_of(given)))
+    return found
+
+
+def _frames(horizons: Sequence[TriSurface]) -> list[list[TriSurface]]:
+    """Horizons that are grids, in groups that have the same nodes in the map."""
+    groups: list[tuple[Lattice, list[TriSurface]]] = []
+    for one in horizons:
+        if one.lattice is None:
+            continue
+        for lattice, group in groups:
+            if lattice.shares_map(one.lattice):
+                group.append(one)
+                break
+        else:
+            groups.append((one.lattice, [one]))
+
+    return [group for _, group in groups]
+
+
+def _needs_all(frame: list[TriSurface]) -> str | None:
+    """Why the horizons of one frame keep all nodes, before these are looked at."""
+    shape = None if frame[0].lattice is None else frame[0].lattice.shape
+    if shape is None or not strides_of(shape):
+        return "the grid is small"
+    other = [one.name for one in frame if not can_be_decimated(one)]
+    if not other:
+        return None
+    if any("vertical_error" in one.vertex_data for one in frame):
+        return "of one, nodes have been left out already"
+    return f"{other[0]} has absent nodes"
+
+
+def _in_words(made: list[TriSurface]) -> str:
+    """Every how many nodes are kept, and what that changes at most."""
+    if not made:
+        return "all nodes: fewer would be off by more than the tolerance"
+    off = max(float(one.vertex_data["vertical_error"].max()) for one in made)
+    return f"{made[0].n_vertex} nodes each, at most {off:.2g} m off"
+
+
+# ---- wells ----------------------------------------
+# Well tops of a scene: read, checked, and compared with the names of its horizons.
+
+
+def opened_tops(tops: Any, options: dict[str, str | None]) -> Tops | None:
+    """Return well tops, read from a file if they are a path; None if there are none."""
+    if tops is None:
+        return None
+    if isinstance(tops, str | Path):
+        from geosurf.read import otherwise, read_tops
+
+        tops = read_tops(tops, **otherwise(options))
+    return tops_of(tops)
+
+
+def warnings_of_names(tops: Tops, horizons: tuple[str, ...]) -> list[GeosurfWarning]:
+    """Return a warning for each horizon of the tops that a scene does not have."""
+    found = []
+    for name in dict.fromkeys(tops.horizons):
+        if name not in horizons:
+            wells = ", ".join(dict.fromkeys(tops.wells[k] for k in tops.of(name)))
+            effect = (
+                f"{counted(len(tops.of(name)), 'well top')} of {name!r} (wells {wells}) cannot be "
+                f"used: the scene has the horizons {', '.join(horizons)}."
+                f"{did_you_mean(name, horizons)}"
+            )
+            remedy = "Rename the horizon in the tops, or leave these tops out."
+            found.append(GeosurfWarning("tops", name, effect, remedy))
+    return found
+
+
+def tied_surface(
+    name: str,
+    plain: TriSurface,
+    sheet: Sheet | None,
+    faults: Sequence[TriSurface],
+    tops: Tops,
+    settings: TieSettings,
+) -> tuple[TriSurface, TieReport]:
+    """
+    Return a horizon that meets its well tops, and what was done.
+
+    Parameters
+    ----------
+    name : str
+    plain : TriSurface
+        The horizon as it is without tops.
+    sheet : Sheet or None
+        The same, if it was torn before: it is compared, and cannot be corrected any more.
+    faults : sequence of TriSurface
+        As the model has them.
+    tops : Tops
+    settings : TieSettings
+
+    Raises
+    ------
+    InputError
+        If a sheet that was torn before does not meet its tops.
+    """
+    from geosurf.sheets.tie import tie_horizon
+
+    # data can be corrected before they are torn; a finished sheet can only be compared
+    if sheet is None:
+        tied = tie_horizon(name, plain, lambda data: data, faults, tops, settings)
+        return tied.data, tied.report
+    # a tolerance that is always met: nothing is corrected
+    compared = TieSettings(settings.range, np.inf)
+    with collected() as found:
+        report = tie_horizon(name, plain, lambda _: sheet, faults, tops, compared).report
+    for warning in found:
+        if warning not in sheet.warnings:  # a tie before has issued those
+            warn(warning)
+    if report.before > settings.tolerance:
+        raise InputError(
+            f"horizon {name!r} is a sheet that was torn before, so that tops cannot be tied: it "
+            f"misses them by up to {length_text(report.before)}. Give the data of the horizon in "
+            "place of the sheet, or leave tie= out; scene.misfit() lists all tops."
+        )
+    return plain, report
+
+
+def remembered_tie(
+    memory: Memory,
+    name: str,
+    plain: TriSurface,
+    sheet: Sheet | None,
+    faults: Sequence[TriSurface],
+    tops: Tops,
+    settings: TieSettings,
+) -> tuple[TriSurface, TieReport]:
+    """Return what `tied_surface` returns, from memory if it is there.
+
+    Parameters
+    ----------
+    memory : Memory
+    name, plain, sheet, faults, tops, settings
+        As for `tied_surface`.
+    """
+    content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
+    key = ("tied", name, *map(memory.key_of, (plain, *faults)), content)
+    found: tuple[TriSurface, TieReport] = memory.get_or_compute(
+        "tie", name, key,
+        lambda: tied_surface(name, plain, sheet, faults, tops, settings),
+        lambda result: str(result[1]), again=False,
+    )  # fmt: skip
+
+    # later stages find the tied surface by what it was made of
+    memory.made_of(found[0], key)
+    return found
+
+
 Found = Callable[[str], TriSurface | None]
 
 

@@ -22,9 +22,8 @@ from geosurf.faults.truncate import main_side
 from geosurf.model import Sheet
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene.faults import LongerFaults
-from geosurf.scene.footprint import opened_horizon
 from geosurf.scene.graph import Graph
-from geosurf.scene.surfaces import undeclared
+from geosurf.scene.surfaces import opened_horizon, undeclared
 from geosurf.scene.tear_rounds import (
     Faults,
     Made,

@@ -17,7 +17,7 @@ import geosurf as gs
 from geosurf import cli
 from geosurf.cli.arguments import SHELLS, commands_of, completion_script, options_of
 from geosurf.cli.scenario_commands import FILES
-from geosurf.scenario.keys import FORMATS
+from geosurf.scenario.output_keys import FORMATS
 
 COMMANDS = commands_of(cli.build_parser())
 MISTAKES = {

@@ -19,7 +19,7 @@ from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.faults import propose as near_misses
 from geosurf.faults.distance import nearest_of
 from geosurf.model import Extension, NetworkRow, Truncation
-from geosurf.report import fault_tables
+from geosurf.report import tables
 from tests import laws
 from tests.faults import random_networks
 from tests.faults.worlds import (
@@ -460,7 +460,7 @@ def test_ends_count_where_they_pass_the_box_not_where_their_vertices_are():
 
 
 def test_the_report_lists_extensions_and_truncations():
-    extended, truncated = fault_tables.fault_tables(
+    extended, truncated = tables.fault_tables(
         [
             Extension("F1", "up", 12.25, 11.0, 40.0, 2, "the model box"),
             Truncation("F2", "F1", "hanging wall", "+", 30.0, 10.0, 0.0, 0.0, 8.0),

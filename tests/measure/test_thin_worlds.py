@@ -54,7 +54,7 @@ def test_sections_along_a_zone_of_no_thickness_are_drawn_without_it(world, tmp_p
 def test_the_legend_leaves_out_a_zone_of_no_thickness(tmp_path, monkeypatch):
     listed = []
     monkeypatch.setattr(
-        "geosurf.render.furniture.draw_legend", lambda sheet, legend, room: listed.append(legend)
+        "geosurf.render.section.draw_legend", lambda sheet, legend, room: listed.append(legend)
     )
     scene = Scene({"A": level("A", -150.0), "B": wedge("B", -150.0, 200.0)}, {"F1": fault()}, BOX)
     for east, zones in ((100.0, {"above A", "below B"}), (300.0, {"above A", "A/B", "below B"})):

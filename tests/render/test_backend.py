@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from geosurf.cli import installation
+from geosurf.cli import info_commands
 from geosurf.errors import DependencyError
 from geosurf.render import backend
 from geosurf.render.backend import CHOICE, EGL, OSMESA, Backend, Finding
@@ -69,7 +69,7 @@ def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
     heavy = "{'pyvista', 'vtk', 'vtkmodules', 'matplotlib', 'xarray'}"
     done = run(
         "import sys, geosurf.render, geosurf.report\n"
-        "from geosurf.cli.installation import installation; installation()\n"
+        "from geosurf.cli.info_commands import installation; installation()\n"
         f"print(sorted({heavy} & set(sys.modules)))"
     )
     assert done.stdout.strip() == "[]", done.stderr
@@ -152,8 +152,8 @@ def test_the_choice_ends_with_the_block(monkeypatch, forgetful, before):
 
 
 def test_doctor_names_a_missing_package_and_the_cure(monkeypatch):
-    monkeypatch.setattr(installation, "REQUIRED", ("numpy", "nopackage"))
-    found = {part.name: part for part in installation.installation()}
+    monkeypatch.setattr(info_commands, "REQUIRED", ("numpy", "nopackage"))
+    found = {part.name: part for part in info_commands.installation()}
     assert found["numpy"].state == "ok"
     assert found["nopackage"].state == "MISSING"
     cure = "nopackage is not installed. Install it with: pip install nopackage"
@@ -163,6 +163,6 @@ def test_doctor_names_a_missing_package_and_the_cure(monkeypatch):
 def test_doctor_says_why_there_are_no_pictures(monkeypatch, forgetful):
     monkeypatch.setattr(backend, "probe", lambda candidate: Finding(candidate, "", "nothing there"))
     monkeypatch.setattr(sys, "platform", "linux")
-    (found,) = (part for part in installation.installation() if part.name == "pictures")
+    (found,) = (part for part in info_commands.installation() if part.name == "pictures")
     assert found.state == "MISSING"
     assert "apt install libegl1" in found.detail

@@ -9,7 +9,7 @@ from geosurf import Scene, synthetic, tear_horizon
 from geosurf.model import TriSurface
 from geosurf.render import surface_layers
 from geosurf.render.clip import INSIDE, NEAR, OUTSIDE, OutlineCells, Prism, convex_parts
-from geosurf.render.thin_units import as_modelled
+from geosurf.render.surface_layers import as_modelled
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 STAR = np.array([[0, 0], [4, 1], [8, 0], [7, 4], [8, 8], [4, 7], [0, 8], [1, 4]], dtype=float)

@@ -8,8 +8,7 @@ import pytest
 import geosurf as gs
 from benchmarks.results import inputs_of
 from geosurf.render.interactive import clustered, surfaces_at, view_of_units
-from geosurf.render.thin_units import UnitMesh, mesh_to_draw
-from geosurf.render.unit_layers import outline
+from geosurf.render.surface_layers import UnitMesh, mesh_to_draw, outline
 
 
 def volume(shell) -> float:

@@ -7,11 +7,11 @@ from geosurf import Scene
 from geosurf.conventions import volume_text
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.render import layers, palette, surface_layers, thin_units, unit_layers
+from geosurf.render import layers, palette, surface_layers
 from geosurf.render.clip import Prism
+from geosurf.render.compose import show_search, voxel_edges
 from geosurf.render.furniture import shortened
-from geosurf.render.models import show_search, voxel_edges
-from geosurf.render.thin_units import Shell
+from geosurf.render.surface_layers import Shell
 
 
 def big_surface(n_row, n_col, rotated=False):
@@ -25,8 +25,8 @@ def big_surface(n_row, n_col, rotated=False):
 @pytest.mark.parametrize("rotated", [False, True])
 def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_made(rotated):
     surface = big_surface(1501, 2003, rotated)
-    light = thin_units.thinned(surface)
-    assert 100_000 < light.n_triangle <= thin_units.MOST
+    light = surface_layers.thinned(surface)
+    assert 100_000 < light.n_triangle <= surface_layers.MOST
     assert "triangles" not in vars(surface)
     np.testing.assert_array_equal(light.vertices.min(axis=0), surface.vertices.min(axis=0))
     np.testing.assert_array_equal(light.vertices.max(axis=0), surface.vertices.max(axis=0))
@@ -35,7 +35,7 @@ def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_mad
 @pytest.mark.parametrize("n", [226, 240, 300, 500])
 def test_a_grid_that_is_hardly_too_large_loses_hardly_any_triangles(n):
     """Every second row of 240 would leave a quarter, and cells five pixels wide."""
-    light = thin_units.thinned(big_surface(n, n), 100_000)
+    light = surface_layers.thinned(big_surface(n, n), 100_000)
     assert 0.95 * 100_000 < light.n_triangle <= 100_000
     x = light.lattice.easting
     assert np.diff(x).max() <= 2.0 * np.diff(x).min() + 25.0
@@ -58,7 +58,7 @@ def test_surfaces_of_a_picture_share_its_triangles():
     count = [len(layer.triangles) for layer in content.layers if layer.triangles is not None]
     assert len(count) == 12
     assert min(count) > 50_000
-    assert sum(count) <= thin_units.MAX_TRIANGLE
+    assert sum(count) <= surface_layers.MAX_TRIANGLE
 
 
 def test_clipping_keeps_whole_triangles_and_their_points(rng):
@@ -80,8 +80,8 @@ def test_clipping_keeps_whole_triangles_and_their_points(rng):
 
 
 def test_a_small_grid_and_a_mesh_stay_what_they_are(top, fault):
-    assert thin_units.thinned(top) is top
-    assert thin_units.thinned(fault) is fault
+    assert surface_layers.thinned(top) is top
+    assert surface_layers.thinned(fault) is fault
 
 
 def test_layers_hold_no_point_that_no_triangle_uses():
@@ -91,7 +91,7 @@ def test_layers_hold_no_point_that_no_triangle_uses():
 
 
 def test_blocks_move_sideways_and_zones_up_and_down(units):
-    shifts = dict(zip(units, unit_layers.explosion(units, 0.5), strict=True))
+    shifts = dict(zip(units, surface_layers.explosion(units, 0.5), strict=True))
     west, east = shifts["Top/Base, F1-"], shifts["Top/Base, F1+"]
     assert west[0] < 0 < east[0]
     assert west[2] == east[2] == 0.0
@@ -99,11 +99,11 @@ def test_blocks_move_sideways_and_zones_up_and_down(units):
     assert shifts["above Top, F1-"][2] == 0.5 * height
     assert shifts["below Base, F1-"][2] == -0.5 * height
     np.testing.assert_array_equal(shifts["above Top, F1-"][:2], west[:2])
-    assert all((shift == 0.0).all() for shift in unit_layers.explosion(units, 0.0))
+    assert all((shift == 0.0).all() for shift in surface_layers.explosion(units, 0.0))
 
 
 def test_zones_differ_in_colour_and_blocks_in_shade(units):
-    legend = unit_layers.show_units(units).legend
+    legend = surface_layers.show_units(units).legend
     colours = [entry.colour for entry in legend]
     assert len(set(colours)) == len(units)
     assert [entry.label for entry in legend] == list(units)
@@ -122,7 +122,7 @@ def test_long_names_of_units_differ_in_the_legend():
     }
     faults = {"Main fault": TriSurface("Main fault", "fault", fault, quad)}
     units = Scene(horizons, faults, box, contacts={"OWC": -4.5}).units
-    legend = unit_layers.show_units(units).legend
+    legend = surface_layers.show_units(units).legend
     lines = [
         (shortened(entry.label), shortened(entry.detail, layers.DETAIL_ROOM)) for entry in legend
     ]
@@ -133,7 +133,7 @@ def test_long_names_of_units_differ_in_the_legend():
 def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
     unit = units["Top/Base, F1-"]
     shell = Shell(unit.vertices, unit.triangles, unit.surface_of_triangle)
-    edges = unit_layers.outline(shell)
+    edges = surface_layers.outline(shell)
     assert (np.bincount(edges.ravel())[np.unique(edges)] >= 2).all()
     n_rim = 2 * 4 * 11 + 4  # two rims of 4 x 11 edges, and four corners
     assert len(edges) == n_rim

@@ -8,7 +8,7 @@ import pytest
 from geosurf.errors import InputError
 from geosurf.render import palette, render_place
 from geosurf.render.clip import Prism
-from geosurf.render.models import show_place
+from geosurf.render.compose import show_place
 from geosurf.render.surface_layers import rim
 from tests.strategies import grid, sheet
 

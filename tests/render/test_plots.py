@@ -12,8 +12,8 @@ import geosurf as gs
 from geosurf.errors import InputError, OutputError
 from geosurf.render import palette
 from geosurf.render.compose import plotted
+from geosurf.render.diagram import draw_throw
 from geosurf.render.map import draw_map
-from geosurf.render.profile import draw_throw
 
 X, Y = 456_000.0, 6_780_000.0
 
@@ -51,7 +51,7 @@ PLOTS = {
 
 
 def test_fluid_contacts_do_not_change_the_mean_thickness_of_a_column():
-    from geosurf.render.column import column_of
+    from geosurf.render.diagram import column_of
 
     world = gs.synthetic.tilted_planes(n=5)
     levels = {"GOC": -2050, "OWC": {"F1+": -2100, "F1-": -2120}}

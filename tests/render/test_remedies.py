@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 import geosurf as gs
 from geosurf.render import palette
-from geosurf.render.furniture import Sheet, lay_out
 from geosurf.render.map import draw_remedies
+from geosurf.render.sheet import Sheet, lay_out
 
 
 def remedy(kind, place):

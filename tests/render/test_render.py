@@ -10,17 +10,15 @@ import geosurf.render as render
 from geosurf.errors import InputError, OutputError
 from geosurf.model import Curves, Lattice, TriSurface
 from geosurf.render import (
-    _plot,
-    axes,
+    backend,
     compose,
     furniture,
     layers,
     palette,
     surface_layers,
-    unit_layers,
     views,
 )
-from geosurf.render._plot import draw_layers
+from geosurf.render.backend import draw_layers
 from geosurf.render.compose import plotted
 from geosurf.render.layers import Layer
 from geosurf.render.map import draw_map
@@ -96,7 +94,7 @@ def test_utm_offsets_do_not_change_a_pixel(top, fault):
 @pytest.mark.parametrize("largest", [540_000, 9_000])  # four parts, and 25 of uneven sizes
 def test_parts_of_a_picture_fit_together_without_a_seam(monkeypatch, largest):
     """The middle of a picture is where parts meet that are drawn one after the other."""
-    monkeypatch.setattr(_plot, "LARGEST_PART", largest)
+    monkeypatch.setattr(backend, "LARGEST_PART", largest)
     size, width = (301, 200), 5.0  # an odd number: the middle is between two pixels
 
     def dark(x0):
@@ -165,7 +163,7 @@ def test_nothing_to_draw_is_an_error_not_an_empty_picture(tmp_path):
 def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
     path = ScenePlots(SimpleNamespace(units=units)).units(path=tmp_path / "units.png", size=SMALL)
     image = pixels(path)
-    for entry in unit_layers.show_units(units).legend:
+    for entry in surface_layers.show_units(units).legend:
         assert share(image, entry.colour, 0.06) > 0.004, entry.label
     whole = pixels(
         ScenePlots(SimpleNamespace(units=units)).units(
@@ -296,7 +294,7 @@ def test_pasted_pixels_are_those_that_matplotlib_would_draw(rng, n_channel):
 
 
 def test_a_long_legend_ends_in_a_count():
-    sheet = furniture.Sheet(furniture.lay_out((1280, 800)))
+    sheet = Sheet(lay_out((1280, 800)))
     entries = tuple(layers.Entry(f"fault {i}") for i in range(50))
     furniture.draw_legend(sheet, entries, 380.0)
     words = [text.get_text() for text in sheet.axes.texts]
@@ -306,10 +304,10 @@ def test_a_long_legend_ends_in_a_count():
 
 
 def test_axes_say_kilometres_and_elevations_where_they_are(scene):
-    layout = furniture.lay_out((1280, 800))
-    sheet = furniture.Sheet(layout)
+    layout = lay_out((1280, 800))
+    sheet = Sheet(layout)
     camera = views.aim("south", scene.box, layout.view_size, 2.0)
-    axes.draw_axes(sheet, camera, scene.box)
+    furniture.draw_axes(sheet, camera, scene.box)
     places = {text.get_text(): text.get_position() for text in sheet.axes.texts}
     assert {"456", "460", "Easting [km]", "Elevation [m]", "\N{MINUS SIGN}2000"} <= set(places)
     assert "Northing [km]" not in places

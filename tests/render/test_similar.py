@@ -11,7 +11,7 @@ import geosurf as gs
 from geosurf.conventions.colours import FAULTS, STRATA, unit_colours
 from geosurf.model.protocols import View3D
 from geosurf.render import views
-from geosurf.render._plot import draw_layers
+from geosurf.render.backend import draw_layers
 from geosurf.render.interactive import view_of_units
 from geosurf.render.layers import Layer
 from tests.render.similar import BLIND, distance, similarity

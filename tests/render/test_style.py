@@ -16,13 +16,12 @@ from geosurf.errors import InputError
 from geosurf.render import palette, render_surfaces
 from geosurf.render.colouring import Selection, check_colour_by
 from geosurf.render.compose import plotted
+from geosurf.render.layers import shortened_apart
 from geosurf.render.map import draw_map
-from geosurf.render.names import shortened_apart
-from geosurf.render.overlay import PictureOverlay
-from geosurf.render.overlay_drawing import _crossings, _projected
+from geosurf.render.overlay import PictureOverlay, _crossings, _projected
 from geosurf.render.picture_style import DARK_PAPER, PictureStyle
 from geosurf.render.section import draw_section
-from geosurf.render.unit_layers import show_units
+from geosurf.render.surface_layers import show_units
 from geosurf.scene.plots import ScenePlots
 
 SMALL = (320, 220)

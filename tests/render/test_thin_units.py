@@ -7,8 +7,8 @@ import pytest
 
 import geosurf as gs
 from geosurf.model import Units
-from geosurf.render import thin_units, unit_layers
-from geosurf.render.thin_units import Shell, shells_to_draw, thinned_mesh
+from geosurf.render import surface_layers
+from geosurf.render.surface_layers import Shell, shells_to_draw, thinned_mesh
 
 
 def volume(shell: Shell, origin: np.ndarray) -> float:
@@ -50,9 +50,9 @@ def test_without_blocks_shells_have_the_triangles_of_units() -> None:
         ours = shell.points[shell.triangles].sum(axis=1)
         theirs = unit.vertices[unit.triangles].sum(axis=1)
         assert np.allclose(*(x[np.lexsort(np.round(x, 6).T)] for x in (ours, theirs)), atol=1e-6)
-        lines = unit_layers.outline(shell)
+        lines = surface_layers.outline(shell)
         whole = Shell(unit.vertices, unit.triangles, unit.surface_of_triangle)
-        assert len(lines) == len(unit_layers.outline(whole))
+        assert len(lines) == len(surface_layers.outline(whole))
 
 
 def test_only_large_models_are_thinned() -> None:
@@ -75,7 +75,7 @@ def test_large_blocks_are_divided_along_curves(monkeypatch: pytest.MonkeyPatch) 
         assert volume(shell, unit.origin) == pytest.approx(unit.volume, rel=1e-9)
 
     # blocks of one size leave all cells of blocks that a curve passes
-    monkeypatch.setattr(thin_units, "_sizes", lambda stride: [stride])
+    monkeypatch.setattr(surface_layers, "_sizes", lambda stride: [stride])
     one_size = thinned_mesh(*units.piece_sides, len(units), 12).shells
     counts = [sum(len(shell.triangles) for shell in some) for some in (several, one_size)]
     assert counts[0] < 0.6 * counts[1]

@@ -9,8 +9,8 @@ import geosurf as gs
 from geosurf.errors import InputError
 from geosurf.render.compose import plotted
 from geosurf.render.map import draw_map
+from geosurf.render.overlay import NEAR, tops_on_map, tops_on_section
 from geosurf.render.section import draw_section
-from geosurf.render.wells import NEAR, tops_on_map, tops_on_section
 
 SIZE = (400, 250)
 

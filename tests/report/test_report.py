@@ -14,7 +14,7 @@ from geosurf.model import (
     Curves,
     Remnant,
 )
-from geosurf.report import report_scene, run_tables, tables
+from geosurf.report import report_scene, tables
 from geosurf.report.page import PAPER, Table, groups_of_columns, html_table
 from geosurf.scene import Scene
 from geosurf.scene import scene as room
@@ -129,7 +129,7 @@ def test_volumes_add_up_in_both_directions(scene):
 
 def test_counts_of_every_kind_become_words():
     counts = {"n": 1234, "f": 0.25, "ok": True, "many": list(range(20)), "few": [1, 2], "no": None}
-    rows = run_tables.count_table(("stage", counts)).rows
+    rows = tables.count_table(("stage", counts)).rows
     assert [row[2] for row in rows] == [
         "1\N{NARROW NO-BREAK SPACE}234",
         "0.25",

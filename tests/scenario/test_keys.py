@@ -16,7 +16,8 @@ from geosurf.errors import (
     ScenarioError,
 )
 from geosurf.scenario import read_scenario
-from geosurf.scenario.keys import BoxRanges, OutputSettings, Scenario
+from geosurf.scenario.keys import BoxRanges, Scenario
+from geosurf.scenario.output_keys import OutputSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 

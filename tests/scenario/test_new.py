@@ -14,7 +14,7 @@ from geosurf import cli
 from geosurf.errors import InputError, OutputError
 from geosurf.scenario import build_scene, read_scenario
 from geosurf.scenario.new import NewScenario, new_scenario
-from geosurf.scenario.new.found import Found
+from geosurf.scenario.new.judge import Found
 from geosurf.scenario.new.network import surface_of
 from geosurf.synthetic import FieldTruth, field_export
 

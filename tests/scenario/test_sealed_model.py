@@ -12,8 +12,7 @@ import geosurf as gs
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.read.model3d import read_region_faces, read_regions
 from geosurf.scenario import build_scene, read_scenario, run
-from geosurf.scenario.region_units import unit_of_body
-from geosurf.scenario.sealed import box_of_walls
+from geosurf.scenario.build import box_of_walls, unit_of_body
 
 OUTPUT = """
 [output]

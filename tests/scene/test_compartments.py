@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
-from geosurf.scene.virtual_walls import lines_on
+from geosurf.scene.horizon_ends import lines_on
 
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.GeosurfWarning")
 

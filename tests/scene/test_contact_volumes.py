@@ -7,7 +7,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeosurfError
-from geosurf.scene import contact_volumes
 from tests.scene.small import ran
 from tests.strategies import sheet
 
@@ -74,7 +73,7 @@ def test_they_are_those_of_the_arrangement(first):
         assert one.attrs == two.attrs
         np.testing.assert_allclose(one, two, rtol=0, atol=1e-12 * 432)
         assert one.sum().item() == pytest.approx(432.0, rel=1e-14)
-        n_fast += contact_volumes.parts(scene._graph) is not None
+        n_fast += scene._graph.units_at_levels is not None
 
         # to the byte from whatever scene of the family
         before = gs.Scene(**given | {"contacts": {"OWC": 2.125}})
@@ -115,7 +114,7 @@ def test_a_contact_on_a_flat_top_is_left_to_the_arrangement():
         contact = {"OWC": gs.FluidContact(level, zones="below Top")}
         scene = gs.Scene({"Top": flat}, {}, BOX, contacts=contact)
         assert len(scene.volumes) == n_unit
-        assert (contact_volumes.parts(scene._graph) is None) == (level == 2.0)
+        assert (scene._graph.units_at_levels is None) == (level == 2.0)
         np.testing.assert_allclose(scene.volumes, scene.units.volumes, rtol=1e-15)
 
 
@@ -128,7 +127,7 @@ def test_a_contact_that_grazes_a_peak_leaves_a_small_part():
     height = 2.0**-13
     contact = {"OWC": gs.FluidContact(3.0 - height, zones="below Top")}
     scene = gs.Scene({"Top": hill}, {}, BOX, contacts=contact)
-    assert contact_volumes.parts(scene._graph) is not None
+    assert scene._graph.units_at_levels is not None
     small = scene.volumes.sel(unit="below Top above OWC").item()
     assert small == pytest.approx(height**3, rel=1e-6)  # six triangles of half a cell, over three
     np.testing.assert_allclose(scene.volumes, scene.units.volumes, rtol=1e-6)
@@ -140,5 +139,5 @@ def test_grids_as_contacts_are_left_to_the_arrangement():
     tilted = gs.Lattice(x, x, 1.0 + 0.1 * np.add.outer(x, x))
     surface = gs.TriSurface("OWC", "contact", lattice=tilted)
     scene = gs.Scene(**given | {"contacts": {"OWC": surface}})
-    assert contact_volumes.parts(scene._graph) is None
+    assert scene._graph.units_at_levels is None
     assert scene.volumes.identical(scene.units.volumes)

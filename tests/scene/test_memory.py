@@ -12,8 +12,7 @@ import xarray as xr
 import geosurf as gs
 from geosurf import Lattice, Scene, TriSurface, synthetic
 from geosurf.errors import HorizonError
-from geosurf.scene.fingerprint import fingerprint
-from geosurf.scene.memory import Memory
+from geosurf.scene.memory import Memory, fingerprint
 from tests import laws
 from tests.strategies import BOX, sheet
 

@@ -12,7 +12,7 @@ from geosurf import (
     TriSurface,
 )
 from geosurf.errors import GeosurfWarning
-from geosurf.scene.fingerprint import fingerprint
+from geosurf.scene.memory import fingerprint
 from tests.scene.small import level, ran, upright
 from tests.strategies import BOX
 

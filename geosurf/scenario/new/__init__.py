@@ -1,9 +1,8 @@
 """Files -> a scenario: what each file holds, in which order, and what stays open.
 
 ================  =============================================================
-found.py          what one file holds, and what is made of it
-recognise.py      one file -> what it holds: which of the next two decides
-judge.py          direction, unit, order, names, and files that stay out
+recognise.py      one file -> what it holds
+judge.py          what one file holds: direction, unit, order, names, and what stays out
 network.py        faults that end at others
 text.py           the scenario as text, and the table for the console
 ================  =============================================================
@@ -21,8 +20,7 @@ from geosurf.conventions import METRES_PER_UNIT, counted, did_you_mean
 from geosurf.errors import GeosurfWarning, InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
-from geosurf.scenario.new.found import OUT, Found, Question
-from geosurf.scenario.new.judge import Answers, judged
+from geosurf.scenario.new.judge import OUT, Answers, Found, Question, judged
 from geosurf.scenario.new.network import dividers_among, faults_of, truncations_among
 from geosurf.scenario.new.recognise import recognised
 from geosurf.scenario.new.text import scenario_text

@@ -15,10 +15,9 @@ from geosurf.errors import GeosurfError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.column import ENDS, VirtualWall
 from geosurf.model.network import NetworkRow
-from geosurf.scenario.new.found import Found, thinned
-from geosurf.scenario.new.judge import Ready
+from geosurf.scenario.new.judge import Found, Ready, thinned
 from geosurf.scene import Scene
-from geosurf.scene.footprint import footprint
+from geosurf.scene.surfaces import footprint
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
 # ---- compartments ----------------------------------------

@@ -37,7 +37,7 @@ from geosurf.read.netcdf import holds_fault
 from geosurf.read.polylines import NAMED_LINES, fault_names
 from geosurf.read.resqml.representations import LINES, MESH, POINTS
 from geosurf.read.resqml.surfaces import surfaces_of
-from geosurf.scenario.new.found import OUT, Found, mean_dip, name_from, plane_dip, thinned
+from geosurf.scenario.new.judge import OUT, Found, mean_dip, name_from, plane_dip, thinned
 
 # ---- reading ----------------------------------------
 # Files are read with default words, and read again to find out what they state themselves.

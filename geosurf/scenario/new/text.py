@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from geosurf.conventions import toml_key
-from geosurf.scenario.new.found import OUT, Found, Question, overlap_in_map
-from geosurf.scenario.new.judge import Ready, nearest_horizon
+from geosurf.scenario.new.judge import OUT, Found, Question, Ready, nearest_horizon, overlap_in_map
 from geosurf.scenario.new.network import SIDES, Divider, End
 
 

@@ -1,13 +1,16 @@
-"""The installation, checked: packages, kernels, what draws, extras. For ``geosurf doctor``."""
+"""The commands ``info``, ``doctor`` and ``warmup``: what files hold, and what is installed."""
 
 from __future__ import annotations
 
+import argparse
 import importlib.metadata
 import os
 import platform
 import sys
+from dataclasses import asdict
 from typing import NamedTuple
 
+from geosurf.cli.console import Answer, clear_line
 from geosurf.conventions.packages import (
     DRAWING,
     EXTRAS,
@@ -17,6 +20,11 @@ from geosurf.conventions.packages import (
     is_installed,
     missing_sentence,
 )
+from geosurf.errors import InputError
+from geosurf.kernels.compile.jit import RUNNER
+from geosurf.kernels.compile.warmup import warm
+from geosurf.read.file_info import info
+from geosurf.render.backend import CHOICE, find_backend, views_obstacle
 
 
 class Part(NamedTuple):
@@ -60,8 +68,6 @@ def installation() -> list[Part]:
     >>> [part.name for part in installation() if part.extra]
     ['render', 'io', 'table', 'crs', 'gis', 'grid', 'ensemble', 'tet']
     """
-    from geosurf.kernels.compile.jit import RUNNER
-
     version = platform.python_version()
     parts = [
         Part("python", sys.version_info >= (3, 11), f"Python {version} on {platform.system()}."),
@@ -100,8 +106,6 @@ def _extra(name: str, packages: tuple[str, ...]) -> Part:
 
 
 def _pictures() -> Part:
-    from geosurf.render.backend import CHOICE, find_backend, views_obstacle
-
     if obstacle := views_obstacle():
         return Part("pictures", False, obstacle)
     if not sys.platform.startswith("linux"):
@@ -110,3 +114,43 @@ def _pictures() -> Part:
         found = find_backend(os.environ.get(CHOICE) or "")
         how = f"through {found.backend.name.upper()}, {found.renderer}"
     return Part("pictures", True, f"drawn off-screen {how}.")
+
+
+def doctor_command(options: argparse.Namespace) -> Answer:
+    """Check the installation: versions, kernels, display, extras."""
+    parts = installation()
+
+    # one row per part of the installation; extras that are absent are no fault
+    lines = [f"{part.state:<7}  {part.name:<9} {part.detail}" for part in parts]
+    data = [
+        {"part": part.name, "ok": part.ok, "extra": part.extra, "detail": part.detail}
+        for part in parts
+    ]
+    code = 0 if all(part.ok or part.extra for part in parts) else InputError.exit_code
+    return Answer(data, "\n".join(lines), code)
+
+
+def warmup_command(options: argparse.Namespace) -> Answer:
+    """Compile all kernels, so that the next command starts at once."""
+    # a line that is overwritten makes no sense in a file or a pipe
+    show = sys.stderr.isatty() and not options.quiet
+
+    def progress(n_done: int, n_file: int) -> None:
+        """Show how many files are done, on one line."""
+        print(f"\r{n_done} of {n_file} kernel files compiled", end="", file=sys.stderr, flush=True)
+
+    done = warm(progress if show else None)
+    clear_line()
+    return Answer({"kernels": done}, done)
+
+
+def info_command(options: argparse.Namespace) -> Answer:
+    """Return what each file holds."""
+    found, code = [], 0
+    for path in options.files:
+        try:
+            found.append(info(path))
+        except InputError as error:  # the others are shown all the same
+            print(f"geosurf: {error}", file=sys.stderr)
+            code = error.exit_code
+    return Answer([asdict(one) for one in found], "\n".join(map(str, found)), code)

@@ -1,0 +1,101 @@
+"""The command ``ensemble``: P90, P50 and P10 of the volumes of a scenario."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import time
+from pathlib import Path
+
+from geosurf.cli.console import Answer
+from geosurf.cli.scenario_commands import scenario_of
+from geosurf.conventions.packages import missing_sentence
+from geosurf.ensemble import report_ensemble, run_ensemble
+from geosurf.ensemble.results import quantile_csv, quantile_text
+from geosurf.ensemble.run import console_line
+from geosurf.errors import OutputError
+from geosurf.files.atomic import write_whole
+from geosurf.scenario.output import input_files
+
+EVERY = 30.0  # s between two lines of progress in a log file
+
+
+def ensemble_command(options: argparse.Namespace) -> Answer:
+    """Build many realisations of a scenario, and write quantiles of volumes."""
+    out, start = Path(options.out), time.perf_counter()
+    scenario = scenario_of(options)  # before a folder is made
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{out}: {error.strerror}. Choose another folder.") from error
+    result = run_ensemble(
+        scenario,
+        options.n,
+        seed=options.seed,
+        store=out / "ensemble.zarr",
+        cache_dir=options.cache_dir,
+        workers=options.workers,
+        processes=options.processes,
+        progress=False if options.quiet or options.json else _Log(),
+    )
+    for by in ("unit", "zone", "contact"):
+        write_whole(out / f"quantiles_{by}.csv", quantile_csv(result, by).encode("utf-8"))
+    # clusters have no matplotlib; the report can be written elsewhere, from the store
+    missing, page = missing_sentence("charts need", "matplotlib"), None
+    if not missing:
+        page = report_ensemble(
+            result,
+            out,
+            title=scenario.heading,
+            inputs=input_files(scenario),
+            relative_to=scenario.path.parent,
+        )
+    seconds, count = time.perf_counter() - start, result.sizes["realization"]
+    data = {
+        "scenario": scenario.path,
+        "settings": scenario.settings,
+        "out": out,
+        "realisations": count,
+        "seconds": seconds,
+        "report": page,
+        "quantiles": {by: _rows(quantile_csv(result, by)) for by in ("unit", "zone", "contact")},
+    }
+    return Answer(
+        data,
+        f"\n{quantile_text(result)}\n\n{count} realisations in {seconds:.1f} s.",
+        closing=(
+            f"There is no report: {missing}" if page is None else f"Open {page}.",
+            f"Tables: {out}/quantiles_*.csv; all results: {out / 'ensemble.zarr'}",
+        ),
+    )
+
+
+def _rows(text: str) -> list[dict[str, str | float]]:
+    """Return the rows of a table, with numbers where cells are numbers."""
+    return [
+        {key: _cell(value) for key, value in row.items()}
+        for row in csv.DictReader(text.splitlines())
+    ]
+
+
+def _cell(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+class _Log:
+    """Shows progress on stderr: in place on a console, else a line every half minute."""
+
+    def __init__(self) -> None:
+        self._shown = time.monotonic()
+
+    def __call__(self, line: str) -> None:
+        """Show a line, or leave it out."""
+        if sys.stderr is None or sys.stderr.isatty():
+            console_line(line)
+        elif time.monotonic() - self._shown > EVERY:
+            self._shown = time.monotonic()
+            print(line, file=sys.stderr, flush=True)
