@@ -38,13 +38,13 @@ from geosurf.kernels.search.separation import (
     undecided_pairs,
 )
 from geosurf.kernels.search.voxels import are_wide, fill_voxels, triangle_boxes
-from geosurf.model import TriangleContact, frozen
+from geosurf.model import TriangleContact, TriangleSteps, frozen
 
 _FEATURES = ("vertex 0", "vertex 1", "vertex 2", "edge 0", "edge 1", "edge 2", "face")
 _KINDS = ("disjoint", "point", "segment")
 
 
-def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
+def intersect_triangles(P: Any, Q: Any, *, steps: bool = False) -> TriangleContact:
     """
     Determine how two triangles meet, and where.
 
@@ -56,6 +56,10 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     ----------
     P, Q : array_like of float, shape (3, 3)
         Corners: easting, northing, elevation [m].
+    steps : bool, optional
+        Also give the textbook's way to the answer, as `TriangleContact.steps`: heights over the
+        other's plane, cut points on the common line, and their intervals. The answer does not
+        follow from them.
 
     Returns
     -------
@@ -71,9 +75,8 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
 
     Notes
     -----
-    The classical route (heights over the other plane, cut points on the common line, overlap of
-    two intervals) assumes that no corner lies in the other plane. Here each
-    zero sign is a case: see ``geosurf.kernels.contacts.triangle_contact``.
+    The textbook's way (Möller 1997) assumes that no corner lies in the other plane. Here each zero
+    sign is a case: see ``geosurf.kernels.contacts.triangle_contact``.
 
     Examples
     --------
@@ -82,6 +85,14 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     >>> contact = intersect_triangles(flat, steep)
     >>> contact.kind, contact.points.tolist(), contact.features
     ('segment', [[1.0, 1.0, 0.0], [2.0, 2.0, 0.0]], (('face', 'edge 0'), ('edge 1', 'face')))
+
+    On the way there: the line in which both planes meet passes a corner and three edges.
+
+    >>> steps = intersect_triangles(flat, steep, steps=True).steps
+    >>> steps.heights.tolist(), steps.sides.tolist()
+    ([[0.0, -64.0, 64.0], [-16.0, 16.0, 16.0]], [[0, -1, 1], [-1, 1, 1]])
+    >>> steps.cut_points[0].tolist(), steps.intervals.round(2).tolist()
+    ([[0.0, 0.0, 0.0], [2.0, 2.0, 0.0]], [[-2.83, 0.0], [-7.07, -1.41]])
     """
     corners = np.concatenate([_checked("P", P), _checked("Q", Q)])
     number, count = weld(corners)
@@ -99,11 +110,15 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     # The exact contact of the pair (0, 1): its corners come as codes of features of P and Q.
     rows = np.zeros((2, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, t, np.array([[0, 1]]), m, w, 0.0, rows, np.empty(0, dtype=np.int64))
-    coplanar = bool(rows[0, 2]) if n else _coplanar(x, t, m, w)
+    sides = np.empty(6, dtype=np.int64)
+    orient3d_rows(
+        x, np.array([[*t[1 - k], corner] for k in (0, 1) for corner in t[k]]), m, w, sides
+    )
+    coplanar = not sides.any()
+    walked = steps_of(corners.reshape(2, 3, 3), sides.reshape(2, 3)) if steps else None
     if n == 0:
-        return TriangleContact(
-            "disjoint", frozen(np.empty((0, 3)), np.float64), coplanar, (), False
-        )
+        nowhere = frozen(np.empty((0, 3)), np.float64)
+        return TriangleContact("disjoint", nowhere, coplanar, (), False, walked)
 
     # Each code has the feature of P above and the feature of Q in its lower three bits.
     points = _points(x, t, m, w, rows[:1])
@@ -112,7 +127,8 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     features = tuple((_FEATURES[code >> 3], _FEATURES[code & 7]) for code in codes[order])
     kind = "area" if len(codes) > 2 else _KINDS[len(codes)]
     crossing = bool(rows[0, CROSSING])
-    return TriangleContact(kind, frozen(points[order], np.float64), coplanar, features, crossing)
+    places = frozen(points[order], np.float64)
+    return TriangleContact(kind, places, coplanar, features, crossing, walked)
 
 
 def _checked(letter: str, triangle: Any) -> np.ndarray:
@@ -142,13 +158,36 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
     return corners + 0.0
 
 
-def _coplanar(x: np.ndarray, t: np.ndarray, m: np.ndarray, w: np.ndarray) -> bool:
-    """Whether the corners of the second triangle lie in the plane of the first."""
-    # Each corner of Q against the plane of P.
-    rows = np.array([[*t[0], corner] for corner in t[1]])
-    signs = np.empty(3, dtype=np.int64)
-    orient3d_rows(x, rows, m, w, signs)
-    return not signs.any()
+def steps_of(corners: np.ndarray, sides: np.ndarray) -> TriangleSteps:
+    """The textbook's steps of two triangles (2, 3, 3), from the exact `sides` of their corners."""
+    first, second, third = corners.transpose(1, 0, 2)
+    normals = np.cross(second - first, third - first)
+    heights = np.einsum("kij,kj->ki", corners - first[::-1, None], normals[::-1])
+    one_sided = (np.abs(sides.sum(axis=1)) == 3).tolist()
+    rejected = "PQ"[one_sided.index(True)] if any(one_sided) else None
+
+    # A triangle meets the common line in corners that lie on it, and in edges that cross it.
+    cuts: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
+    on_line = sides.any() and rejected is None
+    for k, a in ((k, a) for k in (0, 1) for a in (0, 1, 2) if on_line):
+        b = (a + 1) % 3
+        if sides[k, a] == 0:
+            cuts[k].append(corners[k, a])
+        elif sides[k, a] * sides[k, b] < 0:
+            part = heights[k, a] / (heights[k, a] - heights[k, b])
+            cuts[k].append(corners[k, a] + part * (corners[k, b] - corners[k, a]))
+    points = np.reshape(cuts[0], (-1, 3)), np.reshape(cuts[1], (-1, 3))
+    if not on_line:
+        return TriangleSteps(normals, heights, sides, rejected, None, points, None, None)
+
+    # Places along the line, from the first cut point of P.
+    along = np.cross(*normals)
+    along /= np.linalg.norm(along)
+    places = [(one - points[0][0]) @ along for one in points]
+    intervals = np.array([[one.min(), one.max()] for one in places])
+    low, high = float(intervals[:, 0].max()), float(intervals[:, 1].min())
+    overlap = (low, high) if low <= high else None
+    return TriangleSteps(normals, heights, sides, None, along, points, intervals, overlap)
 
 
 def _points(

@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.model.curves import Curves as Curves
     from geosurf.model.curves import Touch as Touch
     from geosurf.model.curves import TriangleContact as TriangleContact
+    from geosurf.model.curves import TriangleSteps as TriangleSteps
     from geosurf.model.curves import VoxelSearch as VoxelSearch
     from geosurf.model.faults import ExtendedFault as ExtendedFault
     from geosurf.model.faults import Extension as Extension

@@ -18,6 +18,46 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 @dataclass(frozen=True, eq=False)
+class TriangleSteps(Noun):
+    """The textbook's way to the contact of two triangles P and Q (Möller 1997), step by step.
+
+    All numbers are doubles, to look at; `sides` are exact. Where both triangles lie in one plane,
+    and where one lies on one side of the other's plane, there is no common line: what belongs to
+    it is None or has no rows.
+
+    Attributes
+    ----------
+    normals : ndarray of float64, shape (2, 3)
+        ``(p1 - p0) x (p2 - p0)`` of P, and the same of Q.
+    heights : ndarray of float64, shape (2, 3)
+        ``n . (corner - first corner of the other)``: corners of P over the plane of Q, then
+        corners of Q over the plane of P.
+    sides : ndarray of int64, shape (2, 3)
+        Exact signs of `heights`: 1 above, -1 below, 0 in the plane.
+    rejected : str or None
+        ``"P"`` if all corners of P lie on one side of the plane of Q, ``"Q"`` the other way around.
+    direction : ndarray of float64, shape (3,), or None
+        Unit vector along the common line of both planes, ``n_P x n_Q``.
+    cut_points : (ndarray of float64, shape (k, 3), ndarray of float64, shape (m, 3))
+        Where the edges of P, and those of Q, meet the common line: 0 to 2 points each.
+    intervals : ndarray of float64, shape (2, 2), or None
+        Lowest and highest place of the cut points of P, and of those of Q, along `direction` from
+        the first cut point of P [m].
+    overlap : (float, float) or None
+        What both intervals have in common; None where it is empty.
+    """
+
+    normals: np.ndarray
+    heights: np.ndarray
+    sides: np.ndarray
+    rejected: str | None
+    direction: np.ndarray | None
+    cut_points: tuple[np.ndarray, np.ndarray]
+    intervals: np.ndarray | None
+    overlap: tuple[float, float] | None
+
+
+@dataclass(frozen=True, eq=False)
 class TriangleContact(Noun):
     """How two triangles meet.
 
@@ -35,6 +75,8 @@ class TriangleContact(Noun):
     crossing : bool
         Whether each triangle has points strictly on both sides of the other's
         plane (False for touching and for coplanar contact).
+    steps : TriangleSteps or None
+        The textbook's way to it, if requested.
     """
 
     kind: str
@@ -42,6 +84,7 @@ class TriangleContact(Noun):
     coplanar: bool
     features: tuple[tuple[str, str], ...]
     crossing: bool
+    steps: TriangleSteps | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -146,6 +146,32 @@ def test_catalogue(case):
         assert contact.coplanar == case.startswith("coplanar")
 
 
+@settings(max_examples=200)
+@given(triangles(), triangles())
+def test_law_the_textbook_says_the_same_where_its_numbers_are_clear(P, Q):
+    contact = intersect_triangles(P, Q, steps=True)
+    steps = contact.steps
+    np.testing.assert_array_equal(np.sign(steps.heights), steps.sides)  # whole numbers
+    assert (steps.rejected is not None) == (3 in np.abs(steps.sides.sum(axis=1)))
+    if steps.intervals is None:
+        assert contact.coplanar or (steps.rejected and contact.kind == "disjoint")
+        return
+    # both planes hold the line, and each cut point lies on it
+    assert np.abs(steps.normals @ steps.direction).max() < 1e-9 * np.abs(steps.normals).max()
+    origin = steps.cut_points[0][0]
+    for points in steps.cut_points:
+        off = np.cross(points - origin, steps.direction)
+        assert np.abs(off).max() < 1e-9
+    low, high = steps.intervals[:, 0].max(), steps.intervals[:, 1].min()
+    if high < low - 1e-9:
+        assert (contact.kind, steps.overlap) == ("disjoint", None)
+    if high > low + 1e-9:
+        assert (contact.kind, steps.overlap) == ("segment", (low, high))
+        ends = origin + np.outer([low, high], steps.direction)
+        found = contact.points[np.argsort(contact.points @ steps.direction)]
+        np.testing.assert_allclose(found, ends, atol=1e-9)
+
+
 def test_corners_of_an_area_run_around_it():
     contact = intersect_triangles(CATALOGUE["coplanar, 6 corners"][0], FLAT)
     ring = contact.points[:, :2]
