@@ -40,12 +40,12 @@ def test_places_of_a_fault(seed):
     low, length = rng.uniform(-9, 0), rng.uniform(1, 5)
     high = low + rng.uniform(1, 9)
     s, z, out = some(rng, 40, 0.0, length), some(rng, 40, low, high), np.empty(40)
-    across_fault(table.ravel(), *table.shape, np.array([low, high, length, 0.3]), s, z, out)
+    across_fault(table, np.array([low, high, length, 0.3, 0.0]), s, z, out)
     within = np.clip(z, low, high)
     u = np.clip(s / length, 0.0, 1.0) * (table.shape[0] - 1)
     v = (within - low) / (high - low) * (table.shape[1] - 1)
     assert out.tobytes() == (bilinear(table, u, v) + 0.3 * (z - within)).tobytes()
-    values_in_table(table.ravel(), *table.shape, u, v, out)
+    values_in_table(table, u, v, out)
     assert out.tobytes() == bilinear(table, u, v).tobytes()
 
 
@@ -73,15 +73,16 @@ def test_heights_on_triangles_and_beyond_their_rim(rising, seed):
     assert out.tobytes() == expected.tobytes()
 
 
-def moved_by_numpy(axes, first, table, fault, lines, steps, reach, xy, z, part, throw):
+def moved_by_numpy(axes, table, fault, lines, steps, reach, xy, z, part, throw):
     """The same movement, array by array."""
 
     def across(s, z):
         out = np.empty(len(s))
-        across_fault(table.ravel(), *table.shape, fault, s, z, out)
+        across_fault(table, fault, s, z, out)
         return out
 
     s, r = axes @ xy.T
+    first = fault[4]
     s = s - first
     here = across(s, z)
     down = part * throw
@@ -99,16 +100,15 @@ def test_movement_along_a_fault(seed, is_curved, dies, is_even):
     rng = np.random.default_rng(seed)
     turn, n = rng.uniform(0, 7), 40
     axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    table, fault = rng.normal(size=(5, 4)), np.array([-6.0, 3.0, 5.0, 0.3])
+    table, fault = rng.normal(size=(5, 4)), np.array([-6.0, 3.0, 5.0, 0.3, 0.7])
     lines = rng.normal(size=(5, 4)) if is_curved else np.empty((0, 0))
     xy, z = rng.uniform(-9, 9, (n, 2)), some(rng, n, -6.0, 3.0)
     part = rng.choice([-0.4, 0.0, 0.6, 1.0], n)
     throw = np.array([2.0]) if is_even else rng.normal(size=n)
     of = (2, 4.0 if dies else np.inf, xy, z, part, throw)
     places, lower = np.empty((n, 2)), np.empty(n)
-    tables = (table.ravel(), *table.shape, fault, lines.ravel(), *lines.shape)
-    move_rock(axes, 0.7, *tables, *of, places, lower)
-    expected, level = moved_by_numpy(axes, 0.7, table, fault, lines, *of)
+    move_rock(axes, table, fault, lines, *of, places, lower)
+    expected, level = moved_by_numpy(axes, table, fault, lines, *of)
     np.testing.assert_allclose(places, expected, rtol=0, atol=1e-12)
     np.testing.assert_allclose(lower, level, rtol=0, atol=1e-12)
     still = part == 0.0
@@ -119,11 +119,11 @@ def test_movement_along_a_fault(seed, is_curved, dies, is_even):
 @given(st.integers(0, 2**32 - 1))
 def test_distances_across_strike(seed):
     rng = np.random.default_rng(seed)
-    table, fault = rng.normal(size=(5, 4)), np.array([-6.0, 3.0, 5.0, 0.3])
+    table, fault = rng.normal(size=(5, 4)), np.array([-6.0, 3.0, 5.0, 0.3, 0.7])
     xy, z = rng.uniform(-9, 9, (40, 2)), some(rng, 40, -6, 3)
     out, there = np.empty(40), np.empty(40)
-    distances_from_fault(np.eye(2), 0.7, table.ravel(), *table.shape, fault, xy, z, out)
-    across_fault(table.ravel(), *table.shape, fault, xy[:, 0] - 0.7, z, there)
+    distances_from_fault(np.eye(2), table, fault, xy, z, out)
+    across_fault(table, fault, xy[:, 0] - 0.7, z, there)
     assert (out == xy[:, 1] - there).all()
 
 

@@ -88,28 +88,20 @@ class Section:
         """Where the fault is across strike: straight on past its ends, at its mean dip beyond."""
         out = np.empty(len(s))
         at = np.ascontiguousarray(s), np.ascontiguousarray(z)
-        across_fault(self.table.ravel(), *self.table.shape, self.shape, *at, out)
+        across_fault(self.table, self.shape, *at, out)
         return out
 
     def distance(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
         """How far (n,) places (n, 2) are from the fault at their elevations, across strike."""
         out = np.empty(len(z))
-        of = (self.axes, self.first, self.table.ravel(), *self.table.shape, self.shape)
-        distances_from_fault(*of, np.ascontiguousarray(xy), np.ascontiguousarray(z), out)
+        at = np.ascontiguousarray(xy), np.ascontiguousarray(z)
+        distances_from_fault(self.axes, self.table, self.shape, *at, out)
         return out
 
     @cached_property
     def shape(self) -> np.ndarray:
-        """Lowest and highest elevation, length, and slope, as kernels take them."""
-        return np.array([*self.z.tolist(), self.length, self.slope])
-
-    @cached_property
-    def steepest(self) -> float:
-        """The most by which the fault moves across strike where its elevation changes by 1."""
-        # bilinear: no cell is steeper than its sides
-        step = (self.z[1] - self.z[0]) / (self.table.shape[1] - 1)
-        within = np.abs(np.diff(self.table, axis=1)).max(initial=0.0) / step
-        return float(max(within, abs(self.slope)))
+        """What `geosurf.kernels.sheets.moved_rock` calls a fault."""
+        return np.array([*self.z.tolist(), self.length, self.slope, self.first])
 
 
 def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -122,7 +114,7 @@ def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """
     out = np.empty(len(u))
     at = np.ascontiguousarray(u), np.ascontiguousarray(v)
-    values_in_table(table.ravel(), *table.shape, *at, out)
+    values_in_table(table, *at, out)
     return out
 
 

@@ -177,8 +177,7 @@ class Slip:
             throw = self.amount(np.clip(s, 0.0, section.length), z, xy)
         moved, lower = np.empty_like(xy), np.empty_like(z)
         move_rock(
-            section.axes, section.first, section.table.ravel(), *section.table.shape,
-            section.shape, lines.ravel(), *lines.shape, STEPS, self.reach,
+            section.axes, section.table, section.shape, lines, STEPS, self.reach,
             xy, z, part, throw, moved, lower,
         )  # fmt: skip
         return moved, lower

@@ -23,9 +23,7 @@ from geosurf.sheets.mesh.ghosts import ghost_heights, kept_apart
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 from geosurf.sheets.throw.displacement import (
     Branches,
-    InWalls,
     Movement,
-    moved_places,
     refuse_folds,
     sheet_heights,
 )
@@ -215,9 +213,8 @@ class Attempt:
     ) -> np.ndarray:
         """Heights (n_ghost,) on the sheets of their anchors; the energy fills in at holes."""
         frame = self.movement.frame
-        heights, _ = self.movement.heights(
-            self.branches, torn.node_of_ghost, self.walls[:, torn.anchor]
-        )
+        places = self.movement.xy[torn.node_of_ghost]
+        heights, _ = self.movement.heights(self.branches, places, self.walls[:, torn.anchor])
         if np.isfinite(heights).all():
             return kept_apart(torn, state.values, heights, frame.cell)
         fixed = {int(g): float(heights[g]) for g in np.flatnonzero(np.isfinite(heights))}
@@ -236,7 +233,7 @@ class Attempt:
                 flipped = self.walls[:, [node]]
                 side = 2.0 * flipped[fault, 0] - 1.0
                 flipped[fault] = 1.0 - flipped[fault]
-                other = movement.heights(self.branches, np.array([node]), flipped)[0].item()
+                other = movement.heights(self.branches, movement.xy[[node]], flipped)[0].item()
                 if np.isfinite(other):
                     values[node] = on_own_side(mesh, frame, node, side, values[node].item(), other)
         return replace(state, values=values)
@@ -261,14 +258,14 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
     frame, picks = movement.frame, movement.picks
 
     # traces on the drape, torn where there is throw
-    drape, network, branches, in_walls = _traced(movement, lean, branches)
+    drape, network, branches = _traced(movement, lean, branches)
     refuse_throw_at_tips(movement, network)
     network, notes = torn_by_throw(movement, network)
 
     # each node belongs to a wall of each fault, and moves with it
     near = near_traces(frame, network.traces, movement.reach)
-    walls = _walls(movement, drape, network, near, in_walls)
-    values, was = _moved(movement, branches, walls, in_walls)
+    walls = _walls(movement, drape, network, near)
+    values, was = movement.heights(branches, movement.xy, walls)
     every = network.cuts
     drawn = every.take(np.flatnonzero(within(every, *network.mesh.T)))
     refuse_steps(movement, branches, drawn, walls, drape)
@@ -280,28 +277,15 @@ def attempt(movement: Movement, lean: float, branches: Branches) -> Attempt:
     return Attempt(movement, branches, walls, was, state, notes)
 
 
-def _moved(
-    movement: Movement, branches: Branches, walls: np.ndarray, known: InWalls
-) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of all nodes in their walls (n_slip, n_node), and where their rock was.
-
-    Nodes that the drape has found in the same walls are not moved again.
-    """
-    others = np.flatnonzero((known.walls != walls).any(axis=0))
-    values, was = known.elevation, known.was
-    values[others], was[others] = movement.heights(branches, others, walls[:, others])
-    return movement.before.without_lost(values, was), was
-
-
 def _traced(
     movement: Movement, lean: float, branches: Branches
-) -> tuple[np.ndarray, Network, Branches, InWalls]:
-    """Drape (n_node,) [m], the traces on it, the branches that these show, and nodes in walls.
+) -> tuple[np.ndarray, Network, Branches]:
+    """Drape (n_node,) [m], the traces on it, and the branches that these show.
 
     The drape is the horizon as it is moved, blended over each fault. Where the traces show other
     branches than those that it was moved by, it is moved and traced once more.
     """
-    frame, slips = movement.frame, movement.slips
+    frame, before = movement.frame, movement.before
     meshes = [mesh_in_frame(fault, frame) for fault in movement.faults]
 
     # which wall a branch is in follows from its trace, and its trace from the drape: once more
@@ -309,42 +293,21 @@ def _traced(
     for turn in range(2):
         known = branches
         parts = movement.gradual_parts(lean, known)
-        found = InWalls.unknown(len(slips), len(movement.xy))
         try:
-            drape, was = sheet_heights(
-                movement.before, slips, movement.xy, parts, frame.cell, found
-            )
+            drape, was = sheet_heights(before, movement.slips, movement.xy, parts, frame.cell)
         finally:
             # beds that fold over may have no fixed point, either: this error names the cell
             if turn == 0:
-                _refuse_folds(movement, known, found)
+                walls = movement.in_hanging_walls(movement.xy, before.at(movement.xy))
+                refuse_folds(before, movement.slips, movement.xy, movement.parts(known, walls))
 
         # nodes whose rock came from a hole of the horizon have no height
-        grid = movement.before.without_lost(drape, was).reshape(frame.shape)
+        grid = before.without_lost(drape, was).reshape(frame.shape)
         network = Network(meshes, grid, frame)
         branches = _branches_of(movement, network)
         if branches == known:
             break
-    if branches != known:  # other parts of the throw belong to the walls
-        found = InWalls.unknown(len(slips), len(movement.xy))
-    return drape, network, branches, found
-
-
-def _refuse_folds(movement: Movement, branches: Branches, known: InWalls) -> None:
-    """Raise an error where beds would fold over; `known` on the way to the drape needs no more."""
-    walls, now = known.walls, known.moved
-    others = np.flatnonzero(np.isnan(walls).any(axis=0))
-    if len(others):
-        walls, now = walls.copy(), now.copy()
-        xy = movement.xy[others]
-        z = movement.before.at(xy)
-        walls[:, others] = movement.in_hanging_walls(xy, z)
-        parts = movement.parts(branches, walls[:, others])
-        now[others] = moved_places(movement.slips, xy, z, parts)
-    # nodes differ in their parts as they do in their walls, unless a fault has one wall only
-    even = all(branches.acts) and not any(branches.mains)
-    parts = walls if even else movement.parts(branches, walls)
-    refuse_folds(movement.before, movement.xy, now, parts)
+    return drape, network, branches
 
 
 def _branches_of(movement: Movement, network: Network) -> Branches:
@@ -371,22 +334,14 @@ def _wall_of_branch(movement: Movement, main: int, trace: Trace) -> float:
 
 
 def _walls(
-    movement: Movement,
-    drape: np.ndarray,
-    network: Network,
-    near: list[NearTrace],
-    known: InWalls,
+    movement: Movement, drape: np.ndarray, network: Network, near: list[NearTrace]
 ) -> np.ndarray:
     """Wall (n_slip, n_node) of each node, 1 or 0: by the trace near it, else by the fault.
 
     Links are cut by the line of a trace, and past a free end that line goes on: a node beside
     it is on the side of the line there, too, also one that lies on the fault itself.
     """
-    # where the drape came to rest in whole walls of all faults, each fault is at least the width of
-    # a gradual wall away
-    out = known.walls.copy()
-    others = np.flatnonzero(np.isnan(out).any(axis=0) | (known.elevation != drape))
-    out[:, others] = movement.in_hanging_walls(movement.xy[others], drape[others])
+    out = movement.in_hanging_walls(movement.xy, drape)
     nearest = np.full(out.shape, np.inf)  # cells to the trace that decides
     for trace, close, ends in zip(network.traces, near, network.mesh, strict=True):
         # at a branch the line goes on into the main fault, beyond which it decides nothing

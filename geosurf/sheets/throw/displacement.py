@@ -14,10 +14,10 @@ import numpy as np
 from geosurf.conventions import place, rising_diagonal
 from geosurf.errors import GeometryError
 from geosurf.kernels.sheets.link_lines import UNIT
-from geosurf.kernels.sheets.moved_rock import first_folded, heights_at_places, settle, settle_rock
+from geosurf.kernels.sheets.moved_rock import first_folded, heights_on_triangles, settle
 from geosurf.model import TriSurface
-from geosurf.sheets.faults.fault_profile import STEPS, dip_lines
-from geosurf.sheets.faults.slip import EvenThrow, Slip
+from geosurf.sheets.faults.fault_profile import dip_lines
+from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.heights.passes import MAP_REACH
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
@@ -25,7 +25,6 @@ from geosurf.sheets.lattice.picks import Picks
 ROUNDS = 200  # steps to the fixed point; each halves the error at least, unless beds fold
 RIM = 1e-9  # cells: nearer than this to the rim of a hole is on it
 CLOSE = 1e-10  # cells: how near the particle has to come
-SPARE = 3.0  # cells from what changes gradually: farther ones are not near the trace
 
 Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -82,32 +81,6 @@ def parts_in(
     return out
 
 
-@dataclass(frozen=True, eq=False)
-class InWalls:
-    """What particles in one wall of each fault come to, found on the way to the drape.
-
-    Attributes
-    ----------
-    walls : ndarray (n_slip, n)
-        1 hanging wall, 0 footwall; NaN of particles that are in none on their way.
-    elevation, was : ndarray (n,), (n, 2)
-        What `sheet_heights` finds with the parts in these walls, to the last bit.
-    moved : ndarray (n, 2)
-        Where the particles at these places go to, as `Slip.move` moves them in these walls.
-    """
-
-    walls: np.ndarray
-    elevation: np.ndarray
-    was: np.ndarray
-    moved: np.ndarray
-
-    @classmethod
-    def unknown(cls, n_slip: int, n: int) -> InWalls:
-        """Of no particle yet."""
-        walls = np.full((n_slip, n), np.nan)
-        return cls(walls, np.empty(n), np.empty((n, 2)), np.empty((n, 2)))
-
-
 class Before:
     """The horizon before it was faulted, linear on its triangles, and on past its rim."""
 
@@ -144,11 +117,15 @@ class Before:
         one, two = np.where(low, f, 1 - g), np.where(low, g, 1 - f)
         return np.stack([corner, b, d], axis=1), np.stack([first, one, two], axis=1)
 
+    def _cells(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Columns and rows, broken, of places (n, 2)."""
+        (a, b), (c, d) = self.to_columns
+        return xy[:, 0] * a + xy[:, 1] * c, xy[:, 0] * b + xy[:, 1] * d
+
     def at(self, xy: np.ndarray) -> np.ndarray:
         """Elevation (n,) at places (n, 2) from the corner; holes take the nearest value."""
         out = np.empty(len(xy))
-        at = np.ascontiguousarray(xy)
-        heights_at_places(self.filled, self.rising, self.to_columns, at, out)
+        heights_on_triangles(self.filled, self.rising, *self._cells(xy), out)
         return out
 
     def without_lost(self, values: np.ndarray, xy: np.ndarray) -> np.ndarray:
@@ -163,8 +140,7 @@ class Before:
 
     def outside(self, xy: np.ndarray) -> np.ndarray:
         """Distance (n,) by which places lie outside of the lattice [cells]."""
-        (a, b), (c, d) = self.to_columns
-        u, v = xy[:, 0] * a + xy[:, 1] * c, xy[:, 0] * b + xy[:, 1] * d
+        u, v = self._cells(xy)
         n_row, n_col = self.values.shape
         zero = np.zeros(len(xy))
         found: np.ndarray = np.maximum.reduce([-u, u - (n_col - 1.0), -v, v - (n_row - 1.0), zero])
@@ -186,7 +162,6 @@ def sheet_heights(
     xy: np.ndarray,
     parts: np.ndarray | Parts,
     cell: float,
-    in_walls: InWalls | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Elevations of the moved horizon at places, and where its particles were.
@@ -202,8 +177,6 @@ def sheet_heights(
         See `Slip.move`; or a function of places and elevations.
     cell : float
         [m]
-    in_walls : InWalls, optional
-        Of gradual parts: is written where it is known.
 
     Returns
     -------
@@ -218,11 +191,6 @@ def sheet_heights(
         If the movement changes so quickly that beds would fold over: names the place.
     """
     close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
-    even = all(isinstance(slip.amount, EvenThrow) for slip in slips)
-    if even and isinstance(parts, GradualParts | np.ndarray):
-        return _one_by_one(before, slips, xy, parts, close, SPARE * cell, in_walls)
-
-    # z, was: of every particle; where, at, old: of those that have not arrived, at `todo`
     z, was = before.at(xy), xy.copy()
     todo, where, at, old = np.arange(len(xy)), xy, was.copy(), z
     for _ in range(ROUNDS):
@@ -245,74 +213,15 @@ def sheet_heights(
     return z, was
 
 
-def _one_by_one(
-    before: Before,
-    slips: Sequence[Slip],
-    xy: np.ndarray,
-    parts: np.ndarray | GradualParts,
-    close: float,
-    spare: float,
-    in_walls: InWalls | None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The same for faults with one throw each, all rounds of a particle at once: the same bits."""
-    # What gradual parts need, and what given ones do.
-    lean, widths, acts = 0.0, [1.0] * len(slips), [True] * len(slips)
-    ends, fixed = np.empty((0, 4)), np.empty((len(slips), 0))
-    if isinstance(parts, GradualParts):
-        lean, widths, acts = parts.lean, [*parts.widths], [*parts.acts]
-        ends = np.array(parts.ends, dtype=np.float64).reshape(-1, 4)
-    else:
-        fixed = parts
-
-    # Tables of faults, and of lines that turn, behind each other.
-    faults, tables = np.empty((len(slips), 13)), np.zeros((len(slips), 6), dtype=np.int64)
-    flat, start = [np.empty(0)], 0
-    for k, slip in enumerate(slips):
-        section, amount = slip.section, slip.amount
-        assert isinstance(amount, EvenThrow)  # the caller has asked
-        faults[k] = (
-            *section.shape, *section.axes.ravel(), section.first, slip.reach, amount.value,
-            2.0 * widths[k], slip.share,
-        )  # fmt: skip
-        lines = None if slip.lines is None else slip.lines.table
-        for column, table in ((0, section.table), (3, lines)):
-            if table is not None:
-                tables[k, column : column + 3] = start, *table.shape
-                flat.append(table.ravel())
-                start += table.size
-    z, was = np.empty(len(xy)), np.empty((len(xy), 2))
-    gradual = isinstance(parts, GradualParts)
-    if in_walls is None:
-        in_walls = InWalls.unknown(len(slips), 0)
-    steep = np.array([slip.section.steepest for slip in slips])
-    lost = settle_rock(
-        faults, tables, np.concatenate(flat), np.array(acts, dtype=bool), ends, lean, gradual,
-        fixed, steep, spare, STEPS, before.filled, before.rising, before.to_columns,
-        np.ascontiguousarray(xy), close, ROUNDS, z, was,
-        in_walls.walls, in_walls.elevation, in_walls.was, in_walls.moved,
-    )  # fmt: skip
-    if lost >= 0:
-        raise _folded(before, np.append(xy[lost] + before.frame.corner, z[lost]))
-    return z, was
-
-
-def moved_places(
-    slips: Sequence[Slip], xy: np.ndarray, z: np.ndarray, parts: np.ndarray
-) -> np.ndarray:
-    """Where particles at places (n, 2) and elevations go to, each with its part of the throw."""
-    now, height = xy, z
+def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray) -> None:
+    """Raise an error where cells of nodes xy turn over that move with `parts` of the throw."""
+    # only cells whose four nodes are in one wall: a fault may open or close the others
+    now, height = xy, before.at(xy)
     for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):
         now, height = slip.move(now, height, part)
-    return now
-
-
-def refuse_folds(before: Before, xy: np.ndarray, now: np.ndarray, parts: np.ndarray) -> None:
-    """Raise an error where cells of the lattice turn over, their nodes moved from xy to `now`."""
-    # only cells whose four nodes are in one wall: a fault may open or close the others
     node = first_folded(np.ascontiguousarray(now), parts, *before.values.shape)
     if node >= 0:
-        z = before.at(xy[[node]])
-        raise _folded(before, np.append(xy[node] + before.frame.corner, z))
+        raise _folded(before, np.append(xy[node] + before.frame.corner, before.at(xy[[node]])))
 
 
 def _folded(before: Before, where: np.ndarray) -> GeometryError:
@@ -430,12 +339,6 @@ class Movement:
         return found
 
     def heights(
-        self, branches: Branches, node: np.ndarray, walls: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Heights (n,) over nodes in walls (n_slip, n), NaN in holes; and where the rock was."""
-        return self.heights_at(branches, self.xy[node], walls)
-
-    def heights_at(
         self, branches: Branches, xy: np.ndarray, walls: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Heights (n,) at places in walls (n_slip, n), NaN in holes; and where the rock was."""

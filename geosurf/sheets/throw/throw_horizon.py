@@ -467,7 +467,7 @@ def cutoffs_to_expect(best: Attempt, fault: int, wall: float) -> np.ndarray:
     xyz, shape = _on_fault(movement, fault)
     walls = movement.in_hanging_walls(xyz[:, :2], xyz[:, 2])
     walls[fault] = wall
-    heights, _ = movement.heights_at(best.branches, xyz[:, :2], walls)
+    heights, _ = movement.heights(best.branches, xyz[:, :2], walls)
     above = (xyz[:, 2] - heights).reshape(shape)
     other = walls.reshape(-1, *shape)
 
@@ -519,7 +519,7 @@ def sectors_of(best: Attempt) -> tuple[Sector, ...]:
         for first, second in product((True, False), repeat=2):
             walls = best.walls.copy()
             walls[pair[0]], walls[pair[1]] = float(first), float(second)
-            heights, _ = movement.heights_at(best.branches, movement.xy, walls)
+            heights, _ = movement.heights(best.branches, movement.xy, walls)
             heights[unclear] = np.nan
             found.append(
                 Sector(
@@ -581,7 +581,7 @@ def _is_close(best: Attempt, one: int, two: int) -> bool:
     above = []  # by how much [m]
     for front in product((1.0, 0.0), repeat=2):
         walls[one], walls[two] = front
-        heights, _ = movement.heights_at(best.branches, crossing[:, :2], walls)
+        heights, _ = movement.heights(best.branches, crossing[:, :2], walls)
         above.append(heights - crossing[:, 2])
 
     # within a cell: a piece that is narrower may have no node, and be missing as well
