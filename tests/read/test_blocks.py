@@ -65,7 +65,7 @@ def test_cut_files_are_refused(tmp_path):
     text = map_of_numbers(300)
     for cut in (text.rindex(" "), text.rindex("\n", 0, -1) + 1, len(text) - 1):
         path.write_text(text[:cut])
-        with pytest.raises(FormatError, match="truncated|incomplete"):
+        with pytest.raises(FormatError, match=r"truncated|incomplete"):
             gs.read_horizon(path, positive="up")
     path.write_text(text + "1\n")
     with pytest.raises(FormatError, match="found 90001 values, expected 90000"):
