@@ -93,7 +93,7 @@ MUTANTS = (
     Mutant("read", 'values["md"] *= agreed_scale(_unit(trace, places["md"]), request.length_unit, "m", what)', "pass", "tests/read/test_lengths.py"),
     Mutant("read", "depths = md[piece] + share * length[piece]", "depths = md[piece] + share", "tests/read"),
     Mutant("write", "columns = grid.values[::-1].T", "columns = grid.values.T", "tests/write"),
-    Mutant("write", "first=n_written + 1)", "first=1)", "tests/write"),
+    Mutant("write", "first=n_written + 1)", "first=1)", "tests/write tests/read/test_gocad_lines.py"),
     # ---- grids for simulators, tetrahedra
     Mutant("grid", 'return from_top if self.parallel == "top" else thickness - from_top[::-1]', "return from_top", "tests/grid"),
     Mutant("grid", "found: np.ndarray = (odd % 2 == 1).reshape(z.shape)", "found: np.ndarray = (odd > 0).reshape(z.shape)", "tests/grid"),

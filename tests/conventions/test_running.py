@@ -43,26 +43,6 @@ def test_the_outermost_and_the_innermost_step_are_named_and_the_line_goes(lines)
     until(lambda: module._board.watcher is None)
 
 
-def test_the_line_of_what_fails_goes_too(lines):
-    def fail():
-        with running("a failure"):
-            until(lambda: lines and "a failure" in lines[-1])
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fail()
-    assert lines[-1] == ""
-
-
-def test_what_is_short_shows_nothing(lines, monkeypatch):
-    monkeypatch.setattr(module, "AFTER", 0.5)
-    for _ in range(100):
-        with running("a step"):
-            pass
-    until(lambda: module._board.watcher is None)
-    assert lines == []
-
-
 @pytest.mark.parametrize("how", ["silence", "show_progress", "environment"])
 def test_it_is_silent_on_request(how, lines, monkeypatch):
     if how == "environment":

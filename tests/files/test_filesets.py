@@ -13,14 +13,14 @@ from pathlib import Path, PurePosixPath
 import pytest
 
 import geosurf as gs
+from benchmarks.stress.crash_points import attack
+from benchmarks.stress.crash_writers import Writer
 from geosurf.errors import OutputError
 from geosurf.files import atomic, folders
 from geosurf.files.atomic import write_whole
 from geosurf.files.folders import Lock, Names, finish, replace_files
 from geosurf.scenario import output
 from geosurf.scenario.output import new_results
-from tests.write.crash_points import attack
-from tests.write.crash_writers import Writer
 
 OURS = Names((re.compile(r"index"), re.compile(r"parts/\d\.txt")), ("parts",))
 OLD = {"index": "1 2 3", "parts/1.txt": "old", "parts/2.txt": "old", "parts/3.txt": "old"}

@@ -248,11 +248,6 @@ def test_arguments_that_cannot_be_used_are_refused(planes, change, words):
         gs.build_grid(planes, **change)
 
 
-def test_only_scenes_are_gridded():
-    with pytest.raises(gs.errors.InputError, match="takes a Scene"):
-        gs.build_grid([])
-
-
 @pytest.mark.parametrize(("at", "cell"), [(1967.0, 130), (2330.0, 130)])
 def test_the_wall_of_a_notched_area_is_not_a_horizon(at, cell):
     """Where lines that leave the area counted, tops were up to 71 m off."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 
-from tests.invalid_input.random_arguments import outcome, run
+from benchmarks.stress.random_arguments import outcome, run
 
 
 def test_random_arguments_bring_out_no_foreign_exception():

@@ -72,16 +72,6 @@ def test_cut_files_are_refused(tmp_path):
         gs.read_horizon(path, positive="up")
 
 
-def test_a_word_of_many_points_is_named_with_its_line(tmp_path):
-    path = tmp_path / "a.xyz"
-    path.write_text("0 1 2\n" * 50_000 + "0 1\n")
-    with pytest.raises(FormatError, match="line 50001"):
-        gs.read_points(path, positive="up")
-    path.write_text("0 1 2\n" * 50_000 + "0 1 2e999\n")
-    with pytest.raises(FormatError, match="line 50001: found '2e999'"):
-        gs.read_points(path, positive="up")
-
-
 @pytest.mark.parametrize("n", [3, 300])  # read word by word, and in bulk
 def test_a_map_without_values_has_no_decimal_points_to_miss(tmp_path, n):
     path = tmp_path / "top.zmap"

@@ -42,17 +42,17 @@ def test_lines_are_parts_and_chains_of_segments(tmp_path):
 
 
 def test_law_curves_come_back_from_a_pline(tmp_path):
-    flat = [[0, 0, 0], [9, 0, 0], [0, 9, 0]]
-    steep = [[1, 1, -1], [3, 1, 2], [1, 4, 2]]
-    one, two = (
-        gs.TriSurface(name, "fault", np.array(points, float), [[0, 1, 2]])
-        for name, points in (("A", flat), ("B", steep))
-    )
+    """Two curves of one pair: ids go on from one to the next."""
+    steep = np.array([[1.0, 1, -1], [3, 1, 2], [1, 4, 2]])
+    one = gs.TriSurface("A", "fault", [[0.0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    both = np.concatenate([steep, steep + [3.0, 0, 0]])
+    two = gs.TriSurface("B", "fault", both, [[0, 1, 2], [3, 4, 5]])
     curves = gs.intersect_surfaces([one, two])
     gs.write(curves, tmp_path / "c.pl")
     back = gs.read_polygons(tmp_path / "c.pl")
-    assert len(back) == curves.n_curve == 1
-    assert {tuple(p) for p in back[0]} == {tuple(p) for p in curves.points.tolist()}
+    assert len(back) == curves.n_curve == 2
+    found = {tuple(point) for line in back for point in line.tolist()}
+    assert found == {tuple(point) for point in curves.points.tolist()}
 
 
 @pytest.mark.parametrize(

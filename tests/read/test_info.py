@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 
 import geosurf as gs
 from geosurf import cli
 from geosurf.errors import InputError
-from geosurf.read.registry import GRID_FORMATS, TITLES
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "formats.md"
 # suffix of a file, or its folder -> format by content; None: texts that are no data
 EXPECTED = {
     ".gri": "irap",
@@ -81,13 +78,3 @@ def test_doubts_say_which_word_is_missing(tmp_path, name, text, format_, doubt):
 def test_only_files_are_looked_at(tmp_path):
     with pytest.raises(InputError, match="this is a folder"):
         gs.info(tmp_path)
-
-
-def test_the_table_of_formats_is_that_of_the_registry():
-    lines = DOCS.read_text(encoding="utf-8").splitlines()
-    rows = [line.split("|") for line in lines if line.startswith("|")]
-    table = {row[1].strip(): row[2] for row in rows if len(row) == 8}
-    for key, (_, _, suffixes) in GRID_FORMATS.items():
-        titles = [title for title in table if title.startswith(TITLES[key].split(" and ")[0])]
-        assert titles, f"docs/formats.md has no row for {TITLES[key]}"
-        assert any(suffixes[0] in table[title] for title in titles), key

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import FormatError, InputError, SurfaceError
+from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
 from geosurf.read import read_tsurf
 
@@ -57,14 +57,6 @@ def test_tsurf_without_direction_is_elevation_unless_the_caller_says_depth(tmp_p
     assert gs.read_fault(path).vertices[0, 2] == 10
     assert gs.read_fault(path, positive="down").vertices[0, 2] == -10
     assert gs.read_fault(path, length_unit="km").vertices[1].tolist() == [9, 0, 20000]
-
-
-def test_tsurf_contradicted_by_the_caller(tmp_path):
-    with pytest.raises(
-        InputError, match=r"file has positive='down', but the argument.*'up'.*Leave"
-    ):
-        gs.read_fault(tsurf(tmp_path), positive="up")
-    assert gs.read_fault(tsurf(tmp_path), positive="down").n_vertex == 4
 
 
 def test_tsurf_units_per_axis(tmp_path):
@@ -194,15 +186,6 @@ def test_sticks_do_not_say_what_z_is(tmp_path):
         gs.read_fault(write(tmp_path, STICKS))
 
 
-def test_sticks_noun_refuses_what_is_no_stick():
-    with pytest.raises(SurfaceError, match=r"fault 'F1': stick 1 has shape \(1, 3\), expected"):
-        FaultSticks("F1", ([[0, 0, 0], [1, 1, 1]], [[0, 0, 0]]))
-    with pytest.raises(SurfaceError, match="stick 0 has values that are not finite"):
-        FaultSticks("F1", ([[0, 0, 0], [1, 1, np.nan]],))
-    with pytest.raises(SurfaceError, match="has no sticks"):
-        FaultSticks("F1", ())
-
-
 def test_polygons(tmp_path):
     flat = write(tmp_path, "0 0 0\n9 0 0\n999 999 999\n", "a.pol")
     assert gs.read_polygons(flat)[0].tolist() == [[0, 0, 0], [9, 0, 0]]
@@ -219,26 +202,6 @@ def test_polygons_in_csv_that_cannot_be_told_apart(tmp_path):
     text = "X,Y,Z,POLY_ID\n1,2,3,a\n1,2,3,b\n1,2,3,a\n"
     with pytest.raises(FormatError, match=r"line 4: polyline 'a' continues after another.*Sort"):
         gs.read_polygons(write(tmp_path, text, "a.csv"), positive="up")
-
-
-def test_points_become_a_horizon_by_tearing_with_or_without_faults(tmp_path):
-    east, north = np.meshgrid(np.arange(0.0, 50.0, 10.0), np.arange(0.0, 40.0, 10.0))
-    rows = [f"{x},{y},{1500 + x + 2 * y}" for x, y in zip(east.flat, north.flat, strict=True)]
-    path = write(tmp_path, "\n".join(["X,Y,Z", *rows, ""]), "Top.csv")
-    points = gs.read_points(path, positive="down")
-    with pytest.raises(gs.errors.HorizonError, match=r"'Top': found scattered points.*faults={}"):
-        gs.Scene({"Top": points}).surface("Top")
-    sheet = gs.tear_horizon(points, {}, name="Top")
-    x, y, z = gs.Scene({"Top": sheet}).surface("Top").vertices.T
-    np.testing.assert_array_equal(z, -(1500 + x + 2 * y))
-
-
-def test_points_keep_several_values_at_one_position(tmp_path):
-    path = write(tmp_path, "# x y z\n1 2 3\n1 2 4\n\n", "a.poi")
-    points = gs.read_points(path, positive="down")
-    assert points.elevation.values.tolist() == [-3, -4]
-    assert dict(points.sizes) == {"point": 2}
-    assert points.elevation.attrs == {"units": "m", "positive": "up"}
 
 
 @pytest.mark.parametrize("suffix", ["csv", "xyz", "txt"])
@@ -290,41 +253,6 @@ def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
         return
     with pytest.raises(FormatError, match=message):
         gs.read_points(path, positive="up")
-
-
-def test_columns_need_a_header(tmp_path):
-    with pytest.raises(FormatError, match=r"line 1: the file has no header with the columns x, y"):
-        gs.read_points(write(tmp_path, "1 2 3\n", "a.xyz"), positive="up", columns=("X", "Y", "Z"))
-
-
-def test_points_do_not_say_what_z_is(tmp_path):
-    with pytest.raises(InputError, match=r"a.csv: points.*positive='up'"):
-        gs.read_points(write(tmp_path, "X_UTME,Y_UTMN,Z_TVDSS\n1,2,3\n", "a.csv"))
-
-
-def test_drogon_sticks(shared):
-    folder = shared / "data/drogon/fault_sticks_pol"
-    faults = [gs.read_fault(path, positive="down") for path in sorted(folder.glob("*.pol"))]
-    assert [fault.name for fault in faults] == ["F1", "F2", "F3", "F4", "F5", "F6"]
-    assert [len(fault.sticks) for fault in faults] == [32, 62, 18, 15, 11, 17]
-    assert {len(stick) for fault in faults for stick in fault.sticks} == {2, 3}
-    assert all((stick[:, 2] < -1000).all() for fault in faults for stick in fault.sticks)
-
-
-def test_drogon_points_and_outlines(shared):
-    data = shared / "data"
-    points = gs.read_points(data / "drogon/horizons_poi/TopVolantis.poi", positive="down")
-    assert 32_609 <= points.sizes["point"] <= 32_644
-    assert [len(line) for line in gs.read_polygons(data / "drogon_xtgeo/outline.pol")] == [125]
-    folder = data / "reek/fault_polygons"
-    as_pol, as_csv = (
-        gs.read_polygons(folder / f"top_upper_reek_faultpoly.{suffix}", positive="down")
-        for suffix in ("pol", "csv")
-    )
-    assert len(as_pol) == len(as_csv) == 7
-    assert sum(map(len, as_pol)) == 754
-    for a, b in zip(as_pol, as_csv, strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-5)
 
 
 def test_all_shared_tsurf_files(shared):

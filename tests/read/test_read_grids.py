@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import itertools
 import struct
 import sys
 
@@ -31,41 +30,6 @@ def binary(nrow=2, ncol=3, values=(1, 2, 3, 4, 5, 6), yinc=20.0, rotation=0.0):
         np.array(values, dtype=">f4").tobytes(),
     ]
     return b"".join(struct.pack(">i", len(r)) + r + struct.pack(">i", len(r)) for r in records)
-
-
-def test_unrotated_grid_has_increasing_one_dimensional_coordinates(tmp_path):
-    top = gs.read_horizon(classic(tmp_path), positive="up")
-    assert top.dims == ("northing", "easting")
-    assert top.easting.values.tolist() == [500, 510, 520]
-    assert top.northing.values.tolist() == [1000, 1020]
-    assert top.values.tolist() == [[1, 2, 3], [4, 5, 6]]
-    assert {k: top.attrs[k] for k in ("units", "positive", "long_name", "source")} == {
-        "units": "m",
-        "positive": "up",
-        "long_name": "top",
-        "source": "top.irap",
-    }
-
-
-def test_classic_and_binary_are_told_apart_by_content(tmp_path):
-    text = gs.read_horizon(classic(tmp_path, name="a.gri"), positive="up")
-    (tmp_path / "b.irap").write_bytes(binary())
-    packed = gs.read_horizon(tmp_path / "b.irap", positive="up")
-    np.testing.assert_array_equal(text.values, packed.values)
-    np.testing.assert_array_equal(text.easting, packed.easting)
-
-
-def test_depth_in_feet_becomes_elevation_in_metres_and_leaves_x_and_y_alone(tmp_path):
-    top = gs.read_horizon(classic(tmp_path), positive="down", length_unit="ft")
-    assert top.values[0, 0] == -0.3048
-    assert top.easting.values.tolist() == [500, 510, 520]
-
-
-def test_negative_yinc_is_turned_to_increase(tmp_path):
-    text = CLASSIC.replace("10 20\n", "10 -20\n")
-    top = gs.read_horizon(classic(tmp_path, text), positive="up")
-    assert top.northing.values.tolist() == [980, 1000]
-    assert top.values.tolist() == [[4, 5, 6], [1, 2, 3]]
 
 
 def test_negative_xinc_is_turned_to_increase(tmp_path):
@@ -108,20 +72,6 @@ def test_undefined_values_are_nan(tmp_path):
     assert np.isnan(gs.read_horizon(classic(tmp_path, text), positive="up").values[1, 1])
     (tmp_path / "b.gri").write_bytes(binary(values=(1, 2, 3, 4, 1e30, 6)))
     assert np.isnan(gs.read_horizon(tmp_path / "b.gri", positive="up").values[1, 1])
-
-
-def test_without_positive_the_error_names_both_ways(tmp_path):
-    with pytest.raises(
-        InputError, match=r"top.irap: horizon 'top'.*positive='down' .*positive='up' "
-    ):
-        gs.read_horizon(classic(tmp_path))
-
-
-def test_unknown_units_are_refused(tmp_path):
-    with pytest.raises(
-        InputError, match=r"horizon 'top': unknown length unit 'fathom'.* to one of .*ft"
-    ):
-        gs.read_horizon(classic(tmp_path), positive="up", length_unit="fathom")
 
 
 @pytest.mark.parametrize(
@@ -186,15 +136,6 @@ def test_missing_file_and_misplaced_variable(tmp_path):
 
 
 ZMAP = "! made by hand\n@top, GRID, 3\n 8, -99, , 1, 1,\n 3, 2, 0, 10, 0, 20\n 0, 0, 0\n@\n"
-
-
-def test_zmap_runs_down_columns_from_the_north_west(tmp_path):
-    path = tmp_path / "top.zmap"
-    path.write_text(ZMAP + "+ Grid data starts after this line\n1. 2. 3.\n4. -99.0 6.\n")
-    top = gs.read_horizon(path, positive="up")
-    np.testing.assert_array_equal(top.values, [[3, 6], [2, np.nan], [1, 4]])
-    assert top.northing.values.tolist() == [0, 10, 20]
-    assert top.easting.values.tolist() == [0, 10]
 
 
 @pytest.mark.parametrize(
@@ -287,13 +228,6 @@ def test_netcdf_without_usable_coordinates(tmp_path):
         gs.read_horizon(stored(tmp_path, data))
 
 
-def test_netcdf_infinite_value(tmp_path):
-    data = depth_grid(positive="down", units="m")
-    data[0, 1] = np.inf
-    with pytest.raises(FormatError, match=r"infinite at node \[0, 1\].*_FillValue"):
-        gs.read_horizon(stored(tmp_path, data))
-
-
 def test_a_damaged_netcdf_is_told_and_prints_nothing(tmp_path, monkeypatch):
     """Bytes where the head of the root group is: h5netcdf, failing there, prints at its end."""
     printed = []
@@ -348,30 +282,6 @@ def test_parametric_fault(tmp_path):
         gs.read_fault(stored(tmp_path, data.drop_vars("depth")))
     with pytest.raises(FormatError, match=r"found 3 variables .* this is a fault, use read_fault"):
         gs.read_horizon(stored(tmp_path, data))
-
-
-def test_drogon_grids(shared):
-    tops = [
-        gs.read_horizon(path, positive="down")
-        for path in sorted((shared / "data/drogon_xtgeo/horizons_gri").glob("*.gri"))
-    ]
-    assert len(tops) == 4
-    for top in tops:
-        assert (top.attrs["ncol"], top.attrs["nrow"]) == (175, 275)
-        assert top.shape == (275, 175)
-        assert not np.isnan(top.values).any()
-        corner = [top.easting.values[0, 0], top.northing.values[0, 0]]
-        assert corner == [461500, 5926500]
-        along = [top.easting.values[0, -1] - 461500, top.northing.values[0, -1] - 5926500]
-        across = [top.easting.values[-1, 0] - 461500, top.northing.values[-1, 0] - 5926500]
-        cos, sin = np.cos(np.pi / 6), 0.5
-        np.testing.assert_allclose(along, 174 * 40.115 * np.array([cos, sin]), atol=0.02)
-        np.testing.assert_allclose(across, 274 * 40.073 * np.array([-sin, cos]), atol=0.02)
-        assert -2010 < float(top.min()) < float(top.max()) < -1540
-    thickness = np.stack([(a - b).values for a, b in itertools.pairwise(tops)])
-    assert thickness.min() == 0.0
-    share = (thickness == 0).mean(axis=(1, 2))
-    np.testing.assert_allclose(share, [0.003, 0.045, 0.014], atol=6e-4)
 
 
 def test_reek_grid_agrees_with_its_unrotated_twin(shared):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 
 import numpy as np
@@ -24,12 +23,6 @@ def test_quads_are_split(tmp_path):
     (tmp_path / "F1.obj").write_text(OBJ)
     fault = gs.read_fault(tmp_path / "F1.obj")
     assert fault.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
-
-
-def test_depth_and_units_of_a_mesh(tmp_path):
-    (tmp_path / "F1.obj").write_text(OBJ)
-    fault = gs.read_fault(tmp_path / "F1.obj", positive="down", length_unit="km")
-    assert fault.vertices[2].tolist() == [9, 9, -9000]
 
 
 @pytest.mark.parametrize(
@@ -149,26 +142,6 @@ def test_wrong_vtp(tmp_path, change, message):
         gs.read_fault(vtp(tmp_path, *change))
 
 
-@pytest.mark.parametrize(
-    ("points", "width", "message"),
-    [
-        ("1 2 3 4", "1", r"found 4 numbers for Points.*export"),
-        ("1 2 3", "two", r"NumberOfComponents of a <DataArray> is 'two', expected a whole number"),
-        ("", "-1", r"NumberOfComponents of a <DataArray> is '-1'"),
-    ],
-)
-def test_numbers_that_do_not_fit_a_vtp(tmp_path, points, width, message):
-    path = tmp_path / "F1.vtp"
-    path.write_text(
-        f'<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="{len(points) // 5}"><Points>'
-        f'<DataArray type="Float64" format="ascii">{points}</DataArray></Points><PointData>'
-        f'<DataArray type="Int8" NumberOfComponents="{width}" format="ascii"/></PointData>'
-        "</Piece></PolyData></VTKFile>"
-    )
-    with pytest.raises(FormatError, match=message):
-        gs.read_fault(path)
-
-
 def horizon_2_by_2(folder):
     path = folder / "in.irap"
     path.write_text("-996 2 10 10\n500 510 0 10\n2 30 500 0\n0 0 0 0 0 0 0\n1.25 2.5 3 9999900.0\n")
@@ -251,51 +224,6 @@ def test_a_damaged_byte_is_read_or_refused_by_name(tmp_path, rng, name):
             assert found.dtype == np.float64
     assert refusals
     assert all(bad.name in refusal for refusal in refusals)
-
-
-@pytest.fixture(params=["gmsh", "gmsh22"])
-def binary_msh(request, tmp_path):
-    """A binary Gmsh file, and where its nodes begin."""
-    import meshio
-
-    path = tmp_path / "F1.msh"
-    points = [[0.0, 0, 0], [9, 0, 0], [0, 9, 9], [9, 9, 9]]
-    mesh = meshio.Mesh(points, [("triangle", np.array([[0, 1, 2], [1, 3, 2]]))])
-    meshio.write(path, mesh, file_format=request.param, binary=True)
-    data = path.read_bytes()
-    return path, bytearray(data), data.index(b"$Nodes\n") + 7, request.param
-
-
-def test_a_binary_msh_is_read(binary_msh):
-    assert gs.read_fault(binary_msh[0]).n_triangle == 2
-
-
-def test_counts_of_a_binary_msh_are_not_believed(binary_msh):
-    """One byte made meshio ask for gigabytes."""
-    path, data, at, kind = binary_msh
-    data[at + (8 + 4 if kind == "gmsh" else 0)] = ord("9")  # numbers of nodes: 64 bits, and text
-    path.write_bytes(data)
-    with pytest.raises(FormatError, match=r"F1\.msh, byte \d+: \d+ entries are .*for \d+"):
-        gs.read_fault(path)
-
-
-def test_tags_of_a_binary_msh_are_not_believed(binary_msh):
-    path, data, at, kind = binary_msh
-    first = at + 4 * 8 + 12 + 8 if kind == "gmsh" else at + 2
-    data[first + 3] = 0x40
-    path.write_bytes(data)
-    with pytest.raises(FormatError, match=r"a node has the tag 107\d+, but .*export it again"):
-        gs.read_fault(path)
-
-
-def test_no_byte_of_a_binary_msh_breaks_its_reader(binary_msh, rng):
-    path, whole, at, _ = binary_msh
-    for _ in range(60):
-        data = bytearray(whole)
-        data[int(rng.integers(at - 40, len(data)))] = int(rng.integers(0, 256))
-        path.write_bytes(data)
-        with contextlib.suppress(FormatError):
-            assert gs.read_fault(path).n_vertex <= 4
 
 
 @pytest.mark.parametrize("version", ["2.2", "4.0", "4.1"])

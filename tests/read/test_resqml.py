@@ -12,9 +12,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.cli import main
 from geosurf.errors import FormatError, InputError
-from geosurf.scenario import read_scenario
 
 h5py = pytest.importorskip("h5py")
 CRS = "EPSG:32631"
@@ -226,19 +224,6 @@ def test_a_moved_package_finds_its_arrays_beside_it(package, tmp_path):
     (tmp_path / "n.h5").unlink()
     with pytest.raises(InputError, match=r"arrays are in m\.h5, which is not next to it"):
         gs.read_horizon(package, name="Top")
-
-
-def test_a_field_in_one_package_becomes_a_scenario(package, tmp_path, capsys):
-    assert main(["new", str(tmp_path / "field"), str(package)]) == 0
-    scenario = read_scenario(tmp_path / "field" / "scenario.toml")
-    assert [one.name for one in scenario.horizons] == ["Top", "Middle", "Base"]
-    assert [one.name for one in scenario.faults] == ["F1", "F2"]
-    out = tmp_path / "Top.zmap"
-    assert main(["convert", str(package), str(out)]) == 2  # which of the five is not guessed
-    assert main(["convert", str(package), str(out), "--name", "Top"]) == 0
-    assert main(["convert", str(package), str(tmp_path / "F1.ts"), "--name", "F1"]) == 0
-    assert out.exists()
-    capsys.readouterr()
 
 
 FAST = "<resqml2:FastestAxisCount>6"

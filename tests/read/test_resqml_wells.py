@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.cli import main
 from geosurf.errors import FormatError, InputError
 
 h5py = pytest.importorskip("h5py", reason="h5py is not installed")
@@ -98,14 +97,6 @@ def test_control_points_become_the_path(tmp_path):
     assert "read_wells" in text
     assert "1, by control points with straight lines of up to 1000 m" in text
     assert "doubt" not in text
-
-
-def test_a_table_of_them_comes_back(tmp_path):
-    wells = gs.read_wells(single(tmp_path))
-    assert main(["convert", str(tmp_path / "w.epc"), str(tmp_path / "w.csv")]) == 0
-    again = gs.read_wells(tmp_path / "w.csv", positive="up")
-    for key in ("md", "easting", "northing", "elevation"):
-        np.testing.assert_array_equal(again[key], wells[key])
 
 
 @pytest.mark.parametrize("md_unit", ["m", "ft"])

@@ -127,16 +127,3 @@ def test_damaged_sticks_get_one_sentence(tmp_path, case):
     path = written(tmp_path, text, "a.csv" if text.startswith("X_") else "a.dat")
     with pytest.raises(FormatError, match=message):
         gs.read_fault(path, positive="up", **{"name": "F1"} | words)
-
-
-def test_geosurf_new_lists_each_fault_of_a_file(tmp_path):
-    from geosurf.scenario.new.recognise import recognised
-
-    text = CHARISMA + "".join(
-        f"INLINE- 1 2 {461500 + k} 5932{k}00 {z} Main fault 2b {k}\n"
-        for k in (2, 3)
-        for z in (1500, 1700)
-    )
-    found = recognised(written(tmp_path, text, "faults.dat"))
-    assert [(one.kind, one.name) for one in found] == [("fault", "F1"), ("fault", "Main fault 2b")]
-    assert found[0].note.startswith("2 sticks, dip")

@@ -113,12 +113,6 @@ def test_what_cannot_be_read_is_refused_in_words(tmp_path, text, words, message)
         gs.read_tops(write(tmp_path, text), positive="up", **words)
 
 
-def test_depth_or_elevation_has_to_be_known(tmp_path):
-    file = write(tmp_path, "Well,X,Y,TVDSS,Top\nW1,1,5,2,Top\n")
-    with pytest.raises(InputError, match="positive='down'"):
-        gs.read_tops(file)
-
-
 def test_repeated_rows_are_listed_and_a_second_place_is_a_top_of_its_own(tmp_path):
     text = "Well,X,Y,Z,Top\nW1,1,5,-2,Top\nW1,1,5,-2,Top\nW1,1,5,-3,Top\n"
     with warnings.catch_warnings(record=True) as found:
@@ -135,11 +129,6 @@ def test_columns_by_name_and_by_number(tmp_path):
     by_number = gs.read_tops(file, positive="up", columns=(1, 2, 3, 4, 5))
     assert rows(by_name) == rows(by_number) == [("W1", "Top", 1.0, 5.0, 2.0)]
     assert np.issubdtype(by_name.easting.dtype, np.float64)
-
-
-def test_a_damaged_file_is_an_error(tmp_path):
-    with pytest.raises(FormatError, match="the last line has no line end"):
-        gs.read_tops(write(tmp_path, "Well,X,Y,Z,Top\nW1,1,5,2,Top"), positive="up")
 
 
 WELLS = (

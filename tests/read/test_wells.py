@@ -203,9 +203,3 @@ def test_paths_go_straight_into_intervals_and_pictures(tmp_path):
 def test_what_is_open_or_wrong_is_refused(tmp_path, text, words, match):
     with pytest.raises(GeosurfError, match=match):
         gs.read_wells(written(tmp_path, text), **words)
-
-
-def test_other_readers_name_the_one_for_wells(tmp_path):
-    for read in (gs.read_points, gs.read_horizon, gs.read_fault):
-        with pytest.raises(FormatError, match="Read it with read_wells"):
-            read(written(tmp_path, PETREL, "W1.dev"), positive="up")

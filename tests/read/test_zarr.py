@@ -64,14 +64,6 @@ def test_law_large_grids_are_opened_only(tmp_path, small, suffix, how, monkeypat
     assert opened.elevation.tobytes() == whole.elevation.tobytes()
 
 
-def test_info_looks_at_some_rows_of_a_store(tmp_path, small):
-    for suffix in (".zarr", ".nc"):
-        found = gs.info(written(tmp_path, suffix))
-        assert "row and column of a large grid" in found.notes["read"]
-        assert found.extent["easting"] == [0.0, 250.0]
-    assert found.format == "netcdf"
-
-
 def test_damaged_and_other_folders_are_refused(tmp_path):
     path = written(tmp_path, ".zarr")
     (path / "depth" / "zarr.json").write_text("{")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import math
-import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from geosurf.errors import InputError
 from geosurf.sheets import tear_horizon
 from geosurf.synthetic import torn_horizon
 from geosurf.synthetic.hills import hashed_noise
-from geosurf.synthetic.planar import box_polyhedron, chord, clip, section, volume
 from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
@@ -177,13 +175,6 @@ def test_sides_of_a_vertical_fault_are_those_of_the_oriented_surface(direction):
     assert math.isclose(truth, share * 4000 * 3000 * 100, rel_tol=2e-3)
 
 
-def test_level_planes_and_a_vertical_fault_are_bricks():
-    truth = synthetic.tilted_planes(n=2, dip=90.0, dip_direction=90.0, tilt=0.0).truth
-    for sides in (("F1+",), ("F1-",)):
-        assert math.isclose(truth["volumes"]["Top/Base", sides], 2000 * 3000 * 100, rel_tol=1e-12)
-    assert math.isclose(truth["curve_length"]["Top", "F1"], 3000, rel_tol=1e-12)
-
-
 @pytest.mark.parametrize("make", PLANAR, ids=lambda make: make.__name__)
 def test_lengths_of_curves_agree_with_where_the_rim_of_the_box_is_crossed(make):
     world = make(n=5)
@@ -208,18 +199,6 @@ def test_lengths_of_curves_agree_with_where_the_rim_of_the_box_is_crossed(make):
         assert math.isclose(math.dist(*ends), length, rel_tol=1e-4)
 
 
-@pytest.mark.parametrize("make", PLANAR, ids=lambda make: make.__name__)
-def test_nodes_lie_on_their_planes(make):
-    world = make(n=17)
-    for ds in world.faults.values():
-        vertices = triangulate_fault(ds).vertices
-        point, normal = plane_of(ds)
-        assert np.abs((vertices - point) @ normal).max() < 1e-9
-    for da in world.horizons.values():
-        x, y = np.meshgrid(da.easting, da.northing)
-        assert np.abs(bilinear(da, x, y) - da.values).max() < 1e-9
-
-
 @pytest.mark.parametrize(
     "make", [*PLANAR, synthetic.listric, synthetic.dome_and_flat_fault, synthetic.egg_box]
 )
@@ -234,16 +213,6 @@ def test_faults_reach_past_the_box_on_all_sides(make):
                 x, y, z = np.linspace(a, b, 50).T
                 inside = (west <= x) & (x <= east) & (south <= y) & (y <= north)
                 assert not (inside & (bottom <= z) & (z <= top)).any()
-
-
-def test_the_graben_has_three_blocks_in_each_of_four_zones():
-    truth = synthetic.graben(n=5).truth
-    assert len(truth["volumes"]) == 12
-    assert {sides for _, sides in truth["volumes"]} == {
-        ("F1-", "F2+"),
-        ("F1+", "F2+"),
-        ("F1+", "F2-"),
-    }
 
 
 def test_noise_keeps_its_bounds_and_is_the_same_everywhere():
@@ -264,22 +233,6 @@ def test_noise_keeps_its_bounds_and_is_the_same_everywhere():
 
 
 # ---- polyhedra -----------------------------------------------------------------------
-
-
-def test_a_cube_loses_its_corner():
-    corner = clip(box_polyhedron((0, 1, 0, 1, 0, 1)), (-1, -1, -1, 1))
-    assert volume(corner) * 6 == 1
-    rest = clip(box_polyhedron((0, 1, 0, 1, 0, 1)), (1, 1, 1, -1))
-    assert volume(rest) * 6 == 5
-    assert clip(corner, (1, 0, 0, -2)) == []
-    assert volume(clip(corner, (1, 0, 0, 0))) == volume(corner)
-
-
-def test_a_plane_cuts_a_hexagon_and_a_chord_through_it():
-    ring = section(box_polyhedron((0, 2, 0, 2, 0, 2)), (1, 1, 1, -3))
-    assert len(ring) == 6
-    assert chord(ring, (1, -1, 0, 0)) == ((0.5, 0.5, 2), (1.5, 1.5, 0))
-    assert chord(ring, (1, 0, 0, -9)) is None
 
 
 # ---- domes and circles ---------------------------------------------------------------
@@ -376,12 +329,6 @@ def test_the_triangulated_dome_meets_its_zone_volume_with_order_two():
     assert np.allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.02)
 
 
-def test_triangulated_planes_meet_their_zone_volumes_exactly():
-    world = synthetic.tilted_planes(n=17, offset=(456000.0, 6780000.0, 0.0))
-    between = _under(world.horizons["Top"]) - _under(world.horizons["Base"])
-    assert math.isclose(between, world.truth["zone_volumes"]["Top/Base"], rel_tol=1e-12)
-
-
 # ---- the field -----------------------------------------------------------------------
 
 
@@ -403,17 +350,6 @@ def test_the_field_is_on_its_faults_between_its_walls():
     assert ((z <= foot + 1e-9) & (z >= hanging - 1e-9))[near].all()
 
 
-@pytest.mark.parametrize(("smear", "least"), [(0, 0.0), (1, 30.0)])
-def test_the_field_keeps_its_order_and_throws_its_horizons(smear, least):
-    """Where throw is larger than a zone is thick, two horizons lie on the fault at one node."""
-    world = synthetic.faulted_reservoir(smear=smear)
-    top, middle, base = (da.values for da in world.horizons.values())
-    assert (top - middle).min() >= least
-    assert (middle - base).min() >= least
-    flat = synthetic.faulted_reservoir(throw=0.0, smear=smear).horizons["Top"].values
-    assert 140 < (flat - top).max() < 220  # F1, and what F2 adds
-
-
 def test_the_field_is_torn_where_it_is_faulted():
     """The cut-offs of F1 are found again on both walls, to a fiftieth of the throw."""
     world = synthetic.faulted_reservoir(n=61)
@@ -423,16 +359,6 @@ def test_the_field_is_torn_where_it_is_faulted():
         line = np.concatenate(sheet.cuts["F1"].cutoffs[sign])
         off = line[:, 2] - world.truth["wall_at"]["Middle", f"F1{sign}"](line[:, 0], line[:, 1])
         assert np.abs(off).max() < 3.0
-
-
-def test_only_the_main_fault_of_the_field_crosses_the_box():
-    world = synthetic.faulted_reservoir(n=25)
-    west, east, south, north, bottom, top = world.box
-    for name, splits in world.truth["splits"].items():
-        w, e, s, n, b, t = triangulate_fault(world.faults[name]).bounds
-        assert (s < south and n > north and b < bottom and t > top) is splits
-        assert west < w < e < east
-    assert triangulate_fault(world.faults["F2"]).bounds[2] > south
 
 
 # ---- the files -----------------------------------------------------------------------
@@ -466,24 +392,6 @@ def test_the_files_hold_these_worlds(make_files):
             np.testing.assert_allclose(
                 read.vertices, triangulate_fault(ds).vertices, rtol=0, atol=1e-9
             )
-
-
-def test_the_readme_states_these_truths(make_files):
-    number = r"-?\d+\.?\d*(?:e[+-]?\d+)?"
-    text = (FILES / "README.md").read_text(encoding="utf-8")
-    for world in make_files.WORLDS:
-        section = make_files.describe(world)
-        start = text.index(f"## {world.name}\n")
-        written = text[start : start + len(section) + 40]
-        assert re.sub(number, "#", written).startswith(re.sub(number, "#", section).rstrip())
-        stated, true = (list(map(float, re.findall(number, t))) for t in (written, section))
-        np.testing.assert_allclose(stated[: len(true)], true, rtol=1e-9)
-
-
-def test_files_are_written_alike_twice(make_files, tmp_path):
-    world = synthetic.dome_and_flat_fault(n=9)
-    one, two = (make_files.write_world(world, tmp_path / key) for key in ("one", "two"))
-    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
 
 
 # ---- refusals ------------------------------------------------------------------------

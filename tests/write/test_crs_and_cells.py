@@ -88,25 +88,6 @@ def content_of(path):
         return b"".join(map(archive.read, archive.namelist()))
 
 
-@pytest.mark.parametrize("suffix", [".ts", ".vtp"])
-@pytest.mark.parametrize("crs", [CRS, "NAD27 / UTM zone 11N", 'PROJCS["ED50",AUTHORITY["x","1"]]'])
-def test_surfaces_come_back_in_their_reference_system(tmp_path, suffix, crs):
-    wall = gs.TriSurface("F", "fault", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
-    wall.crs = crs
-    gs.write(wall, tmp_path / f"a{suffix}")
-    found = gs.read_fault(tmp_path / f"a{suffix}").crs
-    assert found == ("ED50" if suffix == ".ts" and "[" in crs else crs)
-
-
-def test_results_of_single_stages_carry_it(scene):
-    assert gs.intersect_surfaces(scene.surfaces).crs == CRS
-    assert gs.rebuild_surfaces(scene.surfaces).crs == CRS
-    assert scene.patches.surface("Top").crs == CRS
-    plain = gs.TriSurface("F", "fault", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
-    assert plain.crs is None
-    assert gs.rebuild_surfaces([plain]).crs is None
-
-
 def test_a_horizon_with_a_grid_mapping_keeps_it_in_netcdf(tmp_path):
     mark = xr.DataArray(0, attrs={"spatial_ref": CRS})
     top = gs.synthetic.tilted_planes().horizons["Top"].assign_coords(spatial_ref=mark)

@@ -38,13 +38,6 @@ def test_a_file_of_rioxarray_is_read(tmp_path):
     assert gs.read_horizon(tmp_path / "a.nc").attrs["crs"] == CRS
 
 
-def test_tables_have_no_grid_mapping(tmp_path):
-    table = xr.Dataset({"volume": ("unit", [1.0])}, attrs={"crs": CRS})
-    with xr.open_dataset(gs.write(table, tmp_path / "a.nc")[0]) as found:
-        assert "spatial_ref" not in found.variables
-        assert found.attrs["crs"] == CRS
-
-
 @pytest.mark.parametrize("suffix", [".asc", ".zmap"])
 def test_text_grids_come_back_in_their_system(tmp_path, suffix):
     written = gs.write(top(crs=WKT), tmp_path / f"a{suffix}")
@@ -112,8 +105,3 @@ def test_wells_places_and_contacts_in_another_system_are_refused():
     level = (0 * world.horizons["Top"] - 2100.0).assign_attrs(positive="up", units="m", **other)
     with pytest.raises(InputError, match=f"'OWC' is in EPSG:32631, but '(crs|Top)' is in {CRS}"):
         _ = scene.replace(contacts={"OWC": level}).units
-
-
-def test_gltf_comes_back_in_its_system(tmp_path):
-    surface = gs.triangulate_horizon(top(crs=CRS), name="Top")
-    assert gs.read_fault(gs.write(surface, tmp_path / "a.glb")[0]).crs == CRS

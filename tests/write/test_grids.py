@@ -127,15 +127,6 @@ def test_a_grid_as_points(tmp_path):
         gs.write(grid([[math.nan]]), tmp_path / "b.xyz")
 
 
-def test_losses_are_shown(tmp_path):
-    top = grid([[1, 2], [3, 4]], positive="down", units="ft", crs="EPSG:23031")
-    written = gs.write(top, tmp_path / "a.cps3")
-    assert [one.what for one in written.lost] == ["direction", "unit", "crs"]
-    assert "  unit: Values are in ft: read the file with length_unit='ft'." in repr(written)
-    assert written.to_dict()["lost"][0]["what"] == "direction"
-    assert repr(written).startswith(str(tmp_path / "a.cps3"))
-
-
 doubles = st.floats(allow_infinity=False)
 
 
@@ -158,8 +149,3 @@ def test_law_fields_of_one_width_hold_what_they_say(found, width):
     assert [len(word) for word in words] == [width] * len(values)
     back = np.array([float(word) for word in words])
     assert np.abs(back - values).max() <= 0.5001 * 10.0**-n
-
-
-def test_whole_numbers():
-    found = [0, 1, 9, 10, 9999, 10_000, 10**8, 123_456_789_012]
-    assert [int(word) for word in rows_text([np.array(found), b"\n"]).split()] == found

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.conventions import volume_text
-from geosurf.errors import HorizonError, InputError, OutputError
+from geosurf.errors import OutputError
 
 
 @pytest.fixture(scope="module")
@@ -57,21 +56,3 @@ def test_what_is_no_file_says_what_is(scene, tmp_path):
         OutputError, match=r"write an object of type Sheet;.*write scene.patches.surface\(name\)"
     ):
         gs.write(sheet, tmp_path / "a.ts")
-
-
-def test_a_path_is_no_horizon_and_a_missing_file_is_told_first(tmp_path):
-    with pytest.raises(HorizonError, match=r"found the path 'Top.nc', .*Read it with geo"):
-        gs.triangulate_horizon("Top.nc", name="Top")
-    with pytest.raises(InputError, match=r"none.gri: cannot be read \(No such file.*Check"):
-        gs.read_horizon(tmp_path / "none.gri")  # rather than that it must say positive=
-
-
-def test_results_are_short_in_print(scene):
-    assert (
-        repr(scene.units)
-        == f"<Units: 12, of 4 zones in 3 blocks, {volume_text(scene.units.volume)}>"
-    )
-    assert repr(scene.curves).startswith("<Curves: 6 of Top, Middle, Base, F1, F2, ")
-    assert repr(scene.patches).startswith(f"<Patches: {scene.patches.n_patch} of 11 surfaces, ")
-    with pytest.raises(KeyError, match=r"no unit 'above Topp F1-'. .*Did you mean 'above Top F1-'"):
-        scene.units["above Topp F1-"]

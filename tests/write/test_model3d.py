@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given, settings
 
 import geosurf as gs
-from geosurf.errors import FormatError, InputError
-from geosurf.measure.places import sample_units
+from geosurf.errors import FormatError
 from geosurf.read.model3d import read_model3d, read_regions
-from geosurf.write.model3d import model3d, parts_of
+from geosurf.write.model3d import parts_of
 from tests.strategies import BOX, faulted_worlds, grid, sheet
 from tests.write.sealed import assert_equal, carve, slit
 
@@ -55,13 +54,6 @@ def test_contacts_and_the_reference_system_come_back(graben, tmp_path):
     assert {roles[name] for name in ("OWC", "F1", "Top", "west")} == {
         "contact", "fault", "horizon", "wall",
     }  # fmt: skip
-
-
-def test_what_works_on_units_works_on_units_that_were_read(graben, tmp_path):
-    back = gs.read_units(written(graben, tmp_path))
-    points = np.random.default_rng(1).uniform(graben.box[::2], graben.box[1::2], (500, 3))
-    names = [sample_units(units, points).unit.values.tolist() for units in (graben, back)]
-    assert names[0] == names[1]
 
 
 def test_parts_are_cut_open_along_all_lines(slit):
@@ -118,12 +110,6 @@ def test_other_programs_see_plain_names_and_groups(graben, tmp_path):
     assert [u.zone_index for u in back.values()] == zones
 
 
-def test_notes_name_what_gocad_cannot_hold(graben):
-    notes = " ".join(map(str, model3d(graben, "m")[1]))
-    assert "'above Top F1+ F2+ above OWC' to 'above_Top_F1+_F2+_above_OWC'" in notes
-    assert "no kind for fluid contacts and virtual walls: OWC" in notes
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -158,12 +144,6 @@ def test_two_regions_on_one_side_of_a_part_are_refused(graben, tmp_path):
     path.write_text("\n".join(lines))
     with pytest.raises(FormatError, match="lie on the same side of TFACE"):
         gs.read_units(path)
-
-
-def test_units_without_patches_are_refused(graben, tmp_path):
-    bare = gs.Units(graben.values(), graben.box)
-    with pytest.raises(InputError, match="no patches"):
-        gs.write(bare, tmp_path / "m.ml")
 
 
 def test_vertices_that_rounding_brought_to_one_place_leave_the_region_closed(tmp_path):

@@ -117,18 +117,6 @@ def test_law_gltf_holds_names_colours_and_places(scene, tmp_path, suffix):
     assert moved <= max(written.largest_difference, 1e-6)
 
 
-def test_gltf_of_surfaces_with_the_same_bytes(scene, tmp_path):
-    wall = scene.surface("F1")
-    (one,), (two,) = (gs.write(wall, tmp_path / f"{name}.glb") for name in "ab")
-    assert one.read_bytes() == two.read_bytes()
-    back = gs.read_fault(one)
-    np.testing.assert_array_equal(back.triangles, wall.triangles)
-    np.testing.assert_allclose(back.vertices, wall.vertices, rtol=0, atol=1e-3)
-    found = gs.write(scene.patches, tmp_path / "c.gltf")[0].read_text()
-    names = [node["name"] for node in json.loads(found)["nodes"]]
-    assert {"model", "Top", "Base", "F1"} <= set(names)
-
-
 def test_tables(scene, tmp_path):
     frame = points(pick=[*"=bcdefg"]).to_dataframe()
     written = gs.write(frame, tmp_path / "a.csv")

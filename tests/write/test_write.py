@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 import os
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.errors import DependencyError, InputError, OutputError
-from geosurf.model import FaultSticks
+from geosurf.errors import InputError, OutputError
 
 EXACT = (".ts", ".vtp", ".vtu", ".vtk", ".obj", ".ply")
 
@@ -131,13 +129,6 @@ def test_the_same_object_gives_the_same_bytes(tmp_path, suffix):
     assert b"2026-" not in one.read_bytes()
 
 
-def test_tables_and_horizons_give_the_same_bytes(tmp_path):
-    for obj, suffix in ((units(), ".nc"), (units(), ".csv"), (horizon(), ".nc")):
-        (one,) = gs.write(obj, tmp_path / f"one{suffix}")
-        (two,) = gs.write(obj, tmp_path / f"two{suffix}")
-        assert one.read_bytes() == two.read_bytes()
-
-
 def test_vtp_is_what_pyvista_reads_and_writes(tmp_path):
     pyvista = pytest.importorskip("pyvista")
     (path,) = gs.write(surface(throw=np.arange(4)), tmp_path / "fault.vtp")
@@ -178,23 +169,6 @@ def test_curves(tmp_path):
     # a closed curve names its first vertex again instead of repeating it
     assert text.count("VRTX") == 5
     assert "SEG 3 1" in text
-
-
-def test_no_curves_at_all(tmp_path):
-    none = gs.Curves(
-        names=("Top", "F1"),
-        local=np.empty((0, 3)),
-        origin=np.zeros(3),
-        segments=np.empty((0, 2), dtype=int),
-        surfaces_of_segment=np.empty((0, 2), dtype=int),
-        curves=(),
-        surfaces_of_curve=np.empty((0, 2), dtype=int),
-        closed=np.empty(0, dtype=bool),
-    )
-    assert gs.write(none, tmp_path / "none.vtp")[0].stat().st_size > 0
-    for suffix in (".pl", ".pol"):
-        with pytest.raises(OutputError, match=r"no curves to write.*Write .vtp"):
-            gs.write(none, tmp_path / f"none{suffix}")
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".vtu"])
@@ -247,15 +221,6 @@ def test_units_as_tables(tmp_path):
     assert float(rows[0]["volume_m3"]) == 1 / 6
 
 
-def test_sticks_come_back(tmp_path):
-    sticks = FaultSticks("F1", ([[0, 0, -1 / 3], [0, 50, -1600]], [[9, 0, 0], [9, 9, -9]]))
-    written = gs.write(sticks, tmp_path / "F1.pol")
-    back = gs.read_fault(written[0], positive="up")
-    for a, b in zip(back.sticks, sticks.sticks, strict=True):
-        np.testing.assert_array_equal(a, b)
-    assert "positive='up'" in written.notes[0]
-
-
 @pytest.mark.parametrize("rotated", [False, True])
 @pytest.mark.parametrize("positive", ["up", "down"])
 def test_netcdf_horizon_comes_back(tmp_path, rotated, positive):
@@ -277,21 +242,6 @@ def test_netcdf_horizon_must_say_what_it_holds(tmp_path):
     with pytest.raises(InputError, match="length unit is missing"):
         gs.write(horizon(units=None), tmp_path / "top.nc")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_missing_netcdf_support_gives_the_install_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(import_module("geosurf.write.netcdf"), "find_spec", lambda name: None)
-    with pytest.raises(DependencyError, match=r'h5netcdf.*pip install "geosurf\[io\]"'):
-        gs.write(horizon(), tmp_path / "top.nc")
-
-
-def test_parametric_fault_comes_back(tmp_path):
-    dims = ("down_dip", "along_strike")
-    grid = np.arange(6.0).reshape(2, 3)
-    fault = xr.Dataset({"easting": (dims, grid), "northing": (dims, grid)})
-    fault["elevation"] = (dims, -grid, {"units": "m", "positive": "up"})
-    (path,) = gs.write(fault, tmp_path / "F1.nc")
-    np.testing.assert_array_equal(gs.read_fault(path).elevation.values, -grid)
 
 
 number = st.floats(-1e4, 1e4).map(lambda x: x + 0.0)
@@ -423,20 +373,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         gs.write(units(), tmp_path / "model.vtm")
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["F1.ts"]
-
-
-def test_another_name_can_be_stored(tmp_path):
-    assert gs.read_fault(gs.write(surface(), tmp_path / "a.ts", name="F9")[0]).name == "F9"
-    assert gs.read_fault(gs.write(surface(), tmp_path / "a.vtp", name="Fø & <9>")[0]).name == (
-        "Fø & <9>"
-    )
-
-
-def test_the_folder_can_be_called_like_the_function(tmp_path):
-    room = import_module("geosurf.write")
-    assert room(surface(), tmp_path / "a.ts", name="F9") == [tmp_path / "a.ts"]
-    assert gs.read_fault(tmp_path / "a.ts").name == "F9"
-    assert "Written" in room.__all__
 
 
 def test_real_grids_are_written_as_their_program_wrote_them(tmp_path, shared):

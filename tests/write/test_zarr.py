@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 
 import numpy as np
@@ -10,11 +9,10 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import DependencyError, OutputError
-from geosurf.write import netcdf as writer
+from benchmarks.stress.crash_points import attack
+from benchmarks.stress.crash_writers import OTHERS
+from geosurf.errors import OutputError
 from geosurf.write import written
-from tests.write.crash_points import attack
-from tests.write.crash_writers import OTHERS
 
 pytest.importorskip("zarr", reason="zarr is not installed")
 CRS = "EPSG:23031"
@@ -125,15 +123,9 @@ def test_law_what_is_no_block_model_stays(blocks, tmp_path, make):
     assert bytes_of(tmp_path) == before
 
 
-def test_an_empty_folder_is_filled(blocks, tmp_path):
-    (tmp_path / "a.zarr").mkdir()
-    gs.write(blocks, tmp_path / "a.zarr")
-    assert writer.is_block_model(tmp_path / "a.zarr")
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="child processes are forked")
 def test_law_killed_at_any_step_the_old_or_the_new_one_is_there(tmp_path):
-    from tests.write.crash_writers import blocks, scenes
+    from benchmarks.stress.crash_writers import blocks, scenes
 
     scenes(), blocks(0), blocks(1)
     gs.write(blocks(0), tmp_path / "warm.zarr")
@@ -141,22 +133,3 @@ def test_law_killed_at_any_step_the_old_or_the_new_one_is_there(tmp_path):
     rows = list(attack(case, tmp_path, every=29))
     assert rows
     assert not [row for row in rows if row[2].startswith("WRONG")]
-
-
-def test_without_zarr_one_sentence(blocks, tmp_path, monkeypatch):
-    from geosurf.conventions import packages
-
-    monkeypatch.setattr(packages, "is_installed", lambda package: package != "zarr")
-    with pytest.raises(DependencyError, match=r'pip install "geosurf\[ensemble\]"'):
-        gs.write(blocks, tmp_path / "a.zarr")
-    assert not any(tmp_path.iterdir())
-
-
-def test_a_folder_that_does_not_exist_is_named(blocks, tmp_path):
-    with pytest.raises(OutputError, match="Check that the folder exists"):
-        gs.write(blocks, tmp_path / "no" / "a.zarr")
-
-
-def test_zarr_is_loaded_on_request_only():
-    code = "import sys, geosurf.write.registry, geosurf.write; sys.exit('zarr' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -49,12 +49,16 @@ class LengthLies(Hostile):
 
 
 class IterationRaises(Hostile):
+    """Breaks off when it is iterated."""
+
     def __iter__(self):
         yield 0.0
         raise RuntimeError("hostile __iter__")
 
 
 class NumberRaises(Hostile):
+    """Is no number when it is asked for one."""
+
     def __float__(self):
         raise RuntimeError("hostile __float__")
 
@@ -62,11 +66,15 @@ class NumberRaises(Hostile):
 
 
 class PathRaises(Hostile):
+    """Is no path when it is asked for one."""
+
     def __fspath__(self):
         raise RuntimeError("hostile __fspath__")
 
 
 class PathIsNone(Hostile):
+    """Gives None as its path."""
+
     def __fspath__(self):
         return None
 

@@ -1,4 +1,6 @@
-"""Kills and errors at every step of all writers: ``python -m tests.write.crash_points [every]``.
+"""Kills and errors at every step of all writers.
+
+``python -m benchmarks.stress.crash_points [every]`` runs them.
 
 Each writer replaces old results by new ones in a child process, which counts the calls of the
 system that change files. For each of them one child is killed just before it (half of the data are
@@ -25,9 +27,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from benchmarks.stress.crash_writers import WRITERS, Writer, warm
 from geosurf.errors import GeosurfError
 from geosurf.files import atomic, folders
-from tests.write.crash_writers import WRITERS, Writer, warm
 
 CALLS = (
     "open",
@@ -243,6 +245,7 @@ def main(arguments: list[str]) -> int:
 
 
 def say(line: str) -> None:
+    """Print a line at once."""
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 

@@ -1,9 +1,10 @@
-"""Random arguments at every public function: ``python -m tests.invalid_input.random_arguments N``.
+"""Random arguments at every public function: ``python -m benchmarks.stress.random_arguments N``.
 
 Each call begins with arguments that are right, and some of them are exchanged: for hostile values
-(`pool`), or for what another parameter takes. It may give a result or raise an error of geosurf;
-anything else is a defect: another exception, an `InvariantError`, a warning of a library, more
-than `SECONDS`. What a call gives back is looked at, too: all its public properties are asked for.
+(`hostile_values`), or for what another parameter takes. It may give a result or raise an error of
+geosurf; anything else is a defect: another exception, an `InvariantError`, a warning of a
+library, more than `SECONDS`. What a call gives back is looked at, too: all its public properties
+are asked for.
 
 Left out are methods by which stages hand arrays to each other (`BETWEEN_STAGES`), and the making
 of nouns that only stages make.
@@ -31,9 +32,9 @@ from typing import Any
 import numpy as np
 
 import geosurf as gs
+from benchmarks.stress.hostile_values import POOL
 from geosurf import measure, render
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
-from tests.invalid_input.pool import POOL
 
 SECONDS = 60
 SIZE = (200, 150)
@@ -277,6 +278,7 @@ def described(error: BaseException) -> str:
 
 
 def too_long(*_: object) -> None:
+    """Break off a call."""
     raise TimeoutError(f"more than {SECONDS} s")
 
 

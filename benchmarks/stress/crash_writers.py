@@ -51,6 +51,7 @@ def scenes():
 
 
 def surface(k: int) -> gs.TriSurface:
+    """A fault that differs with `k`."""
     return gs.TriSurface("F1", "fault", [[0, 0, k], [9, 0, 0], [0, 9, 9]], [[0, 1, 2]])
 
 
