@@ -39,6 +39,7 @@ from geosurf.kernels.search.separation import (
 )
 from geosurf.kernels.search.voxels import are_wide, fill_voxels, triangle_boxes
 from geosurf.model import TriangleContact, TriangleSteps, frozen
+from geosurf.model.expected import flag_of
 
 _FEATURES = ("vertex 0", "vertex 1", "vertex 2", "edge 0", "edge 1", "edge 2", "face")
 _KINDS = ("disjoint", "point", "segment")
@@ -94,6 +95,7 @@ def intersect_triangles(P: Any, Q: Any, *, steps: bool = False) -> TriangleConta
     >>> steps.cut_points[0].tolist(), steps.intervals.round(2).tolist()
     ([[0.0, 0.0, 0.0], [2.0, 2.0, 0.0]], [[-2.83, 0.0], [-7.07, -1.41]])
     """
+    steps = flag_of(steps, "steps")
     corners = np.concatenate([_checked("P", P), _checked("Q", Q)])
     number, count = weld(corners)
     x = np.empty((count, 3))

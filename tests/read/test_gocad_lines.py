@@ -45,7 +45,7 @@ def test_law_curves_come_back_from_a_pline(tmp_path):
     """Two curves of one pair: ids go on from one to the next."""
     steep = np.array([[1.0, 1, -1], [3, 1, 2], [1, 4, 2]])
     one = gs.TriSurface("A", "fault", [[0.0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    both = np.concatenate([steep, steep + [3.0, 0, 0]])
+    both = np.concatenate([steep, steep + np.array([3.0, 0, 0])])
     two = gs.TriSurface("B", "fault", both, [[0, 1, 2], [3, 4, 5]])
     curves = gs.intersect_surfaces([one, two])
     gs.write(curves, tmp_path / "c.pl")
