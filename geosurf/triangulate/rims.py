@@ -334,21 +334,11 @@ def _beside_side(
         (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
     )
     # Only nodes that are exactly inside count.
-    if not len(rows) or not (_turns(a, b, rim[rows]) > 0).any():
+    points = np.concatenate([[a, b], rim[rows]])
+    ends = np.zeros(len(rows), dtype=np.int64)
+    if not (_turn_signs(points, ends, ends + 1, np.arange(2, len(points))) > 0).any():
         return rows, 0.0
     return rows, max(float(inside[rows].max()), np.finfo(float).tiny)
-
-
-def _turns(a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """On which side of the line from a to b points (n, 2) lie, exactly: +1 is left."""
-    # The two ends are rows 0 and 1, the points follow.
-    x = np.zeros((len(points) + 2, 3))
-    x[0, :2], x[1, :2], x[2:, :2] = a, b, points
-    rows = np.stack([np.zeros(len(points)), np.ones(len(points)), np.arange(len(points)) + 2.0], 1)
-    out = np.empty(len(points), dtype=np.int64)
-    m, w = frame_of(x)
-    orient2d_rows(x, rows.astype(np.int64), m, w, out)
-    return out
 
 
 def _rim(horizon: TriSurface, outline: np.ndarray, near: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.sheets.faults import cut_edges
-from geosurf.sheets.faults.fault_distance import side_of_few, side_over
+from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height, side_over
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.mesh.close import _lengthened
 from geosurf.sheets.mesh.cut import _links
@@ -76,9 +76,10 @@ def test_sides_over_one_place_are_those_of_single_points():
     seen = set()
     for at in rng.uniform(-1, 8, (40, 2)):
         z = rng.uniform(-20, 380, 9)
-        single = [side_of_few(mesh, np.array([[*at, one]]), 2.5)[1][0] for one in z]
+        points = np.column_stack([np.tile(at, (len(z), 1)), z])
+        single = side_at_own_height(mesh, mesh_blocks(mesh, 2.5), points, 2.5)[1]
         np.testing.assert_array_equal(side_over(mesh, at, 2.5)(z), single)
-        seen |= set(single)
+        seen |= set(single.tolist())
     assert seen == {-1.0, 0.0, 1.0}
 
 

@@ -100,7 +100,7 @@ def _along_line(lines, fault, s, z, to, steps):
 def move_rock(axes, table, fault, lines, steps, reach, xy, z, part, throw, moved, lower):
     """Write where particles are after the movement along a fault, `part` of its throw, down.
 
-    `throw` has one value for all, or one for each. Movement dies away from the fault over `reach`,
+    Movement dies away from the fault over `reach`,
     which may be infinite. A particle with no part stays where it is, to the last digit.
     """
     a, b, c, d = axes[0, 0], axes[0, 1], axes[1, 0], axes[1, 1]
@@ -113,7 +113,7 @@ def move_rock(axes, table, fault, lines, steps, reach, xy, z, part, throw, moved
         here = _across(table, fault, s, z[k])
 
         # how far down: throw at the place along strike where the particle leaves from
-        down = part[k] * throw[k if throw.shape[0] > 1 else 0]
+        down = part[k] * throw[k]
         if reach < np.inf:
             away = r - here if part[k] > 0 else here - r
             # smooth on past the fault, where ghosts are

@@ -88,7 +88,7 @@ class NodeTable:
 
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
-REACHES = 4  # of which blocks of a fault are remembered
+REACHES = 5  # of which blocks of a fault are remembered
 ROUNDED = 1e-6  # cells and shares of edges by which boxes are wider than what was computed
 
 
@@ -186,25 +186,8 @@ def side_at_own_height(
     return far, side
 
 
-def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """`side_at_own_height` of a few points, without blocks: those would cost more."""
-    corners = mesh.points[mesh.triangles]
-    low, high = _boxes(mesh)
-    x, y = points[:, 0, None], points[:, 1, None]
-
-    # all pairs at once: there are only a few points
-    close = (x >= low[:, 0] - reach) & (x <= high[:, 0] + reach)
-    close &= (y >= low[:, 1] - reach) & (y <= high[:, 1] + reach)
-    point, items = np.nonzero(close)
-    starts = np.searchsorted(point, np.arange(len(points) + 1))
-    every, boxes = np.arange(len(points)), np.hstack([low, high])
-    return distance_at_elevation(
-        points, every, corners.reshape(-1, 9), boxes, mesh.normals[:, :2], starts, items, reach
-    )
-
-
 def side_over(mesh: FaultMesh, at: np.ndarray, reach: float) -> Callable[[np.ndarray], np.ndarray]:
-    """The function that gives sides (n,), as `side_of_few`, at elevations (n,) over one place."""
+    """The function that gives sides (n,) at elevations (n,) over one place."""
     low, high = _boxes(mesh)
     near = (at >= low - reach) & (at <= high + reach)
     rows = np.flatnonzero(near[:, 0] & near[:, 1])

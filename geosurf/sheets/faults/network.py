@@ -22,7 +22,6 @@ from geosurf.sheets.faults.fault_distance import (
     NearTrace,
     mesh_blocks,
     side_at_own_height,
-    side_of_few,
 )
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
 from geosurf.sheets.lattice.frame import Frame
@@ -300,7 +299,7 @@ def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[TraceContact]
 
     # rows 2 i and 2 i + 1: both ends of trace i
     ends = np.concatenate([real_ends(trace) for trace in traces])
-    far = [side_of_few(mesh, ends, 1.0)[0] for mesh in meshes]
+    far = [side_at_own_height(mesh, mesh_blocks(mesh, 1.0), ends, 1.0)[0] for mesh in meshes]
     return [
         (i, k, j)
         for i, trace in enumerate(traces)

@@ -121,22 +121,6 @@ class EllipticThrow:
         return found
 
 
-@dataclass(frozen=True)
-class EvenThrow:
-    """The same throw everywhere [m]."""
-
-    value: float
-
-    @property
-    def everywhere(self) -> np.ndarray:
-        """One value (1,) that stands for all."""
-        return np.array([self.value])
-
-    def __call__(self, s: np.ndarray, z: np.ndarray, xy: np.ndarray) -> np.ndarray:
-        """Throw (n,) at places."""
-        return np.full(s.shape, self.value)
-
-
 @dataclass(frozen=True, eq=False)
 class Slip:
     """Movement along one fault.
@@ -170,11 +154,8 @@ class Slip:
             return xy, z
         section = self.section
         lines = _STRAIGHT if self.lines is None else self.lines.table
-        if isinstance(self.amount, EvenThrow):
-            throw = self.amount.everywhere
-        else:
-            s, _ = section.of(xy)
-            throw = self.amount(np.clip(s, 0.0, section.length), z, xy)
+        s, _ = section.of(xy)
+        throw = self.amount(np.clip(s, 0.0, section.length), z, xy)
         moved, lower = np.empty_like(xy), np.empty_like(z)
         move_rock(
             section.axes, section.table, section.shape, lines, STEPS, self.reach,
@@ -263,7 +244,7 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
     except (TypeError, ValueError):
         values = np.empty((0, 0, 0))
     if values.ndim == 0 and np.isfinite(values) and not isinstance(given, bool):
-        return EvenThrow(float(values))
+        return lambda s, z, xy: np.full(s.shape, float(values))
     if values.ndim == 2 and values.shape[1] == 2 and len(values):
         return _of_profile(values[:, 0], values[:, 1], what)
     raise InputError(
