@@ -224,26 +224,27 @@ def _append_record(records, n, t, tri, p, q, support):
 
 
 @scalar
-def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n):
+def _edge_records(frame, names, how, ids, tri, of, shift, axis, records, n):
     """Segments in `tri` along the edges of the coplanar triangle `of`; -1 if a table is full.
 
     `shift` selects the features of `of` from a code: 3 for the first triangle, 0 for the second.
     """
+    t = frame.t
     for i in range(3):
         # Two different corners on edge i make a segment along it.
         first = -1
         second = -1
-        for c in range(n_corner_of(rows[k, HOW])):
-            feature = (code_of(rows[k, HOW], c) >> shift) & 7
+        for c in range(n_corner_of(how)):
+            feature = (code_of(how, c) >> shift) & 7
             # On edge i: one of its corners, or the edge itself.
             if feature == i or feature == (i + 1) % 3 or feature == 3 + i:
                 if first < 0:
-                    first = ids[k, c]
-                elif ids[k, c] != first:
+                    first = ids[c]
+                elif ids[c] != first:
                     # The outline is convex: an edge has no more than two different points of it.
-                    second = ids[k, c]
+                    second = ids[c]
         if second >= 0 and not (is_corner(t, tri, first) and is_corner(t, tri, second)):
-            support = edge_plane(e, m, names, t[of, i], t[of, (i + 1) % 3], axis)
+            support = edge_plane(frame.e, frame.m, names, t[of, i], t[of, (i + 1) % 3], axis)
             if support == FULL:
                 return -1
             n = _append_record(records, n, t, tri, first, second, support)
@@ -251,18 +252,19 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
 
 
 @scalar
-def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
+def _records_in_plane(frame, names, row, ids, axis, records, n):
     """Corners and edges of two faces of one plane for each other; -1 if a table is full."""
-    a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+    t, how = frame.t, row[HOW]
+    a, b = row[TRIANGLE_A], row[TRIANGLE_B]
 
     # Corners first, then the edges of each triangle inside the other.
     # Points of the common outline, for both faces; those on own corners are left out.
-    for c in range(n_corner_of(rows[k, HOW])):
-        n = _append_record(records, n, t, a, ids[k, c], -1, -1)
-        n = _append_record(records, n, t, b, ids[k, c], -1, -1)
-    n = _edge_records(rows, k, ids, t, e, m, names, a, b, 0, axis, records, n)
+    for c in range(n_corner_of(how)):
+        n = _append_record(records, n, t, a, ids[c], -1, -1)
+        n = _append_record(records, n, t, b, ids[c], -1, -1)
+    n = _edge_records(frame, names, how, ids, a, b, 0, axis, records, n)
     if n >= 0:
-        n = _edge_records(rows, k, ids, t, e, m, names, b, a, 3, axis, records, n)
+        n = _edge_records(frame, names, how, ids, b, a, 3, axis, records, n)
     return n
 
 
@@ -315,6 +317,7 @@ def write_records(x, t, e, m, w, rows, ids, records):
     """
     # The table of the naming is gone: edge planes are entered again, to be found by name.
     names = _edge_planes(e, m)
+    frame = Frame(x, t, e, rows, m, w)  # without definitions of points
     n = 0
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
@@ -323,7 +326,7 @@ def write_records(x, t, e, m, w, rows, ids, records):
         if lies_in_plane(rows[k, HOW]):
             names = _grown_table(m, names)
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
-            n = _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n)
+            n = _records_in_plane(frame, names, rows[k], ids[k], axis, records, n)
             if n < 0:
                 return FULL
         elif n_corner_of(rows[k, HOW]) == 2:

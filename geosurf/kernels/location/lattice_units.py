@@ -21,6 +21,8 @@ Notation
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geosurf.errors import SurfaceError
@@ -47,11 +49,22 @@ from geosurf.kernels.search.tree import N_COL, N_ROW, RISING
 # point is thought to be moved on the map: infinitely little east or west, and infinitely less north
 # or south (simulation of simplicity, Edelsbrunner & Mücke 1990, doi 10.1145/77635.77639). The move
 # only decides where the sign of the exact determinant is zero.
-#
-# Notation
-#     s         scratch, float64 (4, 3): points for the exact predicates
-#     m, w      frame of the exact predicates: it holds all coordinates of the model and the points
-#     east      +1 or -1: which way the point is moved; `north` likewise
+
+
+class Lines(NamedTuple):
+    """Vertical lines, one after the other, and what exact signs of their points need."""
+
+    levels: np.ndarray  # elevations of all points
+    n: int  # number of points of each line
+    rule: np.ndarray
+    s: np.ndarray  # scratch, float64 (6, 3), see below
+    m: np.ndarray  # frame of the exact predicates: all coordinates of the model and the points
+    w: np.ndarray
+
+
+# rows of the scratch: corners of a triangle, a point; where the line is on the map, and which way
+# its points are moved there: +1 or -1 east and north
+_POINT, _PLACE, _PUSH, N_SCRATCH = 3, 4, 5, 6
 
 
 def digits_of(*parts: np.ndarray) -> tuple[int, int]:
@@ -94,11 +107,19 @@ def frame_with(*digits: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
 
 
 @scalar
-def side_of_edge(ax, ay, bx, by, px, py, east, north, s, m, w):
-    """+1 where a point on the map lies left of the edge a -> b, -1 right of it; 0 only if a = b."""
+def aim(s, rule, px, py):
+    """Go to the line at a place; its points are moved towards the middle of the map."""
+    s[_PLACE, 0], s[_PLACE, 1] = px, py
+    s[_PUSH, 0], s[_PUSH, 1] = 1.0 if px <= rule[0] else -1.0, 1.0 if py <= rule[1] else -1.0
+
+
+@scalar
+def side_of_edge(ax, ay, bx, by, lines):
+    """+1 where the line is left of the edge a -> b on the map, -1 right of it; 0 only if a = b."""
     # Shewchuk's filter, as in `predicates.orient2d`, on numbers in registers
-    left = (bx - ax) * (py - ay)
-    right = (by - ay) * (px - ax)
+    s = lines.s
+    left = (bx - ax) * (s[_PLACE, 1] - ay)
+    right = (by - ay) * (s[_PLACE, 0] - ax)
     size = abs(left) + abs(right)
     if size > TINY:
         if left - right > ORIENT2D_BOUND * size:
@@ -109,31 +130,22 @@ def side_of_edge(ax, ay, bx, by, px, py, east, north, s, m, w):
     # too near to call: exact integers
     s[0, 0], s[0, 1] = ax, ay
     s[1, 0], s[1, 1] = bx, by
-    s[2, 0], s[2, 1] = px, py
-    sign = orient2d(s, m, w, 0, 1, 2, 0, 1)
+    s[2, 0], s[2, 1] = s[_PLACE, 0], s[_PLACE, 1]
+    sign = orient2d(s, lines.m, lines.w, 0, 1, 2, 0, 1)
     if sign != 0:
         return sign
 
     # On the line of the edge the move decides. The determinant changes by -dy to the east and by
     # +dx to the north; north counts only where dy is 0.
     if by != ay:
-        return -east if by > ay else east
+        return int(-s[_PUSH, 0] if by > ay else s[_PUSH, 0])
     if bx != ax:
-        return north if bx > ax else -north
+        return int(s[_PUSH, 1] if bx > ax else -s[_PUSH, 1])
     return 0
 
 
 @scalar
-def side_of_plane(s, m, w, facing):
-    """+1 where the point in row 3 of `s` is above the plane of rows 0 to 2, -1 below it, 0 on it.
-
-    `facing` is +1 where the three rows go round counter-clockwise on the map, -1 where clockwise.
-    """
-    return facing * side_of(s, m, w, 0, 1, 2, 3, plane_terms(s, 0, 1, 2), 0.0)
-
-
-@scalar
-def count_levels(levels, first, n, height):
+def _n_lower(levels, first, n, height):
     """How many of n rising levels, from `first` on, are below a height."""
     if n == 1:
         return 1 if levels[first] < height else 0
@@ -145,6 +157,33 @@ def count_levels(levels, first, n, height):
         else:
             high = middle
     return low
+
+
+@scalar
+def n_below(lines, first, facing):
+    """How many points of the line, from `first` on, are below the triangle in the scratch.
+
+    `facing` is +1 where its corners go round counter-clockwise on the map, -1 where clockwise.
+    """
+    # points below all corners, and up to those above all; in between exact signs decide
+    s, levels = lines.s, lines.levels
+    low, high = min(s[0, 2], min(s[1, 2], s[2, 2])), max(s[0, 2], max(s[1, 2], s[2, 2]))
+    begin = _n_lower(levels, first, lines.n, low)
+    end = begin
+    while end < lines.n and levels[first + end] <= high:
+        end += 1
+    while begin < end:
+        middle = (begin + end) // 2
+        pz = levels[first + middle]
+        s[_POINT, 0], s[_POINT, 1], s[_POINT, 2] = s[_PLACE, 0], s[_PLACE, 1], pz
+        plane = plane_terms(s, 0, 1, 2)
+        side = facing * side_of(s, lines.m, lines.w, 0, 1, 2, _POINT, plane, 0.0)
+        # on the triangle counts as below, except on the floor
+        if side < 0 or (side == 0 and pz != lines.rule[2]):
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
 
 
 @entry("l1* l -> .")
@@ -211,33 +250,34 @@ def _is_past(node, at, move):
 
 
 @scalar
-def _edge(x, y, a, i, j, k, o, px, py, east, north, s, m, w):
-    """Side of the edge from node (i, j) to node (k, o) on which a point lies."""
+def _edge(x, y, a, i, j, k, o, lines):
+    """Side of the edge from node (i, j) to node (k, o) on which the line lies."""
     ax, ay = load(x, a, 0, i, j), load(y, a, 1, i, j)
     bx, by = load(x, a, 0, k, o), load(y, a, 1, k, o)
-    return side_of_edge(ax, ay, bx, by, px, py, east, north, s, m, w)
+    return side_of_edge(ax, ay, bx, by, lines)
 
 
 @scalar
-def _is_in_cell(x, y, a, i, j, turn, px, py, east, north, s, m, w):
-    """Whether a moved point lies inside all four edges of a cell."""
+def _is_in_cell(x, y, a, i, j, turn, lines):
+    """Whether the moved line lies inside all four edges of a cell."""
     return (
-        turn * _edge(x, y, a, i, j, i, j + 1, px, py, east, north, s, m, w) > 0
-        and turn * _edge(x, y, a, i, j + 1, i + 1, j + 1, px, py, east, north, s, m, w) > 0
-        and turn * _edge(x, y, a, i + 1, j + 1, i + 1, j, px, py, east, north, s, m, w) > 0
-        and turn * _edge(x, y, a, i + 1, j, i, j, px, py, east, north, s, m, w) > 0
+        turn * _edge(x, y, a, i, j, i, j + 1, lines) > 0
+        and turn * _edge(x, y, a, i, j + 1, i + 1, j + 1, lines) > 0
+        and turn * _edge(x, y, a, i + 1, j + 1, i + 1, j, lines) > 0
+        and turn * _edge(x, y, a, i + 1, j, i, j, lines) > 0
     )
 
 
 @scalar
-def _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w):
-    """Row and column of the cell of a point in a rotated grid, or OFF.
+def _cell_around(x, y, a, guess, turn, lines):
+    """Row and column of the cell of the line in a rotated grid, or OFF.
 
     `guess` maps the plane to rows and columns: offset, then factors of easting and northing, for
     the row and for the column. It is right to within one cell.
     """
-    row = guess[0] + guess[1] * px + guess[2] * py
-    col = guess[3] + guess[4] * px + guess[5] * py
+    s = lines.s
+    row = guess[0] + guess[1] * s[_PLACE, 0] + guess[2] * s[_PLACE, 1]
+    col = guess[3] + guess[4] * s[_PLACE, 0] + guess[5] * s[_PLACE, 1]
     if not (-1.0 <= row <= a[N_ROW] and -1.0 <= col <= a[N_COL]):
         return OFF, OFF
 
@@ -248,39 +288,29 @@ def _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w):
         j = j0 + (0, -1, 1, 0, 0, -1, 1, -1, 1)[k]
         if i < 0 or j < 0 or i >= a[N_ROW] - 1 or j >= a[N_COL] - 1:
             continue
-        if _is_in_cell(x, y, a, i, j, turn, px, py, east, north, s, m, w):
+        if _is_in_cell(x, y, a, i, j, turn, lines):
             return i, j
     return OFF, OFF
 
 
 @scalar
-def _half_cell(x, y, a, guess, turn, px, py, rule, s, m, w):
-    """Row, column and half of the cell of a vertical line, or OFF three times."""
-    east = 1 if px <= rule[0] else -1
-    north = 1 if py <= rule[1] else -1
-
-    # the cell
+def _half_cell(x, y, a, guess, turn, lines):
+    """Row, column and half of the cell of the line, or OFF three times."""
+    s = lines.s
     if guess.shape[0] == 0:
-        j = _interval(x, _step_of_axis(x), px, float(east))
-        i = OFF if j == OFF else _interval(y, _step_of_axis(y), py, float(north))
+        j = _interval(x, _step_of_axis(x), s[_PLACE, 0], s[_PUSH, 0])
+        i = OFF if j == OFF else _interval(y, _step_of_axis(y), s[_PLACE, 1], s[_PUSH, 1])
     else:
-        i, j = _cell_around(x, y, a, guess, turn, px, py, east, north, s, m, w)
+        i, j = _cell_around(x, y, a, guess, turn, lines)
     if i == OFF or j == OFF:
         return OFF, OFF, OFF
 
     # its half: left or right of the diagonal from corner 0 to 2, or from corner 1 to 3
     if a[RISING] == 1:
-        left = _edge(x, y, a, i, j, i + 1, j + 1, px, py, east, north, s, m, w)
+        left = _edge(x, y, a, i, j, i + 1, j + 1, lines)
     else:
-        left = -_edge(x, y, a, i, j + 1, i + 1, j, px, py, east, north, s, m, w)
+        left = -_edge(x, y, a, i, j + 1, i + 1, j, lines)
     return i, j, 0 if turn * left < 0 else 1
-
-
-@scalar
-def _set_corner(x, y, z, a, k, i, j, row, s):
-    """Put node (i, j) of surface k into a row of the scratch."""
-    s[row, 0], s[row, 1] = load(x, a, 0, i, j), load(y, a, 1, i, j)
-    s[row, 2] = z[i * a[N_COL] + j, k]
 
 
 @scalar
@@ -297,41 +327,6 @@ def corner_nodes(a, i, j, half):
     return i, j + 1, i + 1, j + 1, i + 1, j
 
 
-@scalar
-def _is_below(x, y, z, a, k, corners, px, py, pz, on_floor, turn, s, m, w):
-    """Whether a point lies below a triangle of surface k; on it counts as below, off the floor."""
-    i0, j0, i1, j1, i2, j2 = corners
-    _set_corner(x, y, z, a, k, i0, j0, 0, s)
-    _set_corner(x, y, z, a, k, i1, j1, 1, s)
-    _set_corner(x, y, z, a, k, i2, j2, 2, s)
-    s[3, 0], s[3, 1], s[3, 2] = px, py, pz
-    side = side_of_plane(s, m, w, turn)
-    return side < 0 or (side == 0 and not on_floor)
-
-
-@scalar
-def _n_below(x, y, z, a, k, corners, px, py, levels, first, n, floor, turn, s, m, w):
-    """How many of the levels of a line are below a triangle of surface k."""
-    i0, j0, i1, j1, i2, j2 = corners
-    n_col = a[N_COL]
-    z0, z1, z2 = z[i0 * n_col + j0, k], z[i1 * n_col + j1, k], z[i2 * n_col + j2, k]
-    low, high = min(z0, min(z1, z2)), max(z0, max(z1, z2))
-
-    # levels below all corners, and up to those above all; in between exact signs decide
-    begin = count_levels(levels, first, n, low)
-    end = begin
-    while end < n and levels[first + end] <= high:
-        end += 1
-    while begin < end:
-        middle = (begin + end) // 2
-        pz = levels[first + middle]
-        if _is_below(x, y, z, a, k, corners, px, py, pz, pz == floor, turn, s, m, w):
-            begin = middle + 1
-        else:
-            end = middle
-    return begin
-
-
 @entry("d1 d1 l1 d2 l1 l2 d1 l d2 d1 l d1 l1* l1* l1* -> .")
 def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, rule, m, w, unit):
     """Add the steps of all surfaces of a group to the highest level below each.
@@ -339,26 +334,33 @@ def add_lattice_units(x, y, a, z, column, steps, guess, turn, p, levels, each, r
     `guess` is empty for grids whose axes are those of the map; `turn` is +1 where columns, rows and
     up make a right-handed system.
     """
-    s = np.zeros((4, 3))
+    s = np.zeros((N_SCRATCH, 3))
     n = unit.shape[0] // max(p.shape[0], 1)
+    lines = Lines(levels, n, rule, s, m, w)
+    nodes = np.empty(3, dtype=np.int64)
     for q in range(p.shape[0]):
-        px, py = p[q, 0], p[q, 1]
-        i, j, half = _half_cell(x, y, a, guess, turn, px, py, rule, s, m, w)
+        aim(s, rule, p[q, 0], p[q, 1])
+        i, j, half = _half_cell(x, y, a, guess, turn, lines)
         if i == OFF:
             continue
         of = column[2 * (i * (a[N_COL] - 1) + j) + half]
         if of == 0:  # no surface of the group is whole here
             continue
-        corners = corner_nodes(a, i, j, half)
+
+        # the triangle on the map is the same for all surfaces
+        i0, j0, i1, j1, i2, j2 = corner_nodes(a, i, j, half)
+        s[0, 0], s[0, 1] = load(x, a, 0, i0, j0), load(y, a, 1, i0, j0)
+        s[1, 0], s[1, 1] = load(x, a, 0, i1, j1), load(y, a, 1, i1, j1)
+        s[2, 0], s[2, 1] = load(x, a, 0, i2, j2), load(y, a, 1, i2, j2)
+        nodes[0], nodes[1], nodes[2] = i0 * a[N_COL] + j0, i1 * a[N_COL] + j1, i2 * a[N_COL] + j2
         for k in range(steps.shape[1]):
-            step = steps[of, k]
-            if step == 0:
+            if steps[of, k] == 0:
                 continue
-            below = _n_below(
-                x, y, z, a, k, corners, px, py, levels, q * each, n, rule[2], turn, s, m, w
-            )
+            for corner in range(3):
+                s[corner, 2] = z[nodes[corner], k]
+            below = n_below(lines, q * each, turn)
             if below > 0:
-                unit[q * n + below - 1] += step
+                unit[q * n + below - 1] += steps[of, k]
 
 
 @entry("d1 d1 l1 d1 l d2 d1 l1* l1* l1* -> .")
@@ -367,7 +369,9 @@ def find_keys(x, y, a, guess, turn, p, rule, m, w, key):
 
     Absent nodes are not looked at: where one is missing, no triangle has that key.
     """
-    s = np.zeros((4, 3))
+    s = np.zeros((N_SCRATCH, 3))
+    lines = Lines(rule, 0, rule, s, m, w)  # no points
     for q in range(p.shape[0]):
-        i, j, half = _half_cell(x, y, a, guess, turn, p[q, 0], p[q, 1], rule, s, m, w)
+        aim(s, rule, p[q, 0], p[q, 1])
+        i, j, half = _half_cell(x, y, a, guess, turn, lines)
         key[q] = OFF if i == OFF else 2 * (i * (a[N_COL] - 1) + j) + half

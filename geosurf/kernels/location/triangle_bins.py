@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.location.lattice_units import count_levels, side_of_edge, side_of_plane
+from geosurf.kernels.location.lattice_units import N_SCRATCH, Lines, aim, n_below, side_of_edge
 
 _MARGIN = 1e-6  # of a bin: far more than rounding moves the corner of a bin, or a crossing
 
@@ -122,43 +122,14 @@ def fill_bins(c, facing, grid, shape, at, items):
 
 
 @scalar
-def _is_in_shadow(c, facing, t, px, py, east, north, s, m, w):
-    """Whether a moved point lies inside all three edges of a triangle on the map."""
+def _is_in_shadow(c, facing, t, lines):
+    """Whether the moved line lies inside all three edges of a triangle on the map."""
     for k in range(3):
         ax, ay = c[t, 3 * k], c[t, 3 * k + 1]
         bx, by = c[t, (3 * k + 3) % 9], c[t, (3 * k + 4) % 9]
-        if side_of_edge(ax, ay, bx, by, px, py, east, north, s, m, w) != facing[t]:
+        if side_of_edge(ax, ay, bx, by, lines) != facing[t]:
             return False
     return True
-
-
-@scalar
-def _is_below(c, facing, t, px, py, pz, on_floor, s, m, w):
-    """Whether a point in the shadow of a triangle lies below it; on it counts as below."""
-    for k in range(9):
-        s[k // 3, k % 3] = c[t, k]
-    s[3, 0], s[3, 1], s[3, 2] = px, py, pz
-    side = side_of_plane(s, m, w, facing[t])
-    return side < 0 or (side == 0 and not on_floor)
-
-
-@scalar
-def _n_below(c, facing, ends, t, px, py, levels, first, n, floor, s, m, w):
-    """How many of the levels of a line are below a triangle."""
-    begin = count_levels(levels, first, n, ends[t, 0])
-    end = begin
-    while end < n and levels[first + end] <= ends[t, 1]:
-        end += 1
-
-    # levels between its lowest and its highest corner: exact signs
-    while begin < end:
-        middle = (begin + end) // 2
-        pz = levels[first + middle]
-        if _is_below(c, facing, t, px, py, pz, pz == floor, s, m, w):
-            begin = middle + 1
-        else:
-            end = middle
-    return begin
 
 
 @entry("d2 d1 d1 l1 d2* d1* -> l1")
@@ -191,24 +162,24 @@ def add_triangle_units(
     c, facing, ends, step, grid, shape, start, items, p, levels, each, rule, m, w, unit
 ):
     """Add the steps of all triangles to the highest level below each."""
-    s = np.zeros((4, 3))
+    s = np.zeros((N_SCRATCH, 3))
     n = unit.shape[0] // max(p.shape[0], 1)
+    lines = Lines(levels, n, rule, s, m, w)
     for q in range(p.shape[0]):
-        px, py = p[q, 0], p[q, 1]
-        row, col = (py - grid[1]) * grid[3], (px - grid[0]) * grid[2]
+        row, col = (p[q, 1] - grid[1]) * grid[3], (p[q, 0] - grid[0]) * grid[2]
         if not (0.0 <= row < shape[0] and 0.0 <= col < shape[1]):
             continue  # beside all triangles
         of = int(row) * shape[1] + int(col)
-        east = 1 if px <= rule[0] else -1
-        north = 1 if py <= rule[1] else -1
-        lowest = levels[q * each]
+        aim(s, rule, p[q, 0], p[q, 1])
         for k in range(start[of], start[of + 1]):
             covered = items[k] < 0
             t = -1 - items[k] if covered else items[k]
-            if ends[t, 1] < lowest:
-                break  # this triangle and all after it lie below
-            if not covered and not _is_in_shadow(c, facing, t, px, py, east, north, s, m, w):
+            if ends[t, 1] < levels[q * each]:
+                break  # this triangle and all after it lie below the lowest level
+            if not covered and not _is_in_shadow(c, facing, t, lines):
                 continue
-            below = _n_below(c, facing, ends, t, px, py, levels, q * each, n, rule[2], s, m, w)
+            for corner in range(9):
+                s[corner // 3, corner % 3] = c[t, corner]
+            below = n_below(lines, q * each, facing[t])
             if below > 0:
                 unit[q * n + below - 1] += step[t]

@@ -16,6 +16,8 @@ Notation
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
@@ -29,6 +31,20 @@ _AREA = 3.4e-16  # Shewchuk's bound for a turn of three points in the plane is 3
 _HEIGHT = 1e-14  # of a coordinate: ten times what sums of three can lose
 
 
+class _Scene(NamedTuple):
+    """All triangles with their tree, and scratch of a ray: where it is aimed at, nodes to visit."""
+
+    x: np.ndarray
+    t: np.ndarray
+    order: np.ndarray
+    nodes: np.ndarray
+    levels: np.ndarray
+    set_of: np.ndarray
+    seen: np.ndarray
+    aim: np.ndarray
+    stack: np.ndarray
+
+
 @scalar
 def _signed_area(px, py, qx, qy, ax, ay):
     """Twice the signed area of a, p, q, and a bound of its error."""
@@ -38,8 +54,11 @@ def _signed_area(px, py, qx, qy, ax, ay):
 
 
 @scalar
-def _height(x, t, row, u, v, axis, ax, ay):
+def _height(scene, row, axis):
     """(_MISSED, _MET or _UNDECIDED, height of the hit, its error, +1 where the front faces up)."""
+    x, t = scene.x, scene.t
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    ax, ay = scene.aim[u], scene.aim[v]
     p, q, r = t[row, 0], t[row, 1], t[row, 2]
 
     # The signs of three areas say whether the ray passes inside the triangle.
@@ -66,10 +85,11 @@ def _height(x, t, row, u, v, axis, ax, ay):
 
 
 @scalar
-def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top):
+def _push_children(scene, node, level, axis, low, high, top):
     """Push the children that a ray passes between two heights, the lowest on top."""
+    nodes, levels, stack = scene.nodes, scene.levels, scene.stack
     u, v = (axis + 1) % 3, (axis + 2) % 3
-    ax, ay = aim[u], aim[v]
+    ax, ay = scene.aim[u], scene.aim[v]
     first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
     begin = top
     for child in range(first, min(first + FAN, levels[level, 0])):
@@ -92,25 +112,24 @@ def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
 
 
 @scalar
-def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high, stack):
+def _side_of_top(scene, mine, axis, low, high):
     """Topmost side of a set that a ray passes, and bounds of its height; or UNDECIDED."""
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    ax, ay = aim[u], aim[v]
+    order, stack = scene.order, scene.stack
     side, best_low, best_high = UNDECIDED, -np.inf, -np.inf
     extreme, next_extreme = -np.inf, -np.inf  # the highest that any may be, and the one after it
-    stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
+    stack[0, 0], stack[0, 1], top = scene.nodes.shape[0] - 1, scene.levels.shape[0] - 1, 1
     while top > 0:
         top -= 1
         node, level = stack[top, 0], stack[top, 1]
 
         # Descend: only nodes that the ray passes are pushed.
         if level > 0:
-            top = _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
+            top = _push_children(scene, node, level, axis, low, high, top)
             continue
         for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
-            if set_of[order[k]] != mine:
+            if scene.set_of[order[k]] != mine:
                 continue
-            met, z, reach, facing = _height(x, t, order[k], u, v, axis, ax, ay)
+            met, z, reach, facing = _height(scene, order[k], axis)
             # Whatever is undecided could be the topmost.
             if met == _UNDECIDED:
                 return UNDECIDED, 0.0, 0.0
@@ -138,33 +157,30 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
 
 
 @scalar
-def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below, above, stack):
+def _side_above(scene, mine, axis, below, above):
     """First side of another set that a ray hits above [below, above]; or NO_HIT, UNDECIDED."""
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    ax, ay = aim[u], aim[v]
+    x, t, order, stack = scene.x, scene.t, scene.order, scene.stack
     side, best_low, best_high = NO_HIT, np.inf, np.inf
     extreme, next_extreme = np.inf, np.inf  # the lowest that any may be, and the one after it
-    stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
+    stack[0, 0], stack[0, 1], top = scene.nodes.shape[0] - 1, scene.levels.shape[0] - 1, 1
     while top > 0:
         top -= 1
         node, level = stack[top, 0], stack[top, 1]
 
         # Nodes above the best hit so far cannot improve it.
-        if nodes[node, axis] > best_high:
+        if scene.nodes[node, axis] > best_high:
             continue
         if level > 0:
-            top = _push_children(
-                nodes, levels, node, level, axis, aim, below, best_high, stack, top
-            )
+            top = _push_children(scene, node, level, axis, below, best_high, top)
             continue
         for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
             row = order[k]
-            if set_of[row] == mine or not seen[row]:
+            if scene.set_of[row] == mine or not scene.seen[row]:
                 continue
             # All of the triangle is below the start.
             if max(x[t[row, 0], axis], x[t[row, 1], axis], x[t[row, 2], axis]) < below:
                 continue
-            met, z, reach, facing = _height(x, t, row, u, v, axis, ax, ay)
+            met, z, reach, facing = _height(scene, row, axis)
             if met == _UNDECIDED:
                 return UNDECIDED
             if met == _MISSED or z + reach < below:
@@ -200,6 +216,7 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
     """
     stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
     aim = np.empty(3)
+    scene = _Scene(x, t, order, nodes, levels, set_of, seen, aim, stack)
     for i in range(starts.shape[0]):
         row, axis = starts[i], axes[i]
         a, b, c = t[row, 0], t[row, 1], t[row, 2]
@@ -215,26 +232,10 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
             total = 1.0 + ratio + ratio * ratio
             for k in range(3):
                 aim[k] = (x[a, k] + ratio * x[b, k] + ratio * ratio * x[c, k]) / total
-            outer, below, above = _side_of_top(
-                x, t, order, nodes, levels, set_of, mine, axis, aim, low, tops[i], stack
-            )
+            outer, below, above = _side_of_top(scene, mine, axis, low, tops[i])
             if outer == UNDECIDED:
                 continue
-            holding = _side_above(
-                x,
-                t,
-                order,
-                nodes,
-                levels,
-                set_of,
-                seen,
-                set_of[row],
-                axis,
-                aim,
-                below,
-                above,
-                stack,
-            )
+            holding = _side_above(scene, mine, axis, below, above)
             if holding != UNDECIDED:
                 sides[i, 0], sides[i, 1] = outer, holding
                 break
