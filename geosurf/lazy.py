@@ -48,7 +48,9 @@ def lazily(room: str) -> tuple[Callable[[str], Any], list[str]]:
         setattr(module, name, value)
         return value
 
-    return find, sorted({*homes, *_public(body)})
+    names = sorted({*homes, *_public(body)})
+    module.__dir__ = lambda: names  # what is public, and nothing else
+    return find, names
 
 
 def _words(branch: ast.If) -> set[str]:

@@ -212,7 +212,11 @@ def random_call(name: str, function: Any, dice: random.Random) -> tuple[list[Any
         if kind is inspect.Parameter.VAR_POSITIONAL:
             extra.append(drawn(dice))
         elif kind is inspect.Parameter.VAR_KEYWORD:
-            words[dice.choice(("faults", "horizons", "box", "views", "size", "x"))] = drawn(dice)
+            of_scenes = ("faults", "horizons", "box", "views", "size", "x")
+            of_plots = ("path", "size", "title", "style")
+            words[dice.choice(of_plots if name.startswith("ScenePlots") else of_scenes)] = drawn(
+                dice
+            )
         else:
             words[key] = drawn(dice)
     if dice.random() < 0.02:

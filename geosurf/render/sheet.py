@@ -13,7 +13,7 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -374,6 +374,9 @@ def pasted(image: np.ndarray, left: int, bottom: int) -> Artist:
     class Pasted(Artist):
         """An image whose pixels are those of the figure."""
 
+        def __reduce__(self) -> tuple[Any, ...]:
+            return pasted, (image, left, bottom), self.__getstate__()
+
         def draw(self, renderer: Any) -> None:
             # renderers take four channels, the lowest row first
             opaque = np.full((*image.shape[:2], 4), 255, dtype=np.uint8)
@@ -406,13 +409,9 @@ def _figure(size: tuple[int, int]) -> Figure:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-    class Shown(Figure):
-        """A figure that notebooks show without pyplot."""
-
-        def _repr_png_(self) -> bytes:
-            return figure_bytes(self, "png")
-
-    figure = Shown(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+    # notebooks show it without pyplot
+    figure._repr_png_ = partial(figure_bytes, figure, "png")  # type: ignore[attr-defined]
     FigureCanvasAgg(figure)
     return figure
 

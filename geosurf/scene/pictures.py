@@ -7,16 +7,14 @@ and the reason.
 
 from __future__ import annotations
 
-import inspect
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypedDict
-
-import numpy as np
+from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.conventions.packages import need_plots
@@ -27,8 +25,6 @@ from geosurf.model.protocols import MeasuredModel
 from geosurf.render import render_search
 from geosurf.render.backend import views_obstacle
 from geosurf.render.colouring import check_colour_by, selection_of
-from geosurf.render.compose import plotted
-from geosurf.render.diagram import draw_throw
 from geosurf.render.overlay import PictureOverlay, overlay_of
 from geosurf.render.picture_style import PictureStyle, style_of
 from geosurf.render.views import (
@@ -99,6 +95,7 @@ class Attempt:
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
+_SEEN = "Horizons, faults and their intersection lines, seen from"
 
 
 @dataclass(frozen=True)
@@ -107,53 +104,18 @@ class Picture:
 
     caption: str
     file: str
-    draw: Callable[[Path], object]
+    draw: Callable[..., object]
     without: str
-    needs_opengl: bool = True
+    needs_opengl: bool = False
 
 
-class Style(TypedDict):
-    """What all views in three dimensions share."""
-
-    size: tuple[int, int]
-    exaggeration: float | None
-    style: PictureStyle
-
-
-class FlatStyle(TypedDict):
-    """What all maps and diagrams share."""
-
-    size: tuple[int, int]
-    style: PictureStyle
-
-
-def pictures_of(
-    scene: MeasuredModel,
-    *,
-    views: Sequence[str] = ("southwest",),
-    exploded: bool = True,
-    maps: bool = True,
-    thickness: bool = True,
-    allan: bool = True,
-    throw: bool = True,
-    sections: Sequence[Any] | None = None,
-    search: tuple[str, str] | None = None,
-    exaggeration: float | None = None,
-    size: tuple[int, int] = (1280, 800),
-    clip: bool = True,
-    camera: tuple[float, float] | None = None,
-    zoom: float = 1.0,
-    only: Sequence[str] | None = None,
-    colour_by: Any = "unit",
-    style: PictureStyle | None = None,
-    overlay: PictureOverlay | None = None,
-) -> list[Picture]:
+@dataclass(frozen=True)
+class PictureChoice:
     """
-    Return the pictures of a scene, not yet drawn.
+    Which pictures of a scene are drawn, and what they look like.
 
-    Parameters
+    Attributes
     ----------
-    scene : Scene
     views : sequence of str
         Directions from which horizons, faults and curves are seen.
     exploded, maps, thickness, allan, throw : bool
@@ -172,204 +134,148 @@ def pictures_of(
         Wells, polygons and data points on views, maps and sections.
     only, colour_by
         Units of the exploded view, and what they are coloured by; as for `ScenePlots.units`.
+    """
 
-    Returns
-    -------
-    list of Picture
+    views: Sequence[str] = ("southwest",)
+    exploded: bool = True
+    maps: bool = True
+    thickness: bool = True
+    allan: bool = True
+    throw: bool = True
+    sections: Sequence[Any] | None = None
+    search: tuple[str, str] | None = None
+    exaggeration: float | None = None
+    size: tuple[int, int] = (1280, 800)
+    clip: bool = True
+    camera: tuple[float, float] | None = None
+    zoom: float = 1.0
+    only: Sequence[str] | None = None
+    colour_by: Any = "unit"
+    style: PictureStyle | None = None
+    overlay: PictureOverlay | None = None
+
+    def check(self, box: Sequence[float]) -> None:
+        """Refuse a slip in any word or number: the last one must not cost minutes of drawing."""
+        check_size(self.size)
+        check_exaggeration(self.exaggeration, tuple(box))
+        for view in self.directions:
+            view_vectors(view)
+        if self.camera is not None:
+            angles_of(self.camera)
+        check_zoom(self.zoom)
+        check_colour_by(self.colour_by)
+        selection_of(self.only)
+        overlay_of(self.overlay)
+        style_of(self.style)
+
+    @property
+    def directions(self) -> Sequence[str]:
+        """The views as a list."""
+        views = self.views
+        return (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
+
+
+def pictures_of(scene: MeasuredModel, choice: PictureChoice) -> list[Picture]:
+    """
+    Return the pictures of a scene, not yet drawn.
+
+    Parameters
+    ----------
+    scene : Scene
+    choice : PictureChoice
 
     Raises
     ------
     InputError
         For an invalid view, size, exaggeration, line, colouring or style.
     """
-    # all words and numbers first: a slip in the last option must not cost minutes of drawing
-    size, box = check_size(size), scene.box
-    check_exaggeration(exaggeration, box)
-    views = (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
-    for view in views:
-        view_vectors(view)
+    choice.check(scene.box)
+    warn_of_colours(scene, style_of(choice.style))
+    plot, horizons, faults = ScenePlots(scene), scene.horizon_names, scene.fault_names
+    flat: dict[str, Any] = {"size": choice.size, "style": choice.style}
+    look = {**flat, "exaggeration": choice.exaggeration}
+    over: dict[str, Any] = {"overlay": choice.overlay}
+    clip: dict[str, Any] = {"clip": choice.clip}
 
-    if camera is not None:
-        angles_of(camera)
-    look = Style(size=size, exaggeration=exaggeration, style=style_of(style))
-    check_zoom(zoom)
-    check_colour_by(colour_by)
-    selection_of(only)
-
-    warn_of_colours(scene, look["style"])
+    def row(names: Sequence[str], name: str, kind: str, words: str = "") -> str:
+        """A file: the row keeps the order of names, and apart those that differ in signs only."""
+        slug = re.sub(r"[^A-Za-z0-9+-]+", "_", words or name).strip("_")
+        return f"{kind}_{list(names).index(name):02d}_{slug}.png"
 
     # views in three dimensions; then maps and diagrams, which need no graphics driver
-    over = overlay_of(overlay)
-    found = [_view(scene, view, clip, look, over) for view in views]
-    if camera is not None:
-        found.append(_camera(scene, camera, zoom, clip, look, over))
-    if exploded:
-        found.append(
-            Picture(
-                "Exploded view of the units: zones up and down, blocks sideways.",
-                "units_exploded.png",
-                lambda path: ScenePlots(scene).units(
-                    path=path, only=only, colour_by=colour_by, **look
-                ),
-                "exploded = false",
-            )
+    found = [
+        Picture(
+            f"{_SEEN} the {view}.", f"view_{view}.png",
+            partial(plot.view, view, **clip, **over, **look), "views = []", True,
         )
-    if maps:
-        found += [_map(scene, name, look, clip, over) for name in scene.horizon_names]
-    if thickness:
-        found += [_thickness(scene, pair, look) for pair in neighbours(scene)]
-    if allan:
-        found += [_allan(scene, name, look) for name in scene.faults_inside]
-    if throw:
-        cut = {name: cut_horizons(scene, name) for name in scene.faults_inside}
-        found += [_throw(scene, name, them, look) for name, them in cut.items() if them]
+        for view in choice.directions
+    ]  # fmt: skip
+    if choice.camera is not None:
+        words: dict[str, Any] = {"zoom": choice.zoom, **clip, **over, **look}
+        draw: Callable[..., object] = partial(plot.view, choice.camera, **words)
+        caption = f"{_SEEN} {words_of(choice.camera)}."
+        found.append(Picture(caption, "view_camera.png", draw, "camera", True))
+    if choice.exploded:
+        draw = partial(plot.units, only=choice.only, colour_by=choice.colour_by, **look)
+        caption = "Exploded view of the units: zones up and down, blocks sideways."
+        found.append(Picture(caption, "units_exploded.png", draw, "exploded = false", True))
+    for name in horizons if choice.maps else ():
+        caption = f"{name}: elevation and intersection lines with other surfaces."
+        draw = partial(plot.map, name, **clip, **over, **flat)
+        found.append(Picture(caption, row(horizons, name, "map"), draw, "maps = false"))
+    for top, base in neighbours(scene) if choice.thickness else ():
+        zone = f"{top}/{base}"
+        caption = (
+            f"{zone}: vertical thickness (isochore) by block, with fault polygons of both horizons."
+        )
+        file = row(horizons, top, "isochore", zone)
+        found.append(
+            Picture(caption, file, partial(plot.thickness, zone, **flat), "thickness = false")
+        )
+    inside = scene.faults_inside if choice.allan or choice.throw else ()
+    for name in inside if choice.allan else ():
+        caption = (
+            f"{name}: Allan diagram. Fill: zone of the footwall. Stripes: zone of the hanging wall "
+            "where it differs."
+        )
+        draw = partial(plot.allan, name, **flat)
+        found.append(Picture(caption, row(faults, name, "allan"), draw, "allan = false"))
+    for name in inside if choice.throw else ():
+        if cut_horizons(scene, name):
+            caption, draw = (
+                f"{name}: throw of horizons along strike.",
+                partial(plot.throw, name, **flat),
+            )
+            found.append(Picture(caption, row(faults, name, "throw"), draw, "throw = false"))
 
     # sections that the caller named, else two through the middle
-    lines = middle_lines(box)
-    if sections is not None:
-        lines = [check_line(line) for line in listed(sections, "sections takes lines", _LINES)]
-    found += [_section(scene, line, i, look, over) for i, line in enumerate(lines)]
-    if search is not None:
-        found.append(_search(scene, *search, look))
+    lines = middle_lines(scene.box)
+    if choice.sections is not None:
+        given = listed(choice.sections, "sections takes lines", _LINES)
+        lines = [check_line(line) for line in given]
+    for k, line in enumerate(lines):
+        # ends only: a line with corners would make the caption longer than the picture
+        first, last = (f"E {x:.0f} N {y:.0f}" for x, y in (line[0], line[-1]))
+        caption = (
+            f"Vertical section from {first} to {last}: zones, horizons, faults and fluid contacts."
+        )
+        draw = partial(plot.section, line, **over, **flat)
+        found.append(Picture(caption, f"section_{k:02d}.png", draw, "sections_m = []"))
+    if choice.search is not None:
+        draw = partial(_draw_search, scene, *choice.search, **look)
+        names = " and ".join(choice.search)
+        caption = f"Search for the intersection of {names}: few candidate triangles remain."
+        found.append(Picture(caption, "search.png", draw, "search", True))
     return found
 
 
-def _slug(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9+-]+", "_", name).strip("_")
-
-
-def _flat(look: Style) -> FlatStyle:
-    """What maps and diagrams share."""
-    return FlatStyle(size=look["size"], style=look["style"])
-
-
-def _camera(
-    scene: MeasuredModel,
-    camera: tuple[float, float],
-    zoom: float,
-    clip: bool,
-    look: Style,
-    overlay: PictureOverlay,
-) -> Picture:
-    return Picture(
-        f"Horizons, faults and their intersection lines, seen from {words_of(camera)}.",
-        "view_camera.png",
-        lambda path: ScenePlots(scene).view(
-            camera, path=path, zoom=zoom, clip=clip, overlay=overlay, **look
-        ),
-        "camera",
-    )
-
-
-def _view(
-    scene: MeasuredModel, view: str, clip: bool, style: Style, overlay: PictureOverlay
-) -> Picture:
-    return Picture(
-        f"Horizons, faults and their intersection lines, seen from the {view}.",
-        f"view_{view}.png",
-        lambda path: ScenePlots(scene).view(view, path=path, clip=clip, overlay=overlay, **style),
-        "views = []",
-    )
-
-
-def _map(
-    scene: MeasuredModel, name: str, look: Style, clip: bool, overlay: PictureOverlay
-) -> Picture:
-    # the row keeps files in stratigraphic order and apart where names differ in signs only
-    row = scene.horizon_names.index(name)
-    return Picture(
-        f"{name}: elevation and intersection lines with other surfaces.",
-        f"map_{row:02d}_{_slug(name)}.png",
-        lambda path: ScenePlots(scene).map(
-            name, path=path, clip=clip, overlay=overlay, **_flat(look)
-        ),
-        "maps = false",
-        needs_opengl=False,
-    )
-
-
-def _thickness(scene: MeasuredModel, pair: tuple[str, str], look: Style) -> Picture:
-    zone = "/".join(pair)
-    row = scene.horizon_names.index(pair[0])
-    return Picture(
-        f"{zone}: vertical thickness (isochore) by block, with fault polygons of both horizons.",
-        f"isochore_{row:02d}_{_slug(zone)}.png",
-        lambda path: ScenePlots(scene).thickness(zone, path=path, **_flat(look)),
-        "thickness = false",
-        needs_opengl=False,
-    )
-
-
-def _allan(scene: MeasuredModel, name: str, look: Style) -> Picture:
-    row = scene.fault_names.index(name)
-    return Picture(
-        f"{name}: Allan diagram. Fill: zone of the footwall. Stripes: zone of the hanging wall "
-        "where it differs.",
-        f"allan_{row:02d}_{_slug(name)}.png",
-        lambda path: ScenePlots(scene).allan(name, path=path, **_flat(look)),
-        "allan = false",
-        needs_opengl=False,
-    )
-
-
-def _throw(scene: MeasuredModel, name: str, horizons: Sequence[str], look: Style) -> Picture:
-    row = scene.fault_names.index(name)
-    file = f"throw_{row:02d}_{_slug(name)}.png"
-
-    def draw(path: Path) -> None:
-        """Measure and draw it; horizons without a single throw are named."""
-        throws, missing = {}, []
-        for horizon in horizons:
-            try:
-                found = scene.throw(horizon, name)
-            except GeometryError as error:
-                missing.append(f"{horizon!r}: {str(error).partition('. ')[0]}")
-                continue
-            if np.isfinite(found.throw).any():
-                throws[horizon] = found
-        plotted(draw_throw, throws, path=path, horizons=scene.horizon_names, **_flat(look))
-        if missing:
-            _warn(file, f"{file!r} does not show {'; '.join(missing)}.", "throw = false")
-
-    return Picture(
-        f"{name}: throw of horizons along strike.",
-        file,
-        draw,
-        "throw = false",
-        needs_opengl=False,
-    )
-
-
-def _section(
-    scene: MeasuredModel, line: np.ndarray, row: int, look: Style, overlay: PictureOverlay
-) -> Picture:
-    # ends only: a line with corners would make the caption longer than the picture
-    (x0, y0), (x1, y1) = line[0], line[-1]
-    return Picture(
-        f"Vertical section from E {x0:.0f} N {y0:.0f} to E {x1:.0f} N {y1:.0f}: zones, horizons, "
-        "faults and fluid contacts.",
-        f"section_{row:02d}.png",
-        lambda path: ScenePlots(scene).section(line, path=path, overlay=overlay, **_flat(look)),
-        "sections_m = []",
-        needs_opengl=False,
-    )
-
-
-def _search(scene: MeasuredModel, first: str, second: str, style: Style) -> Picture:
-    def draw(path: Path) -> None:
-        """Write the picture, if there is anything to show."""
-        found = scene.search(first, second)
-        if found is None:
-            raise GeometryError("the boxes of its surfaces do not meet.", surfaces=(first, second))
-        a, b = scene.surface(first), scene.surface(second)
-        render_search(a, b, found, scene.curves, path, **style)
-
-    return Picture(
-        f"Search for the intersection of {first} and {second}: few candidate triangles remain.",
-        "search.png",
-        draw,
-        "search",
-    )
+def _draw_search(scene: MeasuredModel, first: str, second: str, path: Path, **look: Any) -> None:
+    """Write the picture of a search, if there is anything to show."""
+    found = scene.search(first, second)
+    if found is None:
+        raise GeometryError("the boxes of its surfaces do not meet.", surfaces=(first, second))
+    both = scene.surface(first), scene.surface(second)
+    render_search(*both, found, scene.curves, path, **look)
 
 
 def render_pictures(
@@ -380,8 +286,7 @@ def render_pictures(
 ) -> dict[str, Path]:
     """Choose and draw pictures; see `Scene.render_pictures`."""
     need_plots()
-    # options are the parameters of `pictures_of`: one list, which cannot get out of step
-    known = [word for word in inspect.signature(pictures_of).parameters if word != "scene"]
+    known = [one.name for one in fields(PictureChoice)]
     for key in choice:
         if key not in known:
             raise InputError(
@@ -390,7 +295,7 @@ def render_pictures(
             )
     if on_file is not None and not callable(on_file):
         raise InputError(f"on_file is {on_file!r}; give a function of one text, such as print.")
-    return draw_pictures(pictures_of(scene, **choice), folder, on_file)
+    return draw_pictures(pictures_of(scene, PictureChoice(**choice)), folder, on_file)
 
 
 def draw_pictures(
@@ -419,7 +324,13 @@ def draw_pictures(
         If the folder cannot be created.
     """
     folder = path_of(folder, "the folder of pictures") / "pictures"
-    _create(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{folder}: pictures cannot be written there ({error.strerror}). "
+            "Choose a folder that you may write to."
+        ) from error
 
     # without a driver one warning stands for all views, and maps are still drawn
     if any(picture.needs_opengl for picture in pictures):
@@ -433,7 +344,7 @@ def draw_pictures(
 
         # an error of one picture, even one of geosurf, costs no other
         with Attempt() as tried:
-            picture.draw(path)
+            picture.draw(path=path)
         if tried.reason:
             effect = f"Picture '{picture.file}' was not drawn: {tried.reason}."
             _warn(picture.file, effect, picture.without)
@@ -452,14 +363,3 @@ def _warn(subject: str, effect: str, without: str = "") -> None:
         table = "[pictures]" if without == "camera" else "[output]"
         remedy += f" {how} in {table} to run without it."
     warn(GeosurfWarning("picture", subject, effect, remedy))
-
-
-def _create(folder: Path) -> None:
-    """Create the folder of pictures, or raise an error before anything is drawn."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"{folder}: pictures cannot be written there ({error.strerror}). "
-            "Choose a folder that you may write to."
-        ) from error

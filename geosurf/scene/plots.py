@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypedDict
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.conventions.packages import need_plots
-from geosurf.errors import GeosurfWarning, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model import Curves, SheetReport, TriSurface
 from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.model.protocols import DrawnModel, MeasuredModel
@@ -36,6 +38,7 @@ from geosurf.render.surface_layers import (
 )
 from geosurf.render.views import SIZE, View, check_size
 from geosurf.scene.horizon_ends import lines_on
+from geosurf.scene.inputs import Box
 from geosurf.warning import warn
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -137,21 +140,73 @@ def warn_of_colours(scene: MeasuredModel, style: PictureStyle) -> None:
 ROLES_SHOWN = {"horizons": "horizon", "faults": "fault", "walls": "wall", "surfaces": "surface"}
 SHOWABLE = (*ROLES_SHOWN, "curves", "patches", "units")
 BUILT = {"walls", "surfaces", "patches", "units"}  # what has names that only a model knows
+_GAP = "give a fraction of the size of the box, 0 or above"
 _SHOW = f"give a list of any of {', '.join(SHOWABLE)}"
 
 
-class Look(TypedDict):
-    """What all maps and diagrams share, checked."""
+class FlatLook(TypedDict, total=False):
+    """What all maps and diagrams take.
+
+    Attributes
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw, in metres. Default: a new figure.
+    path : path-like
+        A ``.png``, ``.svg`` or ``.pdf`` file to write.
+    size : (int, int)
+        Of a new figure [pixels].
+    title : str
+        Default: what is drawn.
+    style : PictureStyle
+        Theme, font, colours by name, colour map. The theme is for a new figure.
+    """
 
     ax: Axes | None
     path: str | os.PathLike[str] | None
     size: tuple[int, int]
     title: str | None
-    style: PictureStyle
+    style: PictureStyle | None
 
 
-def look_of(ax: Any, path: Any, size: Any, title: Any, style: Any) -> Look:
-    """Return what all maps and diagrams share, or raise an error before anything is computed."""
+class ViewLook(TypedDict, total=False):
+    """What views in three dimensions take.
+
+    Attributes
+    ----------
+    path : path-like
+        A ``.png`` file to write.
+    size : (int, int)
+        Width and height in pixels.
+    exaggeration : float
+        Vertical exaggeration. Default: a round number that suits the shape of the model. It is
+        printed below the picture.
+    zoom : float
+        2 shows the middle of the model at twice the scale.
+    only : sequence of str
+        Names of the surfaces and units that are drawn; units also by zone or block. Default: all.
+    colour_by : str, mapping of str to float, or array_like of float
+        Colours of units: ``"unit"``, ``"zone"``, ``"block"``, ``"contact"``, or numbers, one per
+        unit or by name, with a colour bar. ``"z"`` colours units and horizons by elevation.
+    title : str
+        Default: what is shown.
+    style : PictureStyle
+        Theme, font, colours by name, colour map.
+    """
+
+    path: str | os.PathLike[str] | None
+    size: tuple[int, int]
+    exaggeration: float | None
+    zoom: float
+    only: Sequence[str] | None
+    colour_by: Any
+    title: str | None
+    style: PictureStyle | None
+
+
+def _flat(
+    ax: Any = None, path: Any = None, size: Any = SIZE, title: Any = None, style: Any = None
+) -> dict[str, Any]:
+    """Return the look of a map or diagram, or raise an error before anything is computed."""
     need_plots()
     if ax is not None:
         check_axes(ax)
@@ -159,13 +214,48 @@ def look_of(ax: Any, path: Any, size: Any, title: Any, style: Any) -> Look:
         figure_path(path)
     if title is not None:
         expect(title, str, "title must be text", "leave it out for the default title")
-    return Look(ax=ax, path=path, size=check_size(size), title=title, style=style_of(style))
+    return {"ax": ax, "path": path, "size": check_size(size), "title": title,
+            "style": style_of(style)}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _View:
+    """The look of a view, checked before anything is computed."""
+
+    view: View
+    path: Any = None
+    size: tuple[int, int] = SIZE
+    exaggeration: float | None = None
+    zoom: float = 1.0
+    only: Any = None
+    colour_by: Any = None
+    title: str | None = None
+    style: Any = None
+
+    def __post_init__(self) -> None:
+        check_look(self.view, self.size, self.zoom, self.title, self.path)
+        self.__dict__.update(style=style_of(self.style), only=selection_of(self.only))
+
+    @property
+    def by(self) -> Any:
+        """What units are coloured by."""
+        return "unit" if self.colour_by is None else self.colour_by
+
+    def draw(self, content: Content, title: str, gap: float, box: Box, note: str = "") -> Any:
+        """Draw content; an exploded model has no common outline or axes any more."""
+        whole = gap == 0.0
+        return draw_picture(
+            content, self.path, title=title if self.title is None else self.title, note=note,
+            view=self.view, size=self.size, exaggeration=self.exaggeration, zoom=self.zoom,
+            style=self.style, box=box if whole else None, axes=whole, relief_of=box,
+        )  # fmt: skip
 
 
 class ScenePlots:
     """The pictures of a scene: figures of matplotlib, which notebooks show, or files.
 
-    Each computes only what it shows. Maps and diagrams can be drawn into axes.
+    Each computes only what it shows, and returns the figure, or the path of the file if there is
+    one. Maps and diagrams can be drawn into axes. `FlatLook` and `ViewLook` list what they take.
 
     Parameters
     ----------
@@ -180,38 +270,25 @@ class ScenePlots:
         self,
         horizon: str,
         *,
-        ax: Axes | None = None,
-        path: str | os.PathLike[str] | None = None,
         clip: bool = True,
-        size: tuple[int, int] = SIZE,
-        title: str | None = None,
         overlay: PictureOverlay | None = None,
-        style: PictureStyle | None = None,
+        **look: Unpack[FlatLook],
     ) -> Any:
         """Draw the map of a horizon.
 
         Parameters
         ----------
         horizon : str
-        ax : matplotlib.axes.Axes, optional
-            Where to draw, in world coordinates [m]. Default: a new figure.
-        path : path-like, optional
-            A ``.png``, ``.svg`` or ``.pdf`` file to write.
         clip : bool
             Whether the map ends at the model.
-        size : (int, int)
-            Of a new figure [pixels].
-        title : str, optional
-            Default: what is drawn.
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map. The theme is for a new figure.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
@@ -227,64 +304,36 @@ class ScenePlots:
         >>> figure.axes[1].get_xlabel()
         'Easting [km]'
         """
-        overlay = overlay_of(overlay)
-        look = look_of(ax, path, size, title, style)
+        overlay, checked = overlay_of(overlay), _flat(**look)
         surface, curves, options = map_of(self._scene, horizon, clip)
-        return plotted(draw_map, surface, curves, overlay=overlay, **options, **look)
+        return plotted(draw_map, surface, curves, overlay=overlay, **options, **checked)
 
-    def thickness(
-        self,
-        zone: str,
-        *,
-        ax: Axes | None = None,
-        path: str | os.PathLike[str] | None = None,
-        grid: Any = None,
-        size: tuple[int, int] = SIZE,
-        title: str | None = None,
-        style: PictureStyle | None = None,
-    ) -> Any:
+    def thickness(self, zone: str, *, grid: Any = None, **look: Unpack[FlatLook]) -> Any:
         """Draw the thickness map of a zone, with the fault polygons of its horizons.
 
         Parameters
         ----------
         zone : str
-        ax : matplotlib.axes.Axes, optional
-            Where to draw, in world coordinates [m]. Default: a new figure.
-        path : path-like, optional
-            A ``.png``, ``.svg`` or ``.pdf`` file to write.
         grid : None, float or xarray object
             As for `Scene.thickness`. Default: 200 cells along the longer side of the box.
-        size : (int, int)
-            Of a new figure [pixels].
-        title : str, optional
-            Default: what is drawn.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map. The theme is for a new figure.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
         InputError
             For an unknown zone, or axes that are not axes.
         """
-        look = look_of(ax, path, size, title, style)
+        checked = _flat(**look)
         thickness, polygons = thickness_of(self._scene, zone, grid)
-        return plotted(draw_thickness, thickness, polygons=polygons, **look)
+        return plotted(draw_thickness, thickness, polygons=polygons, **checked)
 
     def section(
-        self,
-        line: Any,
-        *,
-        ax: Axes | None = None,
-        path: str | os.PathLike[str] | None = None,
-        size: tuple[int, int] = SIZE,
-        title: str | None = None,
-        overlay: PictureOverlay | None = None,
-        style: PictureStyle | None = None,
+        self, line: Any, *, overlay: PictureOverlay | None = None, **look: Unpack[FlatLook]
     ) -> Any:
         """Draw a vertical section along a line in the map.
 
@@ -292,173 +341,115 @@ class ScenePlots:
         ----------
         line : array_like of float, shape (n, 2)
             As for `Scene.section` [m].
-        ax : matplotlib.axes.Axes, optional
-            Where to draw: distance along the section and elevation [m]. Default: a new figure.
-        path : path-like, optional
-            A ``.png``, ``.svg`` or ``.pdf`` file to write.
-        size : (int, int)
-            Of a new figure [pixels].
-        title : str, optional
-            Default: what is drawn.
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map. The theme is for a new figure.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
         InputError
             For a line of fewer than two points, or axes that are not axes.
         """
-        overlay = overlay_of(overlay)
-        look = look_of(ax, path, size, title, style)
+        overlay, checked = overlay_of(overlay), _flat(**look)
         section, tops = self._scene.section(line), tops_of_scene(self._scene)
-        return plotted(draw_section, section, tops=tops, overlay=overlay, **look)
+        return plotted(draw_section, section, tops=tops, overlay=overlay, **checked)
 
-    def allan(
-        self,
-        fault: str,
-        *,
-        ax: Axes | None = None,
-        path: str | os.PathLike[str] | None = None,
-        size: tuple[int, int] = SIZE,
-        title: str | None = None,
-        style: PictureStyle | None = None,
-    ) -> Any:
+    def allan(self, fault: str, **look: Unpack[FlatLook]) -> Any:
         """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
         Parameters
         ----------
         fault : str
-        ax : matplotlib.axes.Axes, optional
-            Where to draw: distance along strike and elevation [m]. Default: a new figure.
-        path : path-like, optional
-            A ``.png``, ``.svg`` or ``.pdf`` file to write.
-        size : (int, int)
-            Of a new figure [pixels].
-        title : str, optional
-            Default: what is drawn.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map. The theme is for a new figure.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
         InputError
             For an unknown fault, one with units on one side only, or axes that are not axes.
         """
-        look, scene = look_of(ax, path, size, title, style), self._scene
+        checked, scene = _flat(**look), self._scene
         zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
         diagram, table = scene.allan(fault), scene.juxtaposition(fault)
-        return plotted(draw_allan, diagram, table, zones=zones, **look)
+        return plotted(draw_allan, diagram, table, zones=zones, **checked)
 
-    def throw(
-        self,
-        fault: str,
-        *,
-        ax: Axes | None = None,
-        path: str | os.PathLike[str] | None = None,
-        size: tuple[int, int] = SIZE,
-        title: str | None = None,
-        style: PictureStyle | None = None,
-    ) -> Any:
+    def throw(self, fault: str, **look: Unpack[FlatLook]) -> Any:
         """Draw the throw of all horizons along a fault.
+
+        A horizon whose throw cannot be measured is left out, with a `GeosurfWarning`.
 
         Parameters
         ----------
         fault : str
-        ax : matplotlib.axes.Axes, optional
-            Where to draw: distance along strike and throw [m]. Default: a new figure.
-        path : path-like, optional
-            A ``.png``, ``.svg`` or ``.pdf`` file to write.
-        size : (int, int)
-            Of a new figure [pixels].
-        title : str, optional
-            Default: what is drawn.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map. The theme is for a new figure.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
         InputError
             For an unknown fault, one that no horizon meets, or axes that are not axes.
         """
-        look, scene = look_of(ax, path, size, title, style), self._scene
-        names = scene.horizon_names
-        throws = {name: scene.throw(name, fault) for name in names if scene.cutoffs(name, fault)}
-        throws = {name: found for name, found in throws.items() if np.isfinite(found.throw).any()}
-        return plotted(draw_throw, throws, horizons=names, **look)
+        checked, scene = _flat(**look), self._scene
+        names, throws, missing = scene.horizon_names, {}, []
+        for name in [name for name in names if scene.cutoffs(name, fault)]:
+            try:
+                found = scene.throw(name, fault)
+            except GeometryError as error:
+                missing.append(f"{name!r}: {str(error).partition('. ')[0]}")
+                continue
+            if np.isfinite(found.throw).any():
+                throws[name] = found
+        if missing:
+            effect = f"The picture of the throw of {fault!r} does not show {'; '.join(missing)}."
+            remedy = "All other results are complete. Set throw = false in [output] to run without."
+            warn(GeosurfWarning("picture", fault, effect, remedy))
+        return plotted(draw_throw, throws, horizons=names, **checked)
 
-    def column(
-        self,
-        *,
-        ax: Axes | None = None,
-        path: str | os.PathLike[str] | None = None,
-        size: tuple[int, int] = (700, 800),
-        title: str | None = None,
-        style: PictureStyle | None = None,
-    ) -> Any:
+    def column(self, **look: Unpack[FlatLook]) -> Any:
         """Draw the stratigraphic column: zones with their mean thickness, horizons and their rules.
 
         Parameters
         ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw. Default: a new figure.
-        path : path-like, optional
-            A ``.png``, ``.svg`` or ``.pdf`` file to write.
-        size : (int, int)
-            Of a new figure [pixels].
-        title : str, optional
-            Default: what is drawn.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map. The theme is for a new figure.
+        **look
+            ``ax``, ``path``, ``size``, ``title``, ``style``: see `FlatLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
         InputError
             For axes that are not axes.
         """
-        look, scene = look_of(ax, path, size, title, style), self._scene
+        checked, scene = _flat(**{"size": (700, 800), **look}), self._scene
         # a fluid contact does not divide the thickness of its zone
         units = [(unit.zone, unit.volume, unit.zone_map_area) for unit in scene.units.values()]
         zones = column_of(units, list(dict.fromkeys(zone for zone, _, _ in units)))
-        return plotted(draw_column, zones, dict(scene.column), **look)
+        return plotted(draw_column, zones, dict(scene.column), **checked)
 
     def view(
         self,
         view: View = "southwest",
         *,
-        path: str | os.PathLike[str] | None = None,
-        size: tuple[int, int] = SIZE,
-        exaggeration: float | None = None,
-        zoom: float = 1.0,
         show: Sequence[str] = ("horizons", "faults", "curves"),
-        only: Sequence[str] | None = None,
-        colour_by: Any = None,
         exploded: float = 0.0,
         clip: bool = True,
-        title: str | None = None,
         overlay: PictureOverlay | None = None,
-        style: PictureStyle | None = None,
+        **look: Unpack[ViewLook],
     ) -> Any:
         """Draw horizons, faults, curves or units in three dimensions.
 
@@ -469,39 +460,22 @@ class ScenePlots:
             ``"northeast"``, ``"south"``, ``"north"``, ``"east"``, ``"west"`` or ``"top"``; or its
             azimuth, clockwise from north, and its height above the horizontal [degrees], as in
             ``(225, 30)``. The projection is parallel, so the scale bar is valid everywhere.
-        path : path-like, optional
-            A ``.png`` file to write.
-        size : (int, int)
-            Width and height in pixels.
-        exaggeration : float, optional
-            Vertical exaggeration. Default: a round number that suits the shape of the model. It is
-            printed below the picture.
-        zoom : float
-            2 shows the middle of the model at twice the scale.
         show : sequence of str
             Any of ``"horizons"``, ``"faults"``, ``"walls"``, ``"surfaces"``, ``"curves"``,
             ``"patches"``, ``"units"``.
-        only : sequence of str, optional
-            Names of the surfaces and units that are drawn; units also by zone or block. Default:
-            all.
-        colour_by : str, mapping of str to float, or array_like of float, optional
-            Colours of units: ``"unit"``, ``"zone"``, ``"block"``, ``"contact"``, or numbers, one
-            per unit or by name, with a colour bar. ``"z"`` colours units and horizons by elevation.
         exploded : float
             Gap between units, as a fraction of the size of the model box.
         clip : bool
             Whether surfaces and curves are clipped to the model box and the area of interest.
-        title : str, optional
-            Default: what is shown.
         overlay : PictureOverlay, optional
             Wells, polygons and data points that are drawn with the model.
-        style : PictureStyle, optional
-            Theme, font, colours by name, colour map.
+        **look
+            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``colour_by``, ``title``,
+            ``style``: see `ViewLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
@@ -522,88 +496,52 @@ class ScenePlots:
         ...     scene.plot.view(path=f"{folder}/view.png", show=["faults"], size=(400, 250)).name
         'view.png'
         """
-        check_look(view, size, zoom, title, path)
-        style, overlay = style_of(style), overlay_of(overlay)
-        selection = selection_of(only)
-        clip = flag_of(clip, "clip")
-        exploded = number_of(
-            exploded, "exploded", "give a fraction of the size of the box, 0 or above"
-        )
-        show = (
-            (show,)
-            if isinstance(show, str)
-            else listed(show, "show must be a list of words", _SHOW)
-        )
-        for word in show:
+        given, overlay, scene = _View(view, **look), overlay_of(overlay), self._scene
+        clip, only, style = flag_of(clip, "clip"), given.only, given.style
+        gap = number_of(exploded, "exploded", _GAP)
+        words = [show] if isinstance(show, str) else listed(show, "show is a list of words", _SHOW)
+        for word in words:
             if not is_word(word, SHOWABLE):
                 raise InputError(
                     f"unknown word in show: {word!r}. Use any of {', '.join(SHOWABLE)}."
                     f"{did_you_mean(word, SHOWABLE)}"
                 )
-        by = "unit" if colour_by is None else colour_by
-        _check_colour_by(by, show)
-        if selection.names is not None and not BUILT & set(show):
-            selection.check(_names_of(self._scene, show))
-        _check_scene(self._scene, show)
+        by = given.by
+        _check_colour_by(by, words)
+        if only.names is not None and not BUILT & set(words):
+            only.check(_names_of(scene, words))
+        _check_scene(scene, words)
 
         # only what is shown is asked of the scene, so that nothing else is computed
-        roles = {ROLES_SHOWN[word] for word in show if word in ROLES_SHOWN}
-        if selection.names is not None and BUILT & set(show):
-            selection.check(_names_of(self._scene, show))
-        content, box = Content(), self._scene.box
-        outline = self._scene.aoi if clip else None
+        roles = {ROLES_SHOWN[word] for word in words if word in ROLES_SHOWN}
+        if only.names is not None and BUILT & set(words):
+            only.check(_names_of(scene, words))
+        content, box = Content(), scene.box
+        outline = scene.aoi if clip else None
         within = Prism(box, outline) if clip else None
         if roles:
             # torn horizons end on their faults: what lies beyond is not part of the model
-            some = [s for s in self._scene.surfaces if s.role in roles]
-            most = most_of_each(len(some), size, zoom)
-            shown = (as_modelled(self._scene, s, most) for s in some)
-            by_elevation = isinstance(by, str) and by == "z"
+            some = [surface for surface in scene.surfaces if surface.role in roles]
+            most = most_of_each(len(some), given.size, given.zoom)
             content += show_surfaces(
-                shown, within, only=selection, by_elevation=by_elevation, style=style, size=size,
-                zoom=zoom,
+                (as_modelled(scene, surface, most) for surface in some), within, only=only,
+                by_elevation=isinstance(by, str) and by == "z", style=style, size=given.size,
+                zoom=given.zoom,
             )  # fmt: skip
-        if "patches" in show:
-            content += show_patches(self._scene.patches, within, only=selection, style=style)
-        if "units" in show:
-            content += show_units(
-                self._scene.units, exploded, only=selection, colour_by=by, style=style
-            )
-        if "curves" in show:
-            content += show_curves(self._scene.curves, within=within)
-
-        # an exploded model has no common outline or axes any more
-        if outline is not None and not exploded:
+        if "patches" in words:
+            content += show_patches(scene.patches, within, only=only, style=style)
+        if "units" in words:
+            content += show_units(scene.units, gap, only=only, colour_by=by, style=style)
+        if "curves" in words:
+            content += show_curves(scene.curves, within=within)
+        if outline is not None and not gap:
             content += show_outline(outline, box[4])
         if overlay:
             content += show_overlay(overlay, box[5])
-        return draw_picture(
-            content,
-            path,
-            title=_title(show, colour_by) if title is None else title,
-            view=view,
-            size=size,
-            exaggeration=exaggeration,
-            zoom=zoom,
-            style=style,
-            box=None if exploded else box,
-            axes=not exploded,
-            relief_of=box,
-        )
+        return given.draw(content, _title(words, given.colour_by), gap, box)
 
     def units(
-        self,
-        *,
-        path: str | os.PathLike[str] | None = None,
-        explode: float = 0.3,
-        view: View = "southwest",
-        size: tuple[int, int] = SIZE,
-        exaggeration: float | None = None,
-        zoom: float = 1.0,
-        only: Sequence[str] | None = None,
-        colour_by: Any = "unit",
-        title: str | None = None,
-        style: PictureStyle | None = None,
+        self, *, explode: float = 0.3, view: View = "southwest", **look: Unpack[ViewLook]
     ) -> Any:
         """Draw the units in an exploded view: zones up and down, blocks sideways.
 
@@ -611,51 +549,38 @@ class ScenePlots:
 
         Parameters
         ----------
-        path : path-like, optional
-            A ``.png`` file to write.
         explode : float
             Gap between units, as a fraction of the size of the model box; 0 for no gap.
-        view, size, exaggeration, zoom, only, colour_by, style
+        view : str or (float, float)
             As in `view`.
-        title : str, optional
-            Default: what units are coloured by.
+        **look
+            ``path``, ``size``, ``exaggeration``, ``zoom``, ``only``, ``colour_by``, ``title``,
+            ``style``: see `ViewLook`.
 
         Returns
         -------
         matplotlib.figure.Figure or pathlib.Path
-            The path of the file, if there is one.
 
         Raises
         ------
         InputError, OutputError, DependencyError
             As `view`.
         """
-        check_look(view, size, zoom, title, path)
-        style, selection = style_of(style), selection_of(only)
-        explode = number_of(
-            explode, "explode", "give a fraction of the size of the box, 0 or above"
-        )
-        by, words = check_colour_by(colour_by)
+        given, gap = _View(view, **look), number_of(explode, "explode", _GAP)
+        by, words = check_colour_by(given.by)
         units = self._scene.units
-        selection.check(
-            n for unit in units.values() for n in (unit.name, unit.zone, unit.block) if n
-        )
+        names = ((unit.name, unit.zone, unit.block) for unit in units.values())
+        given.only.check(filter(None, chain.from_iterable(names)))
         words = "zone and block" if isinstance(by, str) and by == "unit" else words
-        note = "" if explode == 0.0 else "Exploded view."
-        return draw_picture(
-            show_units(units, explode, only=selection, colour_by=colour_by, style=style),
-            path,
-            title=f"Units by {'elevation' if words == 'z' else words}" if title is None else title,
-            note=note,
-            view=view,
-            size=size,
-            exaggeration=exaggeration,
-            zoom=zoom,
-            style=style,
-            box=units.box if explode == 0.0 else None,
-            axes=explode == 0.0,
-            relief_of=units.box,
+        title = f"Units by {'elevation' if words == 'z' else words}"
+        content = show_units(
+            units,
+            gap,
+            only=given.only,
+            colour_by="unit" if given.colour_by is None else given.colour_by,
+            style=given.style,
         )
+        return given.draw(content, title, gap, units.box, "" if gap == 0.0 else "Exploded view.")
 
 
 def _names_of(scene: DrawnModel, show: Sequence[str]) -> list[str]:

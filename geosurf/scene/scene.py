@@ -1147,7 +1147,7 @@ class Scene:
         on_file : callable, optional
             Is called with the name of each file, when it is written.
         **choice
-            Selects the pictures and their style; see ``geosurf.scene.pictures.pictures_of``.
+            Selects the pictures and their style; see ``geosurf.scene.pictures.PictureChoice``.
 
         Returns
         -------

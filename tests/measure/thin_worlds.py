@@ -18,7 +18,7 @@ import numpy as np
 from geosurf import Scene, TriSurface, render_place, report_scene
 from geosurf.errors import GeosurfError, GeosurfWarning
 from geosurf.render import render_surfaces
-from geosurf.scene.pictures import pictures_of
+from geosurf.scene.pictures import PictureChoice, pictures_of
 from geosurf.scene.plots import ScenePlots
 
 Calls = Iterator[tuple[str, Callable[[], Any]]]
@@ -180,12 +180,12 @@ def lines_of(scene: Scene) -> list[list[tuple[float, float]]]:
 def pictures(scene: Scene, folder: Path, size: tuple[int, int] = (400, 300)) -> Calls:
     """All pictures of a model, by name; also the report."""
     views = ("southwest", "top", "south")
-    for one in pictures_of(scene, views=views, sections=lines_of(scene), size=size):
-        yield one.file, lambda one=one: one.draw(folder / one.file)
+    for one in pictures_of(scene, PictureChoice(views=views, sections=lines_of(scene), size=size)):
+        yield one.file, lambda one=one: one.draw(path=folder / one.file)
     for horizon in scene.horizon_names:
         for fault in scene.fault_names:
-            found = pictures_of(scene, search=(horizon, fault), size=size)[-1]
-            yield f"search {horizon} {fault}", lambda one=found: one.draw(folder / one.file)
+            found = pictures_of(scene, PictureChoice(search=(horizon, fault), size=size))[-1]
+            yield f"search {horizon} {fault}", lambda one=found: one.draw(path=folder / one.file)
     path = folder / "picture.png"
     show = ["patches", "curves", "walls"]
     yield "patches", lambda: ScenePlots(scene).view(path=path, show=show, size=size)

@@ -86,6 +86,7 @@ LAZY = [
 def test_rooms_that_load_when_used_offer_what_they_list(room: str) -> None:
     module = importlib.import_module(room)
     assert {"geosurf", "geosurf.model"} <= set(LAZY)
+    assert dir(module) == sorted(module.__all__)
     for name in module.__all__:
         assert getattr(module, name) is not None
     # a module of the same name would take the place of the function

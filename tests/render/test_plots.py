@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 
 import numpy as np
@@ -78,6 +79,12 @@ def test_each_plot_is_a_figure_or_goes_into_axes(scene, plot):
     assert not [*other.lines, *other.patches, *other.collections, *other.texts]
     assert mine.lines or mine.patches or mine.collections
     assert len(figure.axes) <= 3
+
+
+def test_figures_can_be_pickled(scene):
+    for figure in (scene.plot.map("Top"), scene.plot.view(size=(300, 200))):
+        again = pickle.loads(pickle.dumps(figure))
+        assert again._repr_png_() == figure._repr_png_()
 
 
 def test_maps_have_world_coordinates(scene):
