@@ -49,7 +49,7 @@ def lazily(room: str) -> tuple[Callable[[str], Any], list[str]]:
         return value
 
     names = sorted({*homes, *_public(body)})
-    module.__dir__ = lambda: names  # what is public, and nothing else
+    module.__dir__ = lambda: sorted(module.__all__)  # what is public, and nothing else
     return find, names
 
 
