@@ -8,7 +8,7 @@ bend) they cross sooner or later; that is found by exact signs, and refused with
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -107,6 +107,7 @@ def strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.ndar
     return np.stack([first, second], axis=1).reshape(-1, 3)
 
 
+Reach = Callable[[np.ndarray, np.ndarray], np.ndarray]  # starts and ways of lines: lengths [m]
 _MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
 _TRIALS = 12  # each half as long again, where a new rim cuts across an edge of the box
 
@@ -169,7 +170,13 @@ def extend_fault(
     expect(surface, TriSurface, "extend_fault takes a TriSurface", "triangulate_fault makes one")
     wanted = read_sides(sides, f"extend_fault of {surface.name!r}")
     limits = box_of_sides(box)
-    return _extended(surface, limits[::2], limits[1::2], wanted, until)
+    low, high = limits[::2], limits[1::2]
+
+    def reach_of(side: str) -> Reach:
+        """How far the lines of a side are from the box."""
+        return lambda start, way: _lengths(start, way, low, high, surface.name, side, until)
+
+    return _in_turn(surface, wanted, until, reach_of, (low, high))
 
 
 def extend_to(
@@ -194,10 +201,14 @@ def extend_to(
     return ExtendedFault(longer, surface.n_triangle, (extension,))
 
 
-def _extended(
-    surface: TriSurface, low: np.ndarray, high: np.ndarray, wanted: Sequence[str], until: str
+def _in_turn(
+    surface: TriSurface,
+    wanted: Iterable[str],
+    until: str,
+    reach_of: Callable[[str], Reach],
+    box: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> ExtendedFault:
-    """All sides in turn, each from what the others have made.
+    """All sides in turn, each from what the others have made; of a box those that are inside it.
 
     A side that is but a point (of a triangular fault) waits until its neighbours make it a line.
     """
@@ -210,11 +221,8 @@ def _extended(
         waiting.remove(side)
 
         # a side outside the box already needs no extension
-        if rim_in_box(rim, longer.vertices, side, low, high):
-
-            def reach(start: np.ndarray, way: np.ndarray, side: str = side) -> np.ndarray:
-                return _lengths(start, way, low, high, surface.name, side, until)
-
+        if box is None or rim_in_box(rim, longer.vertices, side, *box):
+            reach = reach_of(side)
             longer, guides, extension = continue_side(longer, rim, guides, side, reach, until)
             found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
@@ -225,7 +233,7 @@ def continue_side(
     rim: Rim,
     guides: Guides,
     side: str,
-    reach: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    reach: Reach,
     until: str,
 ) -> tuple[TriSurface, Guides, Extension]:
     """Return (surface, guides, extension) with one more side.
@@ -409,23 +417,12 @@ def lengthen_fault(surface: TriSurface, distance: Any) -> ExtendedFault:
     how = "triangulate_fault makes one"
     expect(surface, TriSurface, "lengthen_fault takes a TriSurface", how)
     distances = read_distances(distance, f"lengthen_fault of {surface.name!r}")
-    longer, guides, found = surface, guides_of(surface), []
-    axes = find_rim(surface).axes  # as it was given: a long continuation could turn the mean
-    waiting = list(distances)
 
-    # strike, then dip: the sides of `SIDES` in turn, each from the rim as it is by then
-    while waiting:
-        rim = find_rim(longer, axes)
-        # a side that is but a point waits until its neighbours make it a line
-        side = next((s for s in waiting if len(rim.arcs[s]) > 1), waiting[0])
-        waiting.remove(side)
+    def reach_of(side: str) -> Reach:
+        """The distance of a side, for each of its lines."""
+        return lambda start, way: np.full(len(start), distances[side])
 
-        def reach(start: np.ndarray, _: np.ndarray, length: float = distances[side]) -> np.ndarray:
-            return np.full(len(start), length)
-
-        longer, guides, made = continue_side(longer, rim, guides, side, reach, UNTIL)
-        found.append(made)
-    return ExtendedFault(longer, surface.n_triangle, tuple(found))
+    return _in_turn(surface, distances, UNTIL, reach_of)
 
 
 def read_distances(distance: Any, what: str) -> dict[str, float]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.conventions import area_text, is_number
 from geosurf.errors import InputError, SurfaceError
-from geosurf.faults.dangling import Fault, Gone, dangling_ends
+from geosurf.faults.dangling import Fault, Gone, dangling_ends, edge_keys
 from geosurf.faults.distance import Approach, nearest_of
 from geosurf.faults.extend import extend_to
 from geosurf.faults.rim import (
@@ -246,15 +246,8 @@ def propose_network(
 
 def _meeting_pairs(patches: Patches, faults: list[Fault]) -> set[tuple[str, str]]:
     """Names of the faults that have an edge in common, in the order of the faults."""
-    t, n = patches.triangles, len(patches.local)
-    keys, owner = [], []
-    for k, fault in enumerate(faults):
-        corners = t[fault.rows]
-        ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
-        own = np.unique(ends.min(axis=2) * n + ends.max(axis=2))
-        keys.append(own)
-        owner.append(np.full(len(own), k))
-    key, of = np.concatenate(keys), np.concatenate(owner)
+    keys = [np.unique(edge_keys(patches, fault.rows)) for fault in faults]
+    key, of = np.concatenate(keys), np.repeat(np.arange(len(keys)), [len(own) for own in keys])
 
     # a stable sort: faults of one edge stay in their order; several may share it
     order = np.argsort(key, kind="stable")

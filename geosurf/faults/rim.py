@@ -332,29 +332,29 @@ def segments_meet_box(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np
 
 def clip_steps(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
     """Where each step of a line (n, 3) enters and leaves a box, 0 to 1; in order if it meets it."""
-    # slabs (Kay & Kajiya 1986): parameters where each axis enters and leaves, (n - 1, 3)
-    a, step = line[:-1], np.diff(line, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s, e = (low - a) / step, (high - a) / step
-    inside = (a >= low) & (a <= high)
-
-    # no motion along an axis: inside its slab for the whole step, or never
-    still = step == 0
-    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e))
-    leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(s, e))
-    return np.maximum(enter.max(axis=1), 0.0), np.minimum(leave.min(axis=1), 1.0)
+    enter, leave = _slabs(line[:-1], np.diff(line, axis=0), low, high)
+    return np.maximum(enter, 0.0), np.minimum(leave, 1.0)
 
 
 def exits(start: np.ndarray, way: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Distance along rays (n, 3) to where they leave a box; NaN for those that miss it."""
+    enter, leave = _slabs(start, way, low, high)
+    return np.where((leave > 0) & (np.maximum(enter, 0.0) <= leave), leave, np.nan)
+
+
+def _slabs(
+    start: np.ndarray, way: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where lines enter and leave the slabs of a box (Kay & Kajiya 1986), in lengths of `way`."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        # as above for rays: the far end is unbounded
         s, e = (low - start) / way, (high - start) / way
     inside = (start >= low) & (start <= high)
+
+    # no motion along an axis: inside its slab always, or never
     still = way == 0
-    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e)).max(axis=1)
-    leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(s, e)).min(axis=1)
-    return np.where((leave > 0) & (enter <= leave), leave, np.nan)
+    enter = np.where(still, np.where(inside, -np.inf, np.inf), np.minimum(s, e))
+    leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(s, e))
+    return enter.max(axis=1), leave.min(axis=1)
 
 
 # ---- lines ----------------------------------------

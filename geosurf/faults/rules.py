@@ -107,9 +107,7 @@ def read_truncations(
     if not isinstance(truncations, Mapping):
         raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")
     found = {
-        str(fault): tuple(
-            _rule(str(fault), entry, faults, horizons) for entry in _rule_entries(given)
-        )
+        str(fault): tuple(_rule(str(fault), entry, faults, horizons) for entry in _entries(given))
         for fault, given in truncations.items()
     }
     for fault, rules in found.items():
@@ -120,12 +118,6 @@ def read_truncations(
                     f"truncations: {fault} ends at {main} twice. Keep one of the two rules."
                 )
     return tuple(rule for fault in _ordered(found) for rule in found[fault])
-
-
-def _rule_entries(given: Any) -> Sequence[Any]:
-    """One rule, or several."""
-    many = isinstance(given, list | tuple) and given and not isinstance(given[0], str)
-    return given if many else (given,)
 
 
 def _rule(fault: str, entry: Any, faults: Sequence[str] | None, horizons: Sequence[str]) -> Rule:
