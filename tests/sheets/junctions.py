@@ -1,17 +1,11 @@
 """Three upright faults that meet in one line: blocks are level, so throw is known up to it.
 
-    python -m tests.sheets.junctions 27        # count, and a seed: about half a second each
-
 Three half planes that share an edge, a bent main fault with a branch at its bend, and a straight
 main fault with a branch, in turn, at random azimuths, places and throws; all share the vertices of
-the line in which they meet, so that no fault stops short of it by a rounding. A junction is right
-if its sheet is torn and throw is met to 5 % of the largest from half a cell of the junction on; a
-refusal counts by itself.
+the line in which they meet, so that no fault stops short of it by a rounding.
 """
 
 from __future__ import annotations
-
-import sys
 
 import numpy as np
 import xarray as xr
@@ -70,34 +64,3 @@ def misses(sheet, middle, azimuth, throw) -> tuple[float, float]:
         for k, least in enumerate((0.5, 6.0)):
             worst[k] = max(worst[k], miss[inside & (far > least)].max(initial=0.0))
     return worst[0], worst[1]
-
-
-def main() -> int:
-    """Count junctions that are right, wrong and refused."""
-    count, seed = (int(word) for word in (sys.argv[1:] + ["27", "1"][len(sys.argv) - 1 :])[:2])
-    rng = np.random.default_rng(seed)
-    right, near, refused = 0, 0, 0
-    for k in range(count):
-        kind = KINDS[k % 3]
-        grid, faults, *truth = junction(kind, rng)
-        try:
-            sheet = gs.tear_horizon(grid, faults, name="H", trim=1.5)
-        except gs.errors.GeometryError as error:
-            refused += 1
-            sys.stdout.write(f"{k} {kind}, refused: {error}\n")
-            continue
-        all_of, beyond = misses(sheet, *truth)
-        right += all_of < 0.05
-        near += beyond < 0.05 <= all_of
-        if all_of >= 0.05:
-            sys.stdout.write(f"{k} {kind}, {truth[1]}: {all_of:.0%}, beyond six {beyond:.0%}\n")
-    wrong = count - right - near - refused
-    sys.stdout.write(
-        f"{count} junctions: {right} right, {near} off within six cells, {wrong} wrong, "
-        f"{refused} refused\n"
-    )
-    return int(wrong > 0)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from benchmarks.random_networks import heights, network_of, random_network
+from benchmarks.random_networks import heights, random_network
 from benchmarks.torn_networks import run_network
-from geosurf.synthetic.torn_horizon import Fault, fault_mesh
+from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.table import CELL, measure
 
 
@@ -37,46 +37,6 @@ def test_a_plane_between_two_faults_three_cells_apart_is_met(trim):
     sheet = gs.tear_horizon(horizon, faults, name="Top", trim=trim)
     for name, throw in (("F1", 20.0), ("F2", 30.0)):
         assert np.abs(np.abs(sheet.cuts[name].throw) - throw).max() < 1e-3
-
-
-def crossing(half: float = np.inf):
-    """Two faults that cross, on a map of 61 nodes a side."""
-    profile = "constant" if np.isinf(half) else "ellipse"
-    options = {"half": half, "profile": profile, "wave": 0.0}
-    faults = {
-        "F1": Fault(750.0, 750.0, strike=20.0, dip=70.0, throw=40.0, **options),
-        "F2": Fault(750.0, 750.0, strike=100.0, dip=75.0, throw=30.0, **options),
-    }
-    meshes = {name: fault_mesh(name, faults, 1500.0, CELL, (0, 0, 0)) for name in faults}
-    return network_of("X", faults, meshes, (1500.0, 1500.0), 1)
-
-
-def test_a_mirrored_horizon_has_mirrored_throw():
-    """East for west, and the faults with it: throw is the same along each fault."""
-    world = crossing()
-    side = world.box[1]
-    grid = world.horizon
-    turned = grid.copy(data=grid.values[:, ::-1])
-    faults = {}
-    for name, mesh in world.faults.items():
-        surface = gs.triangulate_fault(mesh, name=name)
-        vertices = surface.vertices * [-1.0, 1.0, 1.0] + [side, 0.0, 0.0]
-        faults[name] = gs.TriSurface(name, "fault", vertices, surface.triangles[:, ::-1])
-    one = gs.tear_horizon(grid, world.faults, name="Top", trim=2.0)
-    two = gs.tear_horizon(turned, faults, name="Top", trim=2.0)
-    for name in faults:
-        found = []
-        for sheet, x in ((one, lambda e: e), (two, lambda e: side - e)):
-            cut = sheet.cuts[name]
-            inner = (cut.stations[:, 1] > 200.0) & (cut.stations[:, 1] < side - 200.0)
-            inner &= (cut.stations[:, 0] > 200.0) & (cut.stations[:, 0] < side - 200.0)
-            far = np.hypot(*(cut.stations[:, :2] - 0.5 * side).T) > 5.0 * CELL
-            rows = np.flatnonzero(inner & far)
-            place = x(cut.stations[rows, 0]) + cut.stations[rows, 1]
-            order = np.argsort(place)
-            found.append((place[order], np.abs(cut.throw[rows][order])))
-        (p, a), (q, b) = found
-        assert np.abs(np.interp(p, q, b) - a).max() < 0.2  # diagonals of cells run another way
 
 
 @pytest.mark.parametrize(("number", "name", "trim"), [(49, "F1", 3.0), (14, "F1", 3.0)])

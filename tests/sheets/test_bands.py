@@ -22,7 +22,7 @@ from geosurf.sheets.faults.fault_distance import (
     mesh_blocks,
     side_at_own_height,
 )
-from geosurf.sheets.faults.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
+from geosurf.sheets.faults.traces import FaultMesh, Trace, mesh_in_frame, trace_lines
 from geosurf.sheets.heights.grid_solver import WorkingGrid
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
@@ -322,12 +322,6 @@ def test_what_lies_between_two_levels_is_all_that_picks_there_can_be_near(levels
     assert (whole[1] != 0).sum() > 20
 
 
-def test_a_fault_above_all_picks_has_nothing_between_their_levels():
-    part, blocks = blocks_between(bent_fault(), 4.0, -90.0, -31.0)
-    assert blocks is None
-    assert len(part.triangles) == 0
-
-
 def test_distance_at_own_height_is_that_of_all_triangles():
     """What boxes leave out is never the nearest."""
     rng, mesh = np.random.default_rng(5), bent_fault()
@@ -343,12 +337,3 @@ def test_distance_at_own_height_is_that_of_all_triangles():
     assert (far < 4.0).sum() > 20
     assert np.array_equal(far, whole[0])
     assert np.array_equal(side, whole[1])
-
-
-NAME = st.one_of(st.integers(-3, 3), st.sampled_from([-(2**40), 2**40]))
-
-
-@given(st.lists(st.tuples(NAME, NAME), min_size=1, max_size=12))
-def test_names_are_numbered_in_their_order(names):
-    found = _numbered(*np.array(names, dtype=np.int64).T)
-    assert found.tolist() == [sorted(set(names)).index(name) for name in names]

@@ -94,26 +94,6 @@ def test_units_around_the_acute_wedges_are_closed_and_certified(sheets):
         assert all(scene.units[f"{zone} {block}"].volume > 2e6 for block in blocks)
 
 
-def test_a_fault_beyond_a_slanted_area_is_left_out(sheets):
-    """F4 lies in the bounds of this area, and beyond its walls: once refused as a loose end."""
-    lattice = sheets["TopVolantis"].lattice
-    x, y = lattice.easting, lattice.northing
-    aoi = np.array([(x[i, j], y[i, j]) for i, j in ((138, 23), (138, 53), (166, 53), (166, 23))])
-    low, high = aoi.min(axis=0), aoi.max(axis=0)
-    (fault,) = (f for f in sheets["TopVolantis"].faults if f.name == "F4")
-    west, east, south, north, _, _ = fault.bounds
-    assert (np.array([west, south]) < high).all()
-    assert (np.array([east, north]) > low).all()
-    box = (low[0], high[0], low[1], high[1], -2100.0, -1400.0)
-    scene = gs.Scene({}, {"F4": fault}, box, aoi=aoi)
-    certificate = scene.check()
-    assert certificate.ok, str(certificate)
-    assert len(scene.units) == 1
-    dx, dy = (aoi - low).T
-    area = 0.5 * abs(float(dx @ np.roll(dy, -1) - dy @ np.roll(dx, -1)))
-    assert scene.units.volume == pytest.approx(700.0 * area, rel=1e-9)
-
-
 def test_a_fault_that_is_not_tall_enough_is_extended_and_the_place_is_named(field):
     """F2 as it was picked ends above the base of the reservoir."""
     points, sticks = field
@@ -124,33 +104,3 @@ def test_a_fault_that_is_not_tall_enough_is_extended_and_the_place_is_named(fiel
     (fault,) = sheet.faults
     assert fault.bounds[4] < gs.triangulate_fault(sticks["F2"], name="F2").bounds[4] - 10.0
     assert gs.Scene({"BaseVolantis": sheet}, {"F2": fault}).surface("BaseVolantis").n_triangle
-
-
-def test_throw_of_extended_faults_is_that_of_the_cuts(field):
-    """Dip lines of sticks pass each other where they are continued, beyond the cut-offs."""
-    points, sticks = field
-    box = (454000.0, 470000.0, 5.924e6, 5.941e6, -2100.0, -1400.0)
-    faults = {
-        name: gs.extend_fault(
-            gs.triangulate_fault(some, name=name), box, sides=("up", "down")
-        ).surface
-        for name, some in sticks.items()
-    }
-    sheet = gs.tear_horizon(points["TopVolantis"], faults, name="TopVolantis")
-    x, y = sheet.lattice.easting, sheet.lattice.northing
-    m, n = x.shape
-    inner = [(12, 12), (12, n - 13), (m - 13, n - 13), (m - 13, 12)]
-    area = np.array([(x[i, j], y[i, j]) for i, j in inner])
-    (west, south), (east, north) = area.min(axis=0), area.max(axis=0)
-    box = (west, east, south, north, -2100.0, -1400.0)
-    scene = gs.Scene({"TopVolantis": sheet}, {f.name: f for f in sheet.faults}, box, aoi=area)
-    for name in faults:
-        found, cut = scene.throw("TopVolantis", name), sheet.cuts[name]
-        assert np.isfinite(found.throw).all()
-        middle = np.column_stack([found.easting, found.northing])
-        apart = np.linalg.norm(cut.stations[:, None, :2] - middle, axis=2)
-        near = (apart.min(axis=1) < 25.0) & np.isfinite(cut.throw)
-        assert near.mean() > 0.9
-        off = found.throw.values[apart.argmin(axis=1)][near] - cut.throw[near]
-        assert abs(off.mean()) < 0.3
-        assert np.abs(off).mean() < 1.0

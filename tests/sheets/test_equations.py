@@ -15,12 +15,9 @@ from geosurf.kernels.sheets.smooth_surface import (
     places_in_order,
 )
 from geosurf.sheets.lattice.solve import (
-    around,
-    equations,
     fourth_order,
     lattice_graph,
     smoothest,
-    weights_of,
     without_absent,
 )
 
@@ -166,20 +163,6 @@ def test_a_cubic_is_carried_on_beyond_the_data():
     )
     near = col[wall] < 18
     assert np.abs(fourth - exact)[near].max() < 0.3 * np.abs(third - exact)[near].max()
-
-
-def test_the_order_keeps_a_band_narrow_whatever_way_it_runs():
-    """Also where known nodes part the unknown ones, which differences reach across."""
-    shape = 60, 60
-    row, col = np.divmod(np.arange(3600), 60)
-    for across in (row - col, row + col - 60, row - 30, col - 30):
-        inside = (np.abs(across) <= 4) & (across != 2)
-        band = around(np.flatnonzero(inside), shape, 3)
-        unknown = np.where(inside[band], np.cumsum(inside[band]) - 1, -1)
-        graph = lattice_graph(band, shape)
-        weights = weights_of(np.ones(2), 0.3)
-        system, _, _ = equations(graph, unknown, np.zeros(len(band)), weights)
-        assert np.diff(system.start).max() <= 45  # eight across, and differences reach three on
 
 
 def test_equations_without_any_datum_are_refused():

@@ -12,7 +12,6 @@ import xarray as xr
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.sheets.mesh import build
-from geosurf.synthetic.torn_horizon import Fault
 
 
 @pytest.fixture(scope="module")
@@ -130,47 +129,6 @@ def test_a_block_without_data_is_refused_by_name():
         GeometryError, match=r"block next to faults 'F1', 'F2' has no data.*fill_empty_blocks=True"
     ):
         gs.tear_horizon(top, world.faults, trim=1.0)
-
-
-def test_worlds_that_are_not_there():
-    with pytest.raises(
-        InputError, match=r"no torn world is called 'normel'; there are .* 'normal'"
-    ):
-        gs.synthetic.torn("normel")
-    with pytest.raises(InputError, match=r"no torn world is called None; there are normal, .*own"):
-        gs.synthetic.torn(None)
-    with pytest.raises(
-        InputError, match=r"have 'F1', a int, among them; give \{name: torn_horizon"
-    ):
-        gs.synthetic.torn({"F1": 3})
-    with pytest.raises(InputError, match=r"have no fault among them; give \{name"):
-        gs.synthetic.torn({})
-    with pytest.raises(InputError, match=r"profile of .* is 'elipse'; .* Did you mean 'ellipse'"):
-        Fault(0.0, 0.0, profile="elipse")
-    for word, value, words in (
-        ("n", 1, "a whole number, 2 or more"),
-        ("n", 2.5, "a whole number"),
-        ("smear", -1, "a whole number, 0 or more"),
-        ("step", 0, r"metres, above 0, up to 1e\+06"),
-        ("noise", -1.0, r"metres, 0 or more, up to 1e\+06"),
-    ):
-        with pytest.raises(InputError, match=rf"^{word} is {value}; give {words}\.$"):
-            gs.synthetic.torn(**{word: value})
-    with pytest.raises(InputError, match=r"level is 900 m, expected -200 to 200"):
-        gs.synthetic.torn(level=900)
-    with pytest.raises(InputError, match=r"no end \(half = inf\), .* 'bell', dies .*Give half in"):
-        Fault(500.0, 500.0, half=np.inf, profile="bell")
-
-
-def test_all_faults_of_a_world_are_smeared():
-    """Also where there are more than four sectors: the others were left sharp."""
-    through = {"dip": 80.0, "half": np.inf, "profile": "constant"}
-    faults = {f"F{k}": Fault(1000.0 - 250.0 * k, 500.0, strike=5.0, **through) for k in (1, 2, 3)}
-    sharp, smeared = (gs.synthetic.torn(faults, 41, smear=k).horizons["Top"] for k in (0, 1))
-    x, y = np.meshgrid(sharp.easting, sharp.northing)
-    for fault in faults.values():
-        beside = abs(fault.along_across(x, y)[1] - fault.across(0.0, -1800.0)) < 40.0
-        assert np.abs((smeared - sharp).values[beside]).max() > 10.0
 
 
 def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(monkeypatch):

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import GeosurfWarning, HorizonError, InputError
+from geosurf.errors import GeosurfWarning
 from geosurf.render.compose import plotted
 from geosurf.render.map import draw_map
 
@@ -131,24 +131,6 @@ def test_a_decreasing_axis_keeps_its_marks():
     wide = gs.extend_horizon(grid(plane, 0.0), distance=100.0)
     up, down = (gs.triangulate_horizon(one) for one in (wide, wide[::-1, ::-1]))
     np.testing.assert_array_equal(up.vertex_data["extrapolated"], down.vertex_data["extrapolated"])
-
-
-@pytest.mark.parametrize(("words", "message"), [
-    ({}, "nothing to do: give distance="),
-    ({"distance": -1.0}, r"distance is -1\.0; give metres"),
-    ({"distance": 1e7}, "more than 4000000"),
-    ({"distance": 9.0, "area": (1, 0, 0, 1)}, r"west \(1\) is not less"),
-    ({"distance": 9.0, "area": [(0, 0), (1, 1)]}, "different corners"),
-])  # fmt: skip
-def test_what_cannot_be_asked(words, message):
-    with pytest.raises(InputError, match=message):
-        gs.extend_horizon(grid(plane), **words)
-
-
-def test_a_mesh_cannot_be_continued():
-    mesh = gs.TriSurface("T", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    with pytest.raises(HorizonError, match="'T' is a mesh, and only grids"):
-        gs.extend_horizon(mesh, distance=9.0)
 
 
 # the last digits of a solve decide whether rounding moves a vertex, and processors differ there

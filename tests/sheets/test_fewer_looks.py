@@ -7,13 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import geosurf as gs
 from geosurf.sheets.faults import cut_edges
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height, side_over
 from geosurf.sheets.faults.traces import FaultMesh
-from geosurf.sheets.mesh.close import _lengthened
 from geosurf.sheets.mesh.cut import _links
-from geosurf.sheets.mesh.tear_ends import Ends, Short
 
 
 def squares(n):
@@ -44,28 +41,6 @@ def test_links_between_sources_alone_are_left_out(share):
     assert len(some.pairs) < len(every.pairs) or share < 0.9
 
 
-def test_the_nearest_end_is_the_first_of_the_nearest():
-    rng = np.random.default_rng(3)
-    kinds = ("tip", "branch of F2", "rim")
-    traces = [
-        SimpleNamespace(line=rng.integers(0, 9, (5, 6)).astype(float), ends=rng.choice(kinds, 2))
-        for _ in range(6)
-    ]
-    network = SimpleNamespace(traces=traces, on=[(2, 0, 1), (4, 1, 0)])
-    ends = Ends(SimpleNamespace(network=network), (np.zeros(6), np.full(6, 4.0)))
-    at, reach = rng.integers(0, 9, (200, 2)).astype(float), 3.0  # many are as near to two
-    for wanted in (("tip",), ("tip", "branch"), ("nothing",)):
-        some = [
-            (i, k) for i, trace in enumerate(traces) for k in (0, 1)
-            if trace.ends[k].startswith(wanted) and (i, k) not in {(2, 0), (4, 1)}
-        ]  # fmt: skip
-        for place, found in zip(at, ends.nearest_of(at, reach, wanted), strict=True):
-            far = [np.hypot(*(place - traces[i].line[(0, -1)[k], :2])) for i, k in some]
-            near = bool(far) and min(far) < reach
-            assert found == (some[int(np.argmin(far))] if near else None)
-            assert found == ends.nearest(place, reach, wanted)
-
-
 def test_sides_over_one_place_are_those_of_single_points():
     rng = np.random.default_rng(5)
     uv = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), axis=-1).reshape(-1, 2)
@@ -81,17 +56,6 @@ def test_sides_over_one_place_are_those_of_single_points():
         np.testing.assert_array_equal(side_over(mesh, at, 2.5)(z), single)
         seen |= set(single.tolist())
     assert seen == {-1.0, 0.0, 1.0}
-
-
-def test_a_fault_is_lengthened_in_one_order_of_its_sides():
-    """Sets of words have another order in each run of Python: messages must not depend on it."""
-    world = gs.synthetic.torn("normal", n=21)
-    ((name, one),) = world.faults.items()
-    fault = gs.triangulate_fault(one, name=name)
-    words = ("up", "down", "start", "end")
-    short = {0: Short(frozenset(words), np.zeros(3))}
-    found = _lengthened([fault], short, {}, 50.0, lambda number, lengths: fault)
-    assert list(found[0][0].lengths) == sorted(words)
 
 
 def test_four_halvings_at_once_end_where_one_after_the_other_do():

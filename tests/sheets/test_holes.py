@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -11,12 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from benchmarks.random_networks import random_network
-from benchmarks.torn_networks import TRIMS
-from geosurf.sheets.heights.inputs import Trims
-from geosurf.sheets.lattice.data import picks_or_points
-from geosurf.sheets.mesh import build as building
-from geosurf.sheets.mesh import close as closing
 from geosurf.sheets.mesh.cut import _minimum_cut
 from geosurf.synthetic.torn_horizon import Fault
 from tests.sheets.table import measure
@@ -92,27 +85,6 @@ def test_remedies_are_warned_of_and_listed(low):
     assert throw == pytest.approx(np.nanmax(np.abs(whole.cuts[fault.name].throw)), abs=0.5)
 
 
-def test_a_fault_is_not_extended_in_vain(low, monkeypatch):
-    """Where longer faults close no hole, they stay as they were given: others end on them, too."""
-    world, fault, deepest = low
-    short, real, tried = clipped(fault, deepest + 20.0), closing.too_short, []
-
-    def wrong_side(*args):
-        """The fault is too short below, and extended above."""
-        found = real(*args)
-        tried.append(args[1][0].n_vertex)
-        return {k: replace(one, sides=frozenset({"up"})) for k, one in found.items()}
-
-    monkeypatch.setattr(closing, "too_short", wrong_side)
-    picks = picks_or_points(world.horizons["Top"], "Top", None, None, None)
-    trims = Trims((2.0,))
-    closed = closing.close(picks, [short], trims, None, closing.Filling(), trims)
-    assert max(tried) > short.n_vertex
-    assert closed.built.is_open
-    assert closed.faults == (short,)
-    assert closed.extensions == ()
-
-
 def test_trims_are_chosen_by_fault():
     world = gs.synthetic.torn("parallel", n=81, smear=2)
     names = list(world.faults)
@@ -139,27 +111,3 @@ def test_faults_that_die_on_both_sides_of_their_crossing_need_no_remedy(shift):
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, trim=2.25)
     assert sheet.report.remedies == ()
     assert all(measure(world, sheet, name).throw.max() < 5.0 for name in faults)
-
-
-def attempts(monkeypatch):
-    """Lengths of the holes of each attempt [m]; filled later."""
-    found, make = [], building._cut
-
-    def attempt(*given):
-        built = make(*given)
-        found.append([hole.length for hole in built.cut.holes])
-        return built
-
-    monkeypatch.setattr(building, "_cut", attempt)
-    return found
-
-
-def test_throw_dies_at_once_where_a_tip_has_a_hole_shorter_than_a_cell(monkeypatch):
-    # network 4 of the benchmark has one of 0.02 cells
-    rng = np.random.default_rng([1, 4])
-    trim, smear = TRIMS[int(rng.integers(len(TRIMS)))]
-    network = random_network("parallel", rng, smear)
-    found = attempts(monkeypatch)
-    sheet = gs.tear_horizon(network.horizon, network.faults, name="Top", trim=trim)
-    assert [len(holes) for holes in found] == [1, 0]
-    assert not sheet.report.remedies

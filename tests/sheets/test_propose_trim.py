@@ -62,31 +62,3 @@ def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
 def test_normal_faults_are_not_called_reverse(torn_world, kind):
     """At the contact of a branch a link may reach over the main fault: that is no overlap."""
     assert torn_world(kind, n=81)[1].report.notes == []
-
-
-def test_a_block_without_data_is_carried_on_if_asked():
-    world = gs.synthetic.torn("parallel", n=41, smear=0)
-    top, turn = world.horizons["Top"], np.radians(12.0)
-    across = (top["easting"] - 500.0) * np.cos(turn) - (top["northing"] - 500.0) * np.sin(turn)
-    sheet = gs.tear_horizon(
-        top.where(abs(across) > 60.0), world.faults, trim=1.0, fill_empty_blocks=True
-    )
-    (block,) = sheet.report.filled_blocks
-    assert block["nodes"] > 100
-    assert block["over"] in ("F1", "F2")
-    assert f"{block['nodes']} nodes without data filled across" in str(sheet.report)
-    throw = sheet.cuts[block["over"]].throw
-    assert np.nanmax(np.abs(throw)) < 1.0  # it is one with its neighbour there
-
-
-def test_points_come_as_a_table(torn_world):
-    import pandas as pd
-
-    world, sheet = torn_world("reverse", True, n=61)
-    table = pd.DataFrame(world.truth["points"], columns=["easting", "northing", "elevation"])
-    again = gs.tear_horizon(table, world.faults, name="Top", trim=2.25, positive="up")
-    assert np.array_equal(again.surface.vertices, sheet.surface.vertices)
-    with pytest.raises(gs.errors.InputError, match=r"are easting, northing, height; it needs"):
-        gs.tear_horizon(table.rename(columns={"elevation": "height"}), world.faults)
-    with pytest.raises(gs.errors.HorizonError, match=r"depth or elevation\? Set positive='down'"):
-        gs.tear_horizon(table.rename(columns={"elevation": "depth"}), world.faults)

@@ -50,14 +50,6 @@ def test_faults_in_another_reference_system_are_refused(world, make):
         make(top, {"F1": fault.assign_attrs(crs=UTM32)})
 
 
-def test_points_bring_theirs_in_the_attributes_of_a_table(world):
-    import pandas as pd
-
-    table = pd.DataFrame(world.truth["points"], columns=["easting", "northing", "elevation"])
-    table.attrs.update(crs=UTM31, positive="up")
-    assert torn(table, world.faults).crs == UTM31
-
-
 def test_a_scene_compares_torn_horizons_with_its_other_surfaces(world):
     top = world.horizons["Top"]
     sheet = torn(top.assign_attrs(crs=UTM31), world.faults)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 
 import geosurf as gs
 from geosurf.sheets.lattice import picks
-from geosurf.sheets.mesh import build, close
 from geosurf.sheets.mesh.tear_ends import extended
 from geosurf.sheets.report.remedies import _remedy_at_branch, longer_by
 from geosurf.synthetic.torn_horizon import Fault
@@ -78,21 +76,6 @@ def test_both_faults_of_a_junction_are_extended():
     assert {one.subject for one in sheet.report.remedies} == {"F1", "F3"}
     assert misses(sheet, middle, azimuth, throw)[1] < 0.01
     assert all("in a scenario, lengthen_m" in one.remedy for one in sheet.report.remedies)
-
-
-def test_attempts_are_bounded_where_data_contradict_a_fault(monkeypatch):
-    """Noise of 60 m at every node, taken as it is."""
-    made, meshed = [], build._meshed
-    monkeypatch.setattr(build, "_meshed", lambda *given: made.append(0) or meshed(*given))
-    monkeypatch.setattr(close, "MOST", 0.5)
-    monkeypatch.setattr(build, "ROUNDS", 4)
-    world = gs.synthetic.torn("normal", 31)
-    top = world.horizons["Top"] + np.random.default_rng(0).normal(0.0, 60.0, (31, 31))
-    top = top.assign_attrs(world.horizons["Top"].attrs)
-    with suppress(gs.errors.GeometryError):
-        gs.tear_horizon(top, world.faults, name="Top", trim=2, noise=0)
-    # trims as given and four others, each at two lengths of the fault; two at any cost
-    assert 1 < len(made) <= 4 * (2 * 5 + 2)
 
 
 @pytest.mark.parametrize(

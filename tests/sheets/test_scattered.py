@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeometryError, HorizonError, InputError
+from geosurf.errors import HorizonError, InputError
 from geosurf.sheets.faults.cut_edges import FALLING
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.inputs import Trims, inputs_of
@@ -77,18 +76,6 @@ def test_noisy_points_are_met_as_well_as_asked(kind):
     assert found.throw.mean() < 2.0
 
 
-def test_a_table_of_points_is_the_same_as_an_array(normal):
-    points = normal.truth["scattered"](1500)
-    names = ["easting", "northing", "elevation"]
-    table = pd.DataFrame(points * (1.0, 1.0, -1.0), columns=names)
-    one, two = (
-        gs.tear_horizon(data, normal.faults, name="Top", spacing=40.0, **how)
-        for data, how in ((points, {"positive": "up"}), (table, {"positive": "down"}))
-    )
-    assert (one.lattice.elevation == two.lattice.elevation).all()
-    assert one.report.cell == 40.0
-
-
 def test_the_lattice_that_is_proposed_has_one_cell_per_point():
     rng = np.random.default_rng(3)
     for number in (500, 5000):
@@ -131,18 +118,6 @@ def test_what_is_no_surface_is_refused(normal):
         gs.tear_horizon(normal.horizons["Top"], normal.faults, spacing=25.0)
     with pytest.raises(HorizonError, match=r"points sit on no lattice of right angles\. Give a g"):
         gs.throw_horizon(points, normal.faults, {"F1": 10.0}, name="Top", positive="up")
-
-
-def test_a_block_without_points_is_refused_by_name():
-    world = gs.synthetic.torn("parallel", n=41, smear=0)
-    points = world.truth["scattered"](3000)
-    across = world.truth["faults"]["F1"].along_across(points[:, 0], points[:, 1])[1] - 2.2 * 25.0
-    with pytest.raises(
-        GeometryError, match=r"block next to faults 'F1', 'F2' has no data.*fill_empty_blocks=True"
-    ):
-        gs.tear_horizon(
-            points[np.abs(across) > 75.0], world.faults, spacing=25.0, trim=1.0, positive="up"
-        )
 
 
 def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():

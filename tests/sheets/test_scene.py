@@ -48,14 +48,6 @@ def test_volume_between_torn_sheets_is_that_of_the_truth(pair):
     assert volume == pytest.approx(120.0 * area, rel=0.04)
 
 
-def test_cutoffs_of_a_sheet_lie_on_the_fault_vertex_for_vertex(pair):
-    sheets, scene = pair("through")
-    assert [len(sheets["Top"].cuts["F1"].cutoffs[wall]) for wall in "+-"] == [1, 1]
-    shared = set(map(tuple, scene.patches.surface("F1").vertices.tolist()))
-    own = set(map(tuple, scene.patches.surface("Top").vertices.tolist()))
-    assert len(shared & own) > 100
-
-
 def test_cutoffs_of_a_scene_end_where_the_sheet_ends(pair):
     """Both walls inside the box, nothing of what was carried on past the fault."""
     sheets, scene = pair("through")
@@ -80,12 +72,6 @@ def test_a_sheet_needs_the_faults_that_tear_it(pair):
     )
     with pytest.raises(gs.errors.InputError, match=r"'F1', which is another surface.*sheet.faults"):
         gs.Scene({"Top": sheets["Top"]}, {"F1": moved}).surface("Top")
-
-
-def test_surfaces_without_ghosts_come_back_unchanged():
-    flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
-    patches = gs.rebuild_surfaces([flat])
-    assert gs.trim_sheets(patches) is patches
 
 
 def test_what_is_dropped_is_accounted_for(pair):

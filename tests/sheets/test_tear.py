@@ -100,23 +100,6 @@ def test_what_was_not_smeared_is_met_as_asked_where_smeared_maps_are_not(kind):
         assert found.variation == pytest.approx((1.0, 1.0), abs=variation)
 
 
-# mean of the throw's error [%] with a trim of a whole cell, of which noise takes more
-WIDE = {"through": 2.0, "Y": 2.0, "normal": 4.0, "reverse": 4.0}
-
-
-@pytest.mark.parametrize("kind", WIDE)
-def test_noise_is_noticed_and_smoothed_with_a_wide_trim(kind):
-    world = gs.synthetic.torn(kind, n=N, noise=2.0)
-    sheet = gs.tear_horizon(
-        world.truth["points"], world.faults, name="Top", trim=1.0, positive="up"
-    )
-    assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
-    found = measure(world, sheet, "F1")
-    assert found.position.max() < 0.25
-    assert found.throw.mean() < WIDE[kind]
-    assert found.variation == pytest.approx((1.0, 1.0), abs=0.06)
-
-
 @pytest.mark.parametrize("kind", ["through", "Y", "normal", "scissors", "reverse", "thrust"])
 def test_noise_is_noticed_and_smoothed(kind):
     """Also where a sheet overlaps its fault: it and what it has past the trace are one."""
@@ -162,20 +145,6 @@ def test_two_walls_of_a_node_at_the_rim_are_never_averaged():
     assert measure(world, sheet, "F1").throw.max() < 1.0
 
 
-def test_scissors_are_sealed_and_do_not_cross_themselves():
-    """Throw changes its sign within the model: a gap and an overlap that touch."""
-    world = gs.synthetic.torn("scissors", n=41)
-    sheet = gs.tear_horizon(
-        world.truth["points"], world.faults, name="Top", trim=1.0, positive="up"
-    )
-    assert sheet.report.sign_changes == {"F1": 1}
-    faults = {fault.name: fault for fault in sheet.faults}
-    scene = gs.Scene({"Top": sheet}, faults, box=(50.0, 950.0, 50.0, 950.0, -2050.0, -1550.0))
-    assert len(scene.units) == 4
-    assert scene.check().ok
-    assert sorted(scene.fault_polygons("Top").kind.values) == ["gap", "overlap"]
-
-
 def test_nodes_without_a_pick_are_on_the_rim_of_the_others():
     """Fitted, they were off by a rounding, and a box along the rim of the data was left open."""
     world = gs.synthetic.torn("through", n=31)
@@ -202,18 +171,6 @@ def test_smoothing_does_not_bend_the_rim_of_its_collar(kind):
     assert np.sqrt(np.mean(error**2)) < 0.5
     assert np.abs(error).max() < 4.0
     assert sheet.report.misfit["max"] < 10.0  # five deviations of the noise
-
-
-def test_a_thrust_is_closed_under_noise():
-    """Ghosts over an overlap are drawn by noisy picks, not fixed to them."""
-    world = gs.synthetic.torn("thrust", n=N, noise=2.0)
-    sheet = gs.tear_horizon(
-        world.truth["points"], world.faults, name="Top", trim=2.25, positive="up"
-    )
-    assert open_edges(world, sheet) == 0
-    found = measure(world, sheet, "F1")
-    assert found.lost == 0
-    assert found.throw.mean() < 5.0
 
 
 @pytest.mark.parametrize("sigma", [0.5, 2.0])

@@ -154,14 +154,6 @@ def test_scissors_by_throw_are_sealed(dip):
     assert scene.check().ok
 
 
-def test_no_throw_is_no_change():
-    top = horizon()
-    sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 0.0})
-    assert (sheet.lattice.elevation == top.values).all()
-    assert sheet.report.notes == ["Fault 'F1' has no throw at the horizon."]
-    assert len(sheet.ghosts) == 0
-
-
 # ------------------------------------------------------------- forms of throw
 def forms():
     s = np.array([0.0, 1800.0])
@@ -242,19 +234,6 @@ def test_throw_on_curved_surfaces_is_met_to_order_two(kind):
         assert not sheet.report.shortened
 
 
-def test_a_finite_fault_converges_on_average_though_its_tips_are_slower():
-    """Throw dies as the distance from the tip to 3/2: thirds gain 5.2 there, else 9."""
-    mean = []
-    for n in (21, 61):
-        sheet = gs.throw_horizon(horizon(n), {"F1": wall(half=400.0)}, {"F1": gs.EllipticThrow(50)})
-        cut = sheet.cuts["F1"]
-        s = along(cut.stations, half=400.0)
-        asked = gs.EllipticThrow(50.0, 400.0, centre=(400.0, None)).at(s, np.zeros(len(s)))
-        mean.append(float(np.nanmean(np.abs(cut.throw - asked))))
-        assert np.isfinite(cut.throw[1:-1]).all()  # the first and the last are the tips themselves
-    assert mean[0] > 7.0 * mean[1]
-
-
 @pytest.mark.parametrize("kind", ["normal", "listric", "reverse", "Y"])
 def test_units_of_curved_worlds_are_sealed(kind):
     world = gs.synthetic.torn(kind, 41)
@@ -299,15 +278,6 @@ def test_a_hole_moves_with_its_block():
     assert np.isnan(moved[11, 33])
 
 
-def test_planes_do_not_mind_which_fault_is_younger():
-    world = gs.synthetic.faulted("X", 13)
-    one, two = (
-        gs.throw_horizon(world.horizons["Top"], world.faults, throw)
-        for throw in ({"F1": 70.0, "F2": 40.0}, {"F2": 40.0, "F1": 70.0})
-    )
-    assert one.lattice.elevation == pytest.approx(two.lattice.elevation, abs=1e-8)
-
-
 # ------------------------------------------------------------- what is refused
 def short(**more):
     return wall(half=250.0, **more)
@@ -343,19 +313,6 @@ def test_refusals(fault, throw, options, error, words):
     given = throw if isinstance(throw, dict) else {"F1": throw}
     with pytest.raises(error, match=words):
         gs.throw_horizon(horizon(), {"F1": fault()}, given, **options)
-
-
-def test_elliptic_throws_that_make_no_sense():
-    with pytest.raises(
-        InputError, match=r"half_length of an elliptic throw is -1.0, expected metres"
-    ):
-        gs.EllipticThrow(10.0, half_length=-1.0)
-    with pytest.raises(InputError, match="largest of an elliptic throw is nan, expected metres"):
-        gs.EllipticThrow(np.nan)
-    with pytest.raises(
-        InputError, match=r"takes its size from a fault. Give half_length and centre"
-    ):
-        gs.EllipticThrow(10.0).at(np.zeros(1), np.zeros(1))
 
 
 def test_faults_that_cannot_guide_a_wall():
@@ -402,11 +359,3 @@ def test_a_horizon_that_is_torn_already_is_refused():
         gs.throw_horizon(
             world.truth["points"], world.faults, {"F1": -30.0}, name="Top", positive="up"
         )
-
-
-def test_the_report_says_what_was_asked_and_found():
-    sheet = gs.throw_horizon(horizon(), {"F1": wall(45.0)}, {"F1": -40.0})
-    words = str(sheet.report)
-    assert "throw of 'F1': up to 40 m requested, 40 m measured" in words
-    assert "nodes came from up to" in words
-    assert "outside of the data" in words

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError
@@ -17,51 +16,6 @@ from tests.sheets.test_throw_turning import AXIS, RADIUS, cone
 BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1300.0)
 THROW = 50.0
 COT = 1.0 / np.tan(np.radians(60.0))
-S = np.linspace(0.0, 1000.0, 9)  # where dip lines of the fault start, from south to north
-FLAT = {"units": "m", "positive": "up"}
-
-
-def east(z):
-    """Where the plane of the fault is."""
-    return 500.0 + COT * (-1800.0 - z)
-
-
-def fault(notch, lower=-2100.0):
-    """A plane that dips east, whose dip lines were continued upward, two of them past each other.
-
-    The top of the line in the middle is at the elevation `notch`, all others at -1660 m. That line
-    and the next swap their order along strike on their way to -1350 m, and keep clear of each
-    other: one passes to the east. So one long triangle of the strip turns back.
-    """
-    low, top = np.full(9, lower), np.full(9, -1660.0)
-    top[4] = notch
-    rim, tip = S.copy(), np.full(9, -1350.0)
-    tip_s, aside = S.copy(), np.zeros(9)
-    tip_s[4], tip_s[5], aside[4], aside[5] = 640.0, 560.0, -40.0, 40.0
-    points = np.concatenate(
-        [
-            np.column_stack([east(low), S, low]),
-            np.column_stack([east(top), rim, top]),
-            np.column_stack([east(tip) + aside, tip_s, tip]),
-        ]
-    )
-    k = np.arange(8)
-    faces = [
-        part
-        for n in (0, 9)
-        for part in (np.c_[k + n, k + n + 1, k + n + 10], np.c_[k + n, k + n + 10, k + n + 9])
-    ]
-    return gs.TriSurface("F1", "fault", points, np.concatenate(faces))
-
-
-def beds(middle):
-    """Nodes of a bed that hangs down to `middle` half-way along the fault, and is faulted there."""
-    axis = np.linspace(0.0, 1000.0, 51)
-    y, x = np.meshgrid(axis, axis, indexing="ij")
-    foot = -1690.0 + (middle + 1690.0) * np.sin(np.pi * y / 1000.0) ** 2
-    z = np.where(x > east(foot - 0.5 * THROW), foot - THROW, foot)
-    z[np.abs(x - east(foot - 0.5 * THROW)) < 25.0] = np.nan
-    return xr.DataArray(z, {"northing": axis, "easting": axis}, attrs=FLAT)
 
 
 def turned(surface):
@@ -70,26 +24,6 @@ def turned(surface):
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     mean = normals.sum(axis=0)
     return corners[normals[:, :2] @ mean[:2] <= 0][:, :, 2]
-
-
-@pytest.mark.parametrize(
-    ("notch", "middle"), [(-1660.0, -1690.0), (-1660.0, -1850.0), (-1800.0, -1850.0)]
-)
-def test_throw_is_read_where_a_fault_turns_back_beyond_its_cutoffs(notch, middle):
-    """Also if that part reaches down, at its place, to where cut-offs are elsewhere."""
-    surface = fault(notch)
-    sheet = gs.tear_horizon(beds(middle), {"F1": surface}, name="Top")
-    scene = gs.Scene({"Top": sheet}, {f.name: f for f in sheet.faults}, BOX)
-    found = scene.throw("Top", "F1")
-    walls = np.concatenate([found.hanging_wall_elevation, found.footwall_elevation])
-    reaches = turned(surface).min() < walls.max()
-    assert reaches == (notch == -1800.0)
-    assert found.attrs["direction"] == "local"
-    assert found.sizes["point"] > 50
-    assert np.isfinite(found.throw).all()
-    np.testing.assert_allclose(found.throw, THROW, atol=0.5)
-    cut = sheet.cuts["F1"].throw
-    assert float(found.throw.mean()) == pytest.approx(np.nanmean(cut), abs=0.2)
 
 
 # ------------------------------------------------------------- on a cone, with exact cut-offs

@@ -85,21 +85,6 @@ def test_reverse_vertical_and_gentle_faults(dip, peak):
         assert sum(sheet.report.shortened.values()) <= 2
 
 
-def test_notes_are_those_of_the_attempt_that_was_used():
-    # F2 has no throw; its
-    # upper edge, 22 m above the horizon before faulting, is over the drape of the first attempt and
-    # under that of the last: only the first meets F2.
-    fault, _ = wall(MIDDLE)
-    x, y, half = MIDDLE[0] - 0.5 * CELL, MIDDLE[1], 2.2 * CELL
-    corners = [
-        [x, y + d, LEVEL + z] for d, z in ((-half, -99), (half, -99), (half, 22), (-half, 22))
-    ]
-    small = gs.TriSurface("F2", "fault", corners, [[0, 1, 2], [0, 2, 3]])
-    sheet = gs.throw_horizon(flat(), [fault, small], {"F1": dying(-PEAK), "F2": 0.0})
-    assert len(sheet.cuts["F2"].stations) == 0
-    assert sheet.report.notes[0] == "Fault 'F2' has no throw at the horizon."
-
-
 @pytest.mark.parametrize("azimuth", [45.0, 135.0, np.degrees(np.arctan2(3, 1)), 100.0])
 def test_aslant_through_nodes_with_tips_on_nodes(azimuth):
     half = {45.0: 9 * CELL * 2**0.5, 135.0: 9 * CELL * 2**0.5}.get(azimuth, 4 * CELL * 10**0.5)
@@ -129,17 +114,3 @@ def test_constant_throw_that_leaves_the_area_on_a_line_of_nodes():
                 found = sheet.cuts["F1"].throw
                 assert np.isfinite(found).sum() >= 35
                 assert found[np.isfinite(found)] == pytest.approx(PEAK, abs=1e-6)
-
-
-def test_two_faults_on_lines_of_nodes():
-    ends = {"F1": MIDDLE - (6 * CELL, 0.0), "F2": MIDDLE + np.array([6 * CELL, 0.0])}
-    walls = {
-        name: wall(at, azimuth, name=name)
-        for (name, at), azimuth in zip(ends.items(), (90.0, 270.0), strict=True)
-    }
-    throw = dict.fromkeys(ends, dying())
-    sheet = gs.throw_horizon(flat(), [fault for fault, _ in walls.values()], throw)
-    for name, (_, strike) in walls.items():
-        cut = sheet.cuts[name]
-        assert np.nanmax(cut.throw) == pytest.approx(PEAK, rel=0.01)
-        assert np.nanmax(np.abs((cut.stations[:, :2] - ends[name]) @ strike)) <= HALF + 1e-4

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError
 from geosurf.sheets.faults.fault_profile import dip_lines, section_of
-from geosurf.synthetic.world import make_fault, make_horizon
+from geosurf.synthetic.world import make_fault
 from tests.sheets.test_throw import BOX, along, horizon, wall
 
 AXIS = np.array([-400.0, 500.0])  # of the cones
@@ -170,17 +170,6 @@ def test_a_fault_that_turns_back_has_throw_unless_that_is_between_its_cutoffs():
     assert note == "With direction='mean' throw is read across the mean strike."
 
 
-def test_a_direction_that_is_none_is_refused():
-    with pytest.raises(
-        InputError, match=r"direction is 'strike', expected one of \('local', 'mean'"
-    ):
-        gs.throw_horizon(horizon(), {"F1": wall()}, {"F1": 10.0}, direction="strike")
-    world = gs.synthetic.graben(n=9)
-    scene = gs.Scene(world.horizons, world.faults, world.box)
-    with pytest.raises(InputError, match=r"direction is 'strike', expected one of \('local', 'm"):
-        scene.throw("Top", "F1", direction="strike")
-
-
 # ------------------------------------------------------------------------- at tips
 def test_throw_that_cells_are_too_coarse_for_is_told_with_its_place():
     tips, asked = wall(half=400.0), gs.EllipticThrow(50.0)
@@ -198,19 +187,6 @@ def test_throw_that_cells_are_too_coarse_for_is_told_with_its_place():
     assert not [note for note in finer.notes if "too coarse" in note]
 
 
-def test_throw_that_dies_within_a_cell_is_told_what_to_do():
-    """A zone at the tips of 10 m on cells of 50 m."""
-    tips = wall(half=400.0)
-    steep = [[0.0, 0.0], [10.0, 40.0], [790.0, 40.0], [800.0, 0.0]]
-    report = gs.throw_horizon(horizon(21), {"F1": tips}, {"F1": steep}).report
-    assert report.lost
-    (note, *_) = [note for note in report.notes if "too coarse" in note]
-    assert note in str(report)
-    assert note.startswith("Fault 'F1' has ")
-    assert "of throw next to its tip at (E" in note
-    assert "cells of 50 m are too coarse there. On cells of" in note
-
-
 def test_a_fault_without_length_at_the_horizon_has_no_throw_there():
     """Its mesh ends in a corner, at the level of which it has no length to share out throw over."""
     field = gs.EllipticThrow(30.0)
@@ -221,16 +197,6 @@ def test_a_fault_without_length_at_the_horizon_has_no_throw_there():
     s = np.array([100.0, 300.0, 500.0])
     assert field.at(s, np.full(3, section.z[1]), section).tolist() == [0.0, 0.0, 0.0]
     assert field.at(np.array([300.0]), np.array([-1990.0]), section) == pytest.approx(30.0)
-
-
-def test_flat_beds_do_not_mind_the_direction():
-    """Where beds are level, moving along strike changes nothing."""
-    level = make_horizon("Top", BOX, 31, lambda x, y: -1800.0 + 0.0 * x, (0.0, 0.0, 0.0))
-    one, two = (
-        gs.throw_horizon(level, {"F1": cone()}, {"F1": 30.0}, direction=d)
-        for d in ("local", "mean")
-    )
-    assert np.abs(one.lattice.elevation - two.lattice.elevation).max() < 1e-9
 
 
 @pytest.mark.parametrize("beyond", ["level", "backward"])
@@ -252,15 +218,3 @@ def test_parts_of_a_fault_that_no_wall_reaches_may_lie_flat_or_turn_back(beyond)
     )  # fmt: skip
     sheet = gs.throw_horizon(flat, {"L": fault}, {"L": 50.0}, name="H")
     np.testing.assert_allclose(sheet.cuts["L"].throw, 50.0, atol=1e-6)
-
-
-def test_a_fault_is_read_once_for_cells_that_differ_by_rounding():
-    """Throw of four horizons of one field read each fault four times."""
-    world = gs.synthetic.torn("normal", 31)
-    (fault,) = (gs.triangulate_fault(one, name=name) for name, one in world.faults.items())
-    one, other = (section_of(fault, np.zeros(2), step, None) for step in (25.0, 25.0 + 4e-15 * 25))
-    assert one is other
-    coarse = section_of(fault, np.zeros(2), 100.0, None)
-    assert coarse is not one
-    assert coarse.table.shape[0] < one.table.shape[0]
-    np.testing.assert_array_equal(coarse.axes, one.axes)

@@ -193,17 +193,6 @@ def test_two_wells_on_both_sides_of_a_fault_change_its_throw():
     assert after.throw[other] - before.throw[middle] == pytest.approx(15.0, abs=2.0)
 
 
-def test_the_default_area_and_faults_extended_to_it_need_no_tie():
-    """A tie needs the faults, faults the box, and the default box the horizons."""
-    top = np.array([300.0, 500.0, on_plane(300.0, 500.0) + 7.0])
-    inputs = {"Top": plane()}, {"F1": wall(530.0, 300.0, 700.0)}
-    plain = gs.Scene(*inputs, extend=True)
-    scene = gs.Scene(*inputs, extend=True, tops=table(top), tie={"range": REACH})
-    assert scene.misfit().misfit.values.tolist() == pytest.approx([0.0])
-    assert scene.box == plain.box
-    assert scene.check().ok
-
-
 def test_tops_that_contradict_each_other_are_refused_by_name():
     place = np.array([[500.0, 500.0], [560.0, 500.0]])
     tops = np.column_stack([place, on_plane(*place.T) + np.array([20.0, -25.0])])
@@ -251,21 +240,6 @@ def test_the_default_range_is_stated_with_its_effect():
             tops_of(table([500.0, 500.0, on_plane(500.0, 500.0) + 7.0])), tie_settings(True),
         )  # fmt: skip
     assert tied.report.settings.range == 1000.0
-
-
-@pytest.mark.parametrize(
-    ("tie", "message"),
-    [
-        ({"reach": 5.0}, "no option 'reach'"),
-        ({"range": -5.0}, "range is -5.0, expected metres above 0"),
-        ("yes", "tie is 'yes'. Write tie=True"),
-        ({"range": 40.0}, r'less than 3 cells.*tie=\{"range": 75\}'),
-    ],
-)
-def test_settings_that_cannot_be_used_are_refused(tie, message):
-    top = [500.0, 500.0, on_plane(500.0, 500.0) + 7.0]
-    with pytest.raises(InputError, match=message):
-        gs.Scene({"Top": plane()}, tops=table(top), tie=tie).surface("Top")
 
 
 def test_a_tie_needs_tops_and_data():
